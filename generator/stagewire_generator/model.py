@@ -258,7 +258,7 @@ class Message:
     errata: tuple[str, ...]
     place: Place
     kind: str = "message"  # message | command | setup
-    title: str = ""  # of a command, the heading as printed
+    title: str = ""  # what documentation calls it; of a command, the heading as printed
     keyboard: str = ""  # what is typed for the byte of a command
     size: int | None = None  # what a command sends in its size slot; None: the slot is left out
     dummy: bool = False  # does nothing, and is not to be used

@@ -37,7 +37,7 @@ def test_all_is_well(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_
     result = stagewire("doctor")
     assert (result.code, result.err) == (0, "")
     fine, note, advice = result.out.splitlines()
-    assert fine == f"fine   {device}: TDC001: 1 channel T-Cube DC servo driver"
+    assert fine == f"fine   {device}: TDC001: One-channel T-Cube DC servo driver"
     assert note.startswith("note   /dev/ttyS0: unknown")
     assert "stagewire doctor /dev/ttyS0" in advice
 

@@ -165,7 +165,10 @@ def test_sets_are_opened(protocol: Protocol) -> None:
     assert reply.direction == "to_host"
     assert reply.pages == (4, 5)
     assert reply.layouts[0].note == ""  # the note is the message's
-    assert reply.note == "Kept until it is switched off."
+    assert reply.note == ""  # the note of a set is about its SET
+    setter = message(protocol, "POS_SET_VELPARAMS")
+    assert setter.note == "Kept until it is switched off."
+    assert {setter.title, request.title, reply.title} == {"velocity parameters"}
 
 
 def test_references_are_followed(protocol: Protocol) -> None:

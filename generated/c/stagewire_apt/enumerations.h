@@ -26,7 +26,7 @@ enum apt_amp_current_limit {
 /**
  * Values of amp_lp_filter (page 119).
  *
- * Low-pass filter behind the high-voltage amplifier.
+ * Low-pass filter at the output of the high-voltage amplifier.
  */
 enum apt_amp_lp_filter {
     /** 10 Hz. */
@@ -54,7 +54,7 @@ enum apt_bay_state {
 /**
  * @name Values of bnc_mode (page 119)
  *
- * What the BNC connectors at the rear (Control IO) are used for.
+ * Use of the BNC connectors at the rear (Control IO).
  * @{
  */
 /** Value 0: trigger input and output. */
@@ -66,7 +66,7 @@ enum apt_bay_state {
 /**
  * Values of button_mode (page 58).
  *
- * What the buttons on the keypad do.
+ * Function of the buttons on the keypad.
  */
 enum apt_button_mode {
     /** Buttons jog with the settings of MOT_SET_JOGPARAMS. */
@@ -216,7 +216,7 @@ enum apt_hub_bay {
 /**
  * Values of jog_mode (page 32).
  *
- * What one jog command or trigger does.
+ * Effect of one jog command or trigger.
  */
 enum apt_jog_mode {
     /** Keeps moving while the trigger is active. */
@@ -228,7 +228,7 @@ enum apt_jog_mode {
 /**
  * Values of lut_value_type (page 126).
  *
- * What the samples of the waveform table mean.
+ * Meaning of the samples of the waveform table.
  */
 enum apt_lut_value_type {
     /** Voltages, for open loop. */
@@ -309,8 +309,8 @@ enum apt_rack_bay {
 /**
  * Values of software_limit_mode (page 40).
  *
- * What happens at a software limit. One of the values 1 to 3, with ROTATION_STAGE added (bitwise
- * OR) where it applies.
+ * Behaviour at a software limit. One of the values 1 to 3, with ROTATION_STAGE added (bitwise OR)
+ * where it applies.
  */
 enum apt_software_limit_mode {
     /** The limit is ignored. */
@@ -338,7 +338,7 @@ enum apt_solenoid_interlock_mode {
 /**
  * Values of solenoid_operating_mode (page 85).
  *
- * What opens and closes the solenoid.
+ * Source of the commands that open and close the solenoid.
  */
 enum apt_solenoid_operating_mode {
     /**

@@ -92,8 +92,8 @@
 /**
  * @name Bits of input_volts_source (page 98)
  *
- * What is added to the voltage that the software sets. No bit set (0x00) means software only; the
- * software source is always part of the sum.
+ * Inputs that are added to the voltage that the software sets. No bit set (0x00) means software
+ * only; the software source is always part of the sum.
  * @{
  */
 /** Bit 0: differential signal at EXT IN on the rear panel. */
@@ -105,7 +105,7 @@
 /**
  * @name Bits of led_mode (page 53)
  *
- * Which events the LED on the control keypad shows; all by default.
+ * Events that the LED on the control keypad shows; all by default.
  * @{
  */
 /** Bit 0: flashes on MOD_IDENTIFY. */
@@ -119,13 +119,13 @@
 /**
  * @name Bits of lut_output_mode (page 108)
  *
- * How the waveform table is put out. The trigger bits (2 to 7) do not apply to the TPZ001.
+ * Way in which the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001.
  * Continued on page 109.
  * @{
  */
-/** Bit 0: put out over and over until PZ_STOP_LUTOUTPUT. */
+/** Bit 0: output repeatedly until PZ_STOP_LUTOUTPUT. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_CONTINUOUS 0x0001U
-/** Bit 1: put out the number of cycles that num_cycles says. */
+/** Bit 1: output the number of cycles in num_cycles. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_FIXED 0x0002U
 /** Bit 2: output trigger pulses as op_trig_start and the fields after it say. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_OUTPUTTRIG 0x0004U
@@ -222,7 +222,7 @@
 /**
  * @name Bits of tpz_status_bits (page 101)
  *
- * Status of a TPZ001 channel; the same table stands on page 103. Bits not named are for future use.
+ * Status of a TPZ001 channel; page 103 has the same table. Bits not named are for future use.
  * @{
  */
 /** Bit 0: a piezo actuator is connected. */

@@ -538,8 +538,7 @@ static inline apt_status apt_to_counts_int32(
 #define APT_SCALE_MLS203_Y_BBD10X_STATUS_VELOCITY APT_BRACED(INT64_C(256), INT64_C(125))
 
 /*
- * Z8: Z8 series DC servo actuator, 1.0 mm lead screw behind a 67:1 gear head. TDC001: TDC001,
- * KDC101.
+ * Z8: Z8 series DC servo actuator, 1.0 mm lead screw with a 67:1 gear head. TDC001: TDC001, KDC101.
  */
 
 /**

@@ -13,7 +13,7 @@
  * Values of axis (section Low level format).
  *
  * The first byte of a command, which axis or function it is for. A controller can be given other
- * identifiers than these, so any byte but 255 and the colon may stand there.
+ * identifiers than these, so any byte but 255 and the colon is possible there.
  */
 enum ms2000_axis {
     /** X axis. */

@@ -53,7 +53,7 @@ class AmpCurrentLimit(Enumeration):
 class AmpLpFilter(Enumeration):
     """Values of ``amp_lp_filter`` (page 119).
 
-    Low-pass filter behind the high-voltage amplifier.
+    Low-pass filter at the output of the high-voltage amplifier.
     """
 
     OUTPUTLPFILTER_10HZ = 0x00
@@ -81,7 +81,7 @@ class BayState(Enumeration):
 class BncMode(Enumeration):
     """Values of ``bnc_mode`` (page 119).
 
-    What the BNC connectors at the rear (Control IO) are used for.
+    Use of the BNC connectors at the rear (Control IO).
     """
 
     BNCMODE_TRIG = 0x00
@@ -93,7 +93,7 @@ class BncMode(Enumeration):
 class ButtonMode(Enumeration):
     """Values of ``button_mode`` (page 58).
 
-    What the buttons on the keypad do.
+    Function of the buttons on the keypad.
     """
 
     JOG = 0x01
@@ -248,7 +248,7 @@ class HubBay(Enumeration):
 class JogMode(Enumeration):
     """Values of ``jog_mode`` (page 32).
 
-    What one jog command or trigger does.
+    Effect of one jog command or trigger.
     """
 
     CONTINUOUS = 0x01
@@ -260,7 +260,7 @@ class JogMode(Enumeration):
 class LutValueType(Enumeration):
     """Values of ``lut_value_type`` (page 126).
 
-    What the samples of the waveform table mean.
+    Meaning of the samples of the waveform table.
     """
 
     VOLTAGE = 0x01
@@ -341,8 +341,8 @@ class RackBay(Enumeration):
 class SoftwareLimitMode(Enumeration):
     """Values of ``software_limit_mode`` (page 40).
 
-    What happens at a software limit. One of the values 1 to 3, with ROTATION_STAGE added (bitwise
-    OR) where it applies.
+    Behaviour at a software limit. One of the values 1 to 3, with ROTATION_STAGE added (bitwise OR)
+    where it applies.
     """
 
     IGNORE = 0x01
@@ -370,7 +370,7 @@ class SolenoidInterlockMode(Enumeration):
 class SolenoidOperatingMode(Enumeration):
     """Values of ``solenoid_operating_mode`` (page 85).
 
-    What opens and closes the solenoid.
+    Source of the commands that open and close the solenoid.
     """
 
     SOLENOID_MANUAL = 0x01

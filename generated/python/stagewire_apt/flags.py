@@ -80,8 +80,8 @@ class DcStatusBits(Flags):
 class InputVoltsSource(Flags):
     """Bits of ``input_volts_source`` (page 98).
 
-    What is added to the voltage that the software sets. No bit set (0x00) means software only; the
-    software source is always part of the sum.
+    Inputs that are added to the voltage that the software sets. No bit set (0x00) means software
+    only; the software source is always part of the sum.
     """
 
     __slots__ = ()
@@ -92,7 +92,7 @@ class InputVoltsSource(Flags):
 class LedMode(Flags):
     """Bits of ``led_mode`` (page 53).
 
-    Which events the LED on the control keypad shows; all by default.
+    Events that the LED on the control keypad shows; all by default.
     """
 
     __slots__ = ()
@@ -104,13 +104,13 @@ class LedMode(Flags):
 class LutOutputMode(Flags):
     """Bits of ``lut_output_mode`` (page 108).
 
-    How the waveform table is put out. The trigger bits (2 to 7) do not apply to the TPZ001.
+    Way in which the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001.
     Continued on page 109.
     """
 
     __slots__ = ()
-    outputlut_continuous = Bit(0x0001, "put out over and over until PZ_STOP_LUTOUTPUT")
-    outputlut_fixed = Bit(0x0002, "put out the number of cycles that num_cycles says")
+    outputlut_continuous = Bit(0x0001, "output repeatedly until PZ_STOP_LUTOUTPUT")
+    outputlut_fixed = Bit(0x0002, "output the number of cycles in num_cycles")
     outputlut_outputtrig = Bit(
         0x0004,
         "output trigger pulses as op_trig_start and the fields after it say",
@@ -202,8 +202,7 @@ class StepperStatusBits(Flags):
 class TpzStatusBits(Flags):
     """Bits of ``tpz_status_bits`` (page 101).
 
-    Status of a TPZ001 channel; the same table stands on page 103. Bits not named are for future
-    use.
+    Status of a TPZ001 channel; page 103 has the same table. Bits not named are for future use.
 
     The list may be incomplete: The other bits are for future use (page 101).
     """

@@ -144,7 +144,7 @@ MLS203_Y = Stage(
 
 Z8 = Stage(
     "Z8",
-    "Z8 series DC servo actuator, 1.0 mm lead screw behind a 67:1 gear head",
+    "Z8 series DC servo actuator, 1.0 mm lead screw with a 67:1 gear head",
     page=56,
     scales={
         "TDC001": {

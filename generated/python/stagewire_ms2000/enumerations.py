@@ -12,7 +12,7 @@ class Axis(Enumeration):
     """Values of ``axis`` (section Low level format).
 
     The first byte of a command, which axis or function it is for. A controller can be given other
-    identifiers than these, so any byte but 255 and the colon may stand there.
+    identifiers than these, so any byte but 255 and the colon is possible there.
 
     The list may be incomplete: A controller can be given other identifiers.
     """

@@ -1,4 +1,4 @@
-"""What generated code says of messages and fields: the facts; each target has its own markup for them.
+"""Texts of generated comments about messages and fields; each target adds its own markup.
 
 Nothing is escaped here: a target escapes the whole text when it makes a comment of it.
 """
@@ -26,7 +26,7 @@ DIRECTIONS = {
 }
 """Direction of a message -> how a sentence names it."""
 
-_ROLES = {"set": "Set", "req": "Request", "get": "Report"}
+_ROLES = {"set": "Sets the {}.", "req": "Requests the {}.", "get": "Reports the {}."}
 _EXCHANGES = {
     "answered_by": "Answered by",
     "completes_with": "Completes with",
@@ -54,8 +54,7 @@ def message_paragraphs(
     protocol: Protocol, message: Message, layout: Layout | None, markup: Markup
 ) -> Iterator[str]:
     """Yield what is said of a message of a layout: its meaning, its exchange, and notes."""
-    role = f"{_ROLES[message.set[1]]}: " if message.set else ""
-    yield role + _lower(message.summary, role)
+    yield " ".join(filter(None, (role_sentence(message), sentence(message.summary))))
     facts = [exchange(message, markup)]
     if layout is not None and layout.when:
         choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
@@ -86,9 +85,17 @@ def command_paragraphs(
     yield found + typed
 
 
-def _lower(text: str, role: str) -> str:
-    """Return a summary as it continues after a role; an acronym keeps its capitals."""
-    return text[:1].lower() + text[1:] if role and not text[1:2].isupper() else text
+def title_of(message: Message) -> str:
+    """Return what documentation calls the parameters of a message, or what sending it does."""
+    words = message.words[1:] if message.group else message.words
+    if not message.set:
+        return message.title or " ".join(words).lower().capitalize()
+    return message.title or " ".join(word for word in words if word.lower() != message.set[1])
+
+
+def role_sentence(message: Message) -> str:
+    """Return what a message of a parameter set does; nothing for another message."""
+    return _ROLES[message.set[1]].format(title_of(message)) if message.set else ""
 
 
 def sentence(text: str) -> str:
@@ -120,9 +127,9 @@ def exchange(message: Message, markup: Markup) -> str:
 
 
 def where(protocol: Protocol, pages: Sequence[int], markup: Markup, overlay: str = "") -> str:
-    """Return where in the document something stands: its pages, or the titles of its sections.
+    """Return the pages of the document that describe something, or the titles of its sections.
 
-    :param overlay: the overlay that it comes from, whose document then has the pages, and is named.
+    :param overlay: the overlay that it comes from, which is named; its own document has the pages.
     """
     document = protocol.document_of(overlay)
     named = f" of the overlay {markup.name(overlay)}" if overlay else ""
@@ -154,7 +161,7 @@ def field_facts(field: Field, markup: Markup, *, given: bool = False) -> str:
     elif field.format.kind == "bytes":
         facts.append(f"{field.format.size} bytes")
     elif not (given and field.lists_all):
-        facts.append(f"{field.minimum} to {field.maximum}")
+        facts.append(f"from {field.minimum} to {field.maximum}")
     if field.default is not None:
         facts.append(f"by default {field.default}")
     return "; ".join(facts)
@@ -179,12 +186,17 @@ def _numbered(value: EnumValue) -> str:
 def _unit(field: Field) -> str:
     quantity = field.quantity
     assert quantity
-    unit = quantity.unit or "unit by setting"
+    unit = quantity.unit
     if quantity.factor:
-        factor = quantity.factor
-        return f"raw counts of {unit}, {factor.key} {factor.value}"
+        key, value = quantity.factor.key, quantity.factor.value
+        return (
+            f"in counts of {value} {unit}"
+            if key.endswith("_per_count")
+            else f"in counts, {value} per {unit}"
+        )
     if "unknown" in quantity.rule:
-        return f"raw counts of {unit}, scale unknown"
-    by = quantity.rule.get("by")
-    setting = quantity.rule.get("setting")
-    return f"raw counts of {unit}, scale by {setting or by}"
+        return f"in counts; the scale to {unit} is unknown"
+    by = quantity.rule.get("setting") or f"the {quantity.rule['by']}"
+    return (
+        f"in counts; {f'the scale to {unit} depends' if unit else 'unit and scale depend'} on {by}"
+    )

@@ -158,7 +158,7 @@ def test_evidence(good: dict[str, Spec], folders: Iterator[Path], case: Case) ->
             "no erratum, page, witness or example of it is new or altered",
         ]),
         ("layout removed", "good_spec", [
-            "tiny/messages/core.yaml:64:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
+            "tiny/messages/core.yaml:65:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
             "no erratum, page, witness or example of it is new or altered",
         ]),
         ("bit", "good_spec", [

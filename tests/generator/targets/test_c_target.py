@@ -197,9 +197,7 @@ def test_comment_on_a_message(core: str) -> None:
         "/**",
         " * POS_GET_VELPARAMS (0x0103), to the host, 14 bytes of data; pages 4, 5.",
         " *",
-        " * Report: speed of the next move.",
-        " *",
-        " * Kept until it is switched off.",
+        " * Reports the velocity parameters. Speed of the next move.",
         " */",
     ]
     assert "Completes with POS_MOVED. Muted by POS_ALIVE." in core
@@ -209,18 +207,23 @@ def test_comment_on_a_message(core: str) -> None:
 def test_comments_on_members(core: str) -> None:
     text = part(core, "typedef struct tiny_pos_set_velparams {", "}")
     assert text.splitlines()[1:] == [
-        "    /** See enum tiny_channel; 0 to 65535; by default 1. */",
+        "    /** See enum tiny_channel; from 0 to 65535; by default 1. */",
         "    uint16_t chan_ident;",
-        "    /** Always zero at present; raw counts of mm/s, scale by stage; 0 to 1000; by default 0. */",
+        "    /**",
+        "     * Always zero at present; in counts; the scale to mm/s depends on the stage; from 0 to 1000; by",
+        "     * default 0.",
+        "     */",
         "    int32_t min_velocity;",
-        "    /** Raw counts of mm/s, scale by stage; 0 to 4294967295. */",
+        "    /** In counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */",
         "    uint32_t max_velocity;",
-        "    /** Raw counts of us, us_per_count 512/5; -32768 to 32767. */",
+        "    /** In counts of 512/5 us; from -32768 to 32767. */",
         "    int16_t wait;",
-        "    /** Always 0x1234; 0 to 65535. */",
+        "    /** Always 0x1234; from 0 to 65535. */",
         "    uint16_t marker;",
     ]
-    assert "/** Bits TINY_STATE_BITS_...; 0 to 4294967295. */\n    uint32_t status_bits;" in core
+    assert (
+        "/** Bits TINY_STATE_BITS_...; from 0 to 4294967295. */\n    uint32_t status_bits;" in core
+    )
 
 
 def test_errata_are_named(files: dict[str, str]) -> None:
@@ -231,7 +234,7 @@ def test_errata_are_named(files: dict[str, str]) -> None:
 
 
 def test_python_and_c_say_the_same_of_a_field(files: dict[str, str], core: str) -> None:
-    fact = "raw counts of us, us_per_count 512/5; -32768 to 32767."
+    fact = "in counts of 512/5 us; from -32768 to 32767."
     assert f":param wait: {fact}" in files["python/stagewire_tiny/messages/core.py"]
     assert fact[1:] in core
 

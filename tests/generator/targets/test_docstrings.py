@@ -10,26 +10,24 @@ DOCSTRINGS = {
     "PosSetVelParams": """\
 ``POS_SET_VELPARAMS`` (0x0101), to the controller, 14 bytes of data; page 4.
 
-Set: speed of the next move.
+Sets the velocity parameters. Speed of the next move.
 
 Kept until it is switched off.
 
-:param chan_ident: :class:`~.Channel`; 0 to 65535; by default 1.
-:param min_velocity: always zero at present; raw counts of mm/s, scale by stage; 0 to 1000; by
-    default 0.
-:param max_velocity: raw counts of mm/s, scale by stage; 0 to 4294967295.
-:param wait: raw counts of us, us_per_count 512/5; -32768 to 32767.
-:param marker: always 0x1234; 0 to 65535.""",
+:param chan_ident: :class:`~.Channel`; from 0 to 65535; by default 1.
+:param min_velocity: always zero at present; in counts; the scale to mm/s depends on the stage;
+    from 0 to 1000; by default 0.
+:param max_velocity: in counts; the scale to mm/s depends on the stage; from 0 to 4294967295.
+:param wait: in counts of 512/5 us; from -32768 to 32767.
+:param marker: always 0x1234; from 0 to 65535.""",
     "PosReqVelParams": """\
 ``POS_REQ_VELPARAMS`` (0x0102), to the controller, header only; page 4.
 
-Request: speed of the next move.
+Requests the velocity parameters. Speed of the next move.
 
 Answered by ``POS_GET_VELPARAMS``.
 
-Kept until it is switched off.
-
-:param chan_ident: :class:`~.Channel`; 0 to 255.""",
+:param chan_ident: :class:`~.Channel`; from 0 to 255.""",
     "PosMoveHeader": """\
 ``POS_MOVE`` (0x0120), to the controller, header only; page 4.
 
@@ -41,7 +39,7 @@ Not without a slide.
 
 To the stored position.
 
-:param chan_ident: :class:`~.Channel`; 0 to 255.
+:param chan_ident: :class:`~.Channel`; from 0 to 255.
 
 Erratum ``tiny-move-length``: printed 08; encoded 06.""",
     "PosMovedHeader": """\
@@ -49,8 +47,8 @@ Erratum ``tiny-move-length``: printed 08; encoded 06.""",
 
 Tells that the position is reached.
 
-:param chan_ident: 0 to 255.
-:param param2: always 0x07; 0 to 255.""",
+:param chan_ident: from 0 to 255.
+:param param2: always 0x07; from 0 to 255.""",
     "PosMovedServo": """\
 ``POS_MOVED`` (0x0121), to the host, 14 bytes of data; pages 5, 6.
 
@@ -60,11 +58,12 @@ This layout: status servo.
 
 With a servo.
 
-:param chan_ident: :class:`~.Channel`; 0 to 65535.
-:param position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
-:param velocity: raw counts of mm/s, scale by stage; 0 to 65535.
-:param reserved: reserved, sent as zero; 0 to 65535.
-:param status_bits: :class:`~.StateBits`; 0 to 4294967295.""",
+:param chan_ident: :class:`~.Channel`; from 0 to 65535.
+:param position: in counts; the scale to mm depends on the stage; from -2147483648 to
+    2147483647.
+:param velocity: in counts; the scale to mm/s depends on the stage; from 0 to 65535.
+:param reserved: reserved, sent as zero; from 0 to 65535.
+:param status_bits: :class:`~.StateBits`; from 0 to 4294967295.""",
     "PosMovedCoil": """\
 ``POS_MOVED`` (0x0121), to the host, 14 bytes of data; pages 5, 6.
 
@@ -72,11 +71,11 @@ Tells that the position is reached.
 
 This layout: status coil.
 
-:param chan_ident: :class:`~.Channel`; 0 to 65535.
-:param position: -2147483648 to 2147483647.
-:param encoder_count: raw counts of unit by setting, scale by display_mode; -2147483648 to
+:param chan_ident: :class:`~.Channel`; from 0 to 65535.
+:param position: from -2147483648 to 2147483647.
+:param encoder_count: in counts; unit and scale depend on display_mode; from -2147483648 to
     2147483647.
-:param status_bits: :class:`~.CoilBits`; 0 to 4294967295.""",
+:param status_bits: :class:`~.CoilBits`; from 0 to 4294967295.""",
     "PosMovedUndecided": """\
 ``POS_MOVED`` (0x0121) whose layout no context has decided; page 5.
 
@@ -89,14 +88,14 @@ Sends back what it is sent.
 
 :param label: text of at most 8 characters.
 :param blob: 6 bytes.
-:param load: raw counts of percent, scale by maximum_volts; 0 to 65535.""",
+:param load: in counts; the scale to percent depends on maximum_volts; from 0 to 65535.""",
     "Lamp": """\
 ``LAMP`` (0x0201), to the controller, 4 bytes of data; page 7.
 
 Switches the lamp.
 
-:param sample_time: raw counts of ms, scale by unit; 0 to 65535.
-:param force: raw counts of Pa, scale unknown; 0 to 65535.""",
+:param sample_time: in counts; the scale to ms depends on the unit; from 0 to 65535.
+:param force: in counts; the scale to Pa is unknown; from 0 to 65535.""",
     "LampTest": """\
 ``LAMP_TEST`` (0x0202), to the controller, layout not documented; page 7.
 
@@ -130,8 +129,8 @@ Two numbers.
 
 Section Go to. Typed as ``G``.
 
-:param place: raw counts of um, counts_per_um 10; -8388608 to 8388607.
-:param height: 0 to 1000.
+:param place: in counts, 10 per um; from -8388608 to 8388607.
+:param height: from 0 to 1000.
 
 Erratum ``turtle-height``: printed 1; encoded 0.""",
     "Mood": """\
@@ -145,7 +144,7 @@ The reply to ``MOOD``, 1 byte.
 
 It has no frame: only the command that was sent says what its bytes are.
 
-:param mood: :class:`~.Feeling`; 0 to 255.""",
+:param mood: :class:`~.Feeling`; from 0 to 255.""",
     "WhereReply": """\
 The reply to ``WHERE``, 7 bytes.
 
@@ -153,9 +152,9 @@ It has no frame: only the command that was sent says what its bytes are.
 
 Place, height and eyes.
 
-:param place: of the nose; raw counts of um, counts_per_um 10; -8388608 to 8388607.
-:param height: 0 to 16777215.
-:param eyes_wide: :class:`~.Eyes`; 0 to 255.""",
+:param place: of the nose; in counts, 10 per um; from -8388608 to 8388607.
+:param height: from 0 to 16777215.
+:param eyes_wide: :class:`~.Eyes`; from 0 to 255.""",
     "Spin": """\
 ``SPIN`` (0x53), 2 bytes of data, size 2.
 
@@ -165,7 +164,7 @@ A dummy function: refused unless ``allow_dummy`` is given.
 
 Section Spin (about). Typed as ``S``.
 
-:param turns: -32768 to 32767; by default 1.
+:param turns: from -32768 to 32767; by default 1.
 
 Erratum ``turtle-spin-byte``: printed 0x35; encoded 0x53.""",
     "Name": """\
@@ -178,7 +177,7 @@ Firmware 1.5: Names may be long.
 Section Name. Typed as ``N``.
 
 :param name: text of at most 3 characters.
-:param spare: reserved, sent as zero; 0 to 255.""",
+:param spare: reserved, sent as zero; from 0 to 255.""",
     "Halt": """\
 ``HALT`` (0x48), no data, size 0.
 

@@ -136,7 +136,7 @@ def test_a_text_that_cannot_be_written(shadowed: Shadowed, folder: Path) -> None
 
 def test_what_is_no_python_is_not_written(shadowed: Shadowed) -> None:
     [said] = problems(shadowed, flags__py__j2="FINE = 1\ndef not python\n")
-    assert said.startswith(f"{FLAGS}:2: the templates make what is no Python: ")
+    assert said.startswith(f"{FLAGS}:2: the templates produce invalid Python: ")
 
 
 def test_a_name_that_shadows_nothing_is_told_the_near_ones(

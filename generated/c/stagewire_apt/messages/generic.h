@@ -22,7 +22,7 @@
  *
  * Either side says that it is about to leave the USB or Ethernet bus.
  *
- * The example addresses a motherboard; that a bay takes it, too, is not said.
+ * The example addresses a motherboard; the document does not say whether a bay also accepts it.
  *
  * Erratum apt-disconnect-example-source: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
  */
@@ -90,7 +90,8 @@ static inline apt_status apt_hw_disconnect_decode(
 /**
  * HW_REQ_INFO (0x0005), to the controller, header only; page 21.
  *
- * Request: what the unit is; serial number, model, type, firmware version and number of channels.
+ * Requests the hardware information. Identity of the unit; serial number, model, type, firmware
+ * version and number of channels.
  *
  * Answered by HW_GET_INFO.
  *
@@ -161,7 +162,8 @@ static inline apt_status apt_hw_req_info_decode(
 /**
  * HW_GET_INFO (0x0006), to the host, 84 bytes of data; page 21.
  *
- * Report: what the unit is; serial number, model, type, firmware version and number of channels.
+ * Reports the hardware information. Identity of the unit; serial number, model, type, firmware
+ * version and number of channels.
  *
  * Erratum apt-hw-info-example-addresses: printed controller \#1 is asked at 0x11 and answers from
  * 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
@@ -173,17 +175,17 @@ static inline apt_status apt_hw_req_info_decode(
  * major 57.
  */
 typedef struct apt_hw_get_info {
-    /** Unique serial number of eight decimal digits; -2147483648 to 2147483647. */
+    /** Unique serial number of eight decimal digits; from -2147483648 to 2147483647. */
     int32_t serial_number;
     /** Alphanumeric model number; text of at most 8 characters. */
     char model_number[8];
-    /** The document lists two of the values in use; see enum apt_hardware_type; 0 to 65535. */
+    /** The document lists two of the values in use; see enum apt_hardware_type; from 0 to 65535. */
     uint16_t type;
     /** Minor, interim and major revision; the fourth byte is unused; 4 bytes. */
     uint8_t software_version[4];
     /** Free text about the unit; text of at most 64 characters. */
     char notes[64];
-    /** Number of channels; 0 to 65535. */
+    /** Number of channels; from 0 to 65535. */
     uint16_t nchs;
 } apt_hw_get_info;
 
@@ -259,12 +261,12 @@ static inline apt_status apt_hw_get_info_decode(
  *
  * Starts MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
  *
- * Whether a motherboard takes it, a bay or both, is not said.
+ * The document does not say whether a motherboard, a bay or both accept it.
  */
 typedef struct apt_hw_start_updatemsgs {
     /**
      * Ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; in which unit, and a
-     * default, are not said; 0 to 255.
+     * default, are not said; from 0 to 255.
      */
     uint8_t update_rate;
     /** A parameter byte without a meaning; 0 to 255. */
@@ -334,7 +336,7 @@ static inline apt_status apt_hw_start_updatemsgs_decode(
  *
  * Stops MOT_GET_STATUSUPDATE, MOT_GET_DCSTATUSUPDATE, PZ_GET_PZSTATUSUPDATE.
  *
- * Whether a motherboard takes it, a bay or both, is not said.
+ * The document does not say whether a motherboard, a bay or both accept it.
  *
  * Erratum apt-summary-stop-updatemsgs-id: printed 0x0011; encoded 0x0012.
  */
@@ -403,7 +405,8 @@ static inline apt_status apt_hw_stop_updatemsgs_decode(
 /**
  * RACK_REQ_BAYUSED (0x0060), to the controller, header only; page 23.
  *
- * Request: whether a bay of the rack holds a module; asked of the motherboard.
+ * Requests the occupancy of a rack bay. Whether a bay of the rack holds a module; the motherboard
+ * answers.
  *
  * Answered by RACK_GET_BAYUSED.
  *
@@ -412,7 +415,7 @@ static inline apt_status apt_hw_stop_updatemsgs_decode(
  * Erratum apt-rack-bayused-example-id: printed 06 00; encoded 60 00 and 61 00.
  */
 typedef struct apt_rack_req_bayused {
-    /** See enum apt_rack_bay; 0 to 255. */
+    /** See enum apt_rack_bay; from 0 to 255. */
     uint8_t bay_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -476,7 +479,8 @@ static inline apt_status apt_rack_req_bayused_decode(
 /**
  * RACK_GET_BAYUSED (0x0061), to the host, header only; page 23.
  *
- * Report: whether a bay of the rack holds a module; asked of the motherboard.
+ * Reports the occupancy of a rack bay. Whether a bay of the rack holds a module; the motherboard
+ * answers.
  *
  * Erratum apt-bay-idents: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay 10.
  *
@@ -486,9 +490,9 @@ static inline apt_status apt_rack_req_bayused_decode(
  * destination 01, source 11.
  */
 typedef struct apt_rack_get_bayused {
-    /** See enum apt_rack_bay; 0 to 255. */
+    /** See enum apt_rack_bay; from 0 to 255. */
     uint8_t bay_ident;
-    /** See enum apt_bay_state; 0 to 255. */
+    /** See enum apt_bay_state; from 0 to 255. */
     uint8_t bay_state;
 } apt_rack_get_bayused;
 
@@ -550,7 +554,7 @@ static inline apt_status apt_rack_get_bayused_decode(
 /**
  * HUB_REQ_BAYUSED (0x0065), to the controller, header only; page 24.
  *
- * Request: which bay of the hub the addressed T-Cube is fitted in.
+ * Requests the hub bay of the unit. Bay of the hub in which the addressed T-Cube is fitted.
  *
  * Answered by HUB_GET_BAYUSED.
  */
@@ -619,12 +623,12 @@ static inline apt_status apt_hub_req_bayused_decode(
 /**
  * HUB_GET_BAYUSED (0x0066), to the host, header only; page 24.
  *
- * Report: which bay of the hub the addressed T-Cube is fitted in.
+ * Reports the hub bay of the unit. Bay of the hub in which the addressed T-Cube is fitted.
  *
  * Erratum apt-hub-bay-minus-one: printed -0x01; encoded 0xFF.
  */
 typedef struct apt_hub_get_bayused {
-    /** See enum apt_hub_bay; 0 to 255. */
+    /** See enum apt_hub_bay; from 0 to 255. */
     uint8_t bay_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -768,14 +772,14 @@ static inline apt_status apt_hw_response_decode(
 /**
  * MOD_SET_CHANENABLESTATE (0x0210), to the controller, header only; page 17.
  *
- * Set: enables or disables a drive channel.
+ * Sets the channel enable state. Enables or disables a drive channel.
  *
  * To disable lets a load go that the motor holds; to enable powers the motor.
  */
 typedef struct apt_mod_set_chanenablestate {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_enable_state; 0 to 255. */
+    /** See enum apt_enable_state; from 0 to 255. */
     uint8_t enable_state;
 } apt_mod_set_chanenablestate;
 
@@ -837,14 +841,12 @@ static inline apt_status apt_mod_set_chanenablestate_decode(
 /**
  * MOD_REQ_CHANENABLESTATE (0x0211), to the controller, header only; page 17.
  *
- * Request: enables or disables a drive channel.
+ * Requests the channel enable state. Enables or disables a drive channel.
  *
  * Answered by MOD_GET_CHANENABLESTATE.
- *
- * To disable lets a load go that the motor holds; to enable powers the motor.
  */
 typedef struct apt_mod_req_chanenablestate {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -908,14 +910,12 @@ static inline apt_status apt_mod_req_chanenablestate_decode(
 /**
  * MOD_GET_CHANENABLESTATE (0x0212), to the host, header only; pages 17, 18.
  *
- * Report: enables or disables a drive channel.
- *
- * To disable lets a load go that the motor holds; to enable powers the motor.
+ * Reports the channel enable state. Enables or disables a drive channel.
  */
 typedef struct apt_mod_get_chanenablestate {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_enable_state; 0 to 255. */
+    /** See enum apt_enable_state; from 0 to 255. */
     uint8_t enable_state;
 } apt_mod_get_chanenablestate;
 
@@ -979,7 +979,7 @@ static inline apt_status apt_mod_get_chanenablestate_decode(
  *
  * The unit flashes its front panel LEDs so that it can be found.
  *
- * The example addresses a bay; that a motherboard takes it, too, is not said.
+ * The example addresses a bay; the document does not say whether a motherboard also accepts it.
  *
  * Erratum apt-identify-table-bytes: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
  *
@@ -1050,8 +1050,9 @@ static inline apt_status apt_mod_identify_decode(
 /**
  * RACK_REQ_STATUSBITS (0x0226), to the controller, header only; page 25.
  *
- * Request: digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for
- * card slot controllers with two or three channels such as the BSC103 and BPC202.
+ * Requests the rack status bits. Digital inputs of the USER IO connector on the rear panel. Only
+ * for the MMR rack and for card slot controllers with two or three channels such as the BSC103 and
+ * BPC202.
  *
  * Answered by RACK_GET_STATUSBITS.
  *
@@ -1060,7 +1061,7 @@ static inline apt_status apt_mod_identify_decode(
 typedef struct apt_rack_req_statusbits {
     /**
      * The table names this byte; what it would carry in a request is not described; reserved, sent
-     * as zero; 0 to 255.
+     * as zero; from 0 to 255.
      */
     uint8_t status_bits;
     /** A parameter byte without a meaning; 0 to 255. */
@@ -1125,8 +1126,9 @@ static inline apt_status apt_rack_req_statusbits_decode(
 /**
  * RACK_GET_STATUSBITS (0x0227), to the host, 4 bytes of data; page 25.
  *
- * Report: digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for
- * card slot controllers with two or three channels such as the BSC103 and BPC202.
+ * Reports the rack status bits. Digital inputs of the USER IO connector on the rear panel. Only for
+ * the MMR rack and for card slot controllers with two or three channels such as the BSC103 and
+ * BPC202.
  *
  * Erratum apt-digital-inputs-outputs: printed Digital output 1 to 4 on page 25, Digital input 1 to
  * 4 on page 26; encoded inputs on page 25, outputs on page 26.
@@ -1138,7 +1140,7 @@ static inline apt_status apt_rack_req_statusbits_decode(
  */
 typedef struct apt_rack_get_statusbits {
     /**
-     * What further bits mean depends on the controller; bits APT_RACK_STATUS_BITS_...; 0 to
+     * What further bits mean depends on the controller; bits APT_RACK_STATUS_BITS_...; from 0 to
      * 4294967295.
      */
     uint32_t status_bits;
@@ -1204,10 +1206,11 @@ static inline apt_status apt_rack_get_statusbits_decode(
 /**
  * RACK_SET_DIGOUTPUTS (0x0228), to the controller, header only; page 26.
  *
- * Set: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
- * for card slot controllers with two or three channels such as the BSC103 and BPC202.
+ * Sets the digital outputs of the rack. Digital outputs of the USER IO connector on the rear panel.
+ * Only for MMR rack modules and for card slot controllers with two or three channels such as the
+ * BSC103 and BPC202.
  *
- * What the outputs switch is not known to the controller.
+ * The controller does not know what the outputs switch.
  *
  * Erratum apt-digital-inputs-outputs: printed Digital output 1 to 4 on page 25, Digital input 1 to
  * 4 on page 26; encoded inputs on page 25, outputs on page 26.
@@ -1218,7 +1221,7 @@ static inline apt_status apt_rack_get_statusbits_decode(
  * Erratum apt-rack-digoutputs-example-bay: printed 22 in byte 3; encoded 00.
  */
 typedef struct apt_rack_set_digoutputs {
-    /** A set writes all four outputs at once; bits APT_RACK_DIGITAL_OUTPUTS_...; 0 to 255. */
+    /** A set writes all four outputs at once; bits APT_RACK_DIGITAL_OUTPUTS_...; from 0 to 255. */
     uint8_t dig_op;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1282,12 +1285,11 @@ static inline apt_status apt_rack_set_digoutputs_decode(
 /**
  * RACK_REQ_DIGOUTPUTS (0x0229), to the controller, header only; page 26.
  *
- * Request: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules
- * and for card slot controllers with two or three channels such as the BSC103 and BPC202.
+ * Requests the digital outputs of the rack. Digital outputs of the USER IO connector on the rear
+ * panel. Only for MMR rack modules and for card slot controllers with two or three channels such as
+ * the BSC103 and BPC202.
  *
  * Answered by RACK_GET_DIGOUTPUTS.
- *
- * What the outputs switch is not known to the controller.
  *
  * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
  * the header.
@@ -1357,10 +1359,9 @@ static inline apt_status apt_rack_req_digoutputs_decode(
 /**
  * RACK_GET_DIGOUTPUTS (0x0230), to the host, header only; page 26.
  *
- * Report: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
- * for card slot controllers with two or three channels such as the BSC103 and BPC202.
- *
- * What the outputs switch is not known to the controller.
+ * Reports the digital outputs of the rack. Digital outputs of the USER IO connector on the rear
+ * panel. Only for MMR rack modules and for card slot controllers with two or three channels such as
+ * the BSC103 and BPC202.
  *
  * Erratum apt-digoutputs-integer: printed a single 32 bit integer parameter; encoded one byte of
  * the header.
@@ -1368,7 +1369,7 @@ static inline apt_status apt_rack_req_digoutputs_decode(
  * Erratum apt-rack-get-digoutputs-parameter: printed 00; encoded Dig OP.
  */
 typedef struct apt_rack_get_digoutputs {
-    /** A set writes all four outputs at once; bits APT_RACK_DIGITAL_OUTPUTS_...; 0 to 255. */
+    /** A set writes all four outputs at once; bits APT_RACK_DIGITAL_OUTPUTS_...; from 0 to 255. */
     uint8_t dig_op;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;

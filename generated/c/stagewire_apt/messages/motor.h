@@ -19,17 +19,17 @@
 /**
  * MOT_SET_ENCCOUNTER (0x0409), to the controller, 6 bytes of data; page 29.
  *
- * Set: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
- * counter show the true position.
+ * Sets the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
+ * after power-up makes the counter show the true position.
  *
- * A set moves nothing; from then on the encoder counts from another place.
+ * Setting it moves nothing; afterwards, the encoder counts from the new zero.
  *
  * Erratum apt-counter-examples-200000: printed 04 0D 03 00; encoded 40 0D 03 00.
  */
 typedef struct apt_mot_set_enccounter {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t encoder_count;
 } apt_mot_set_enccounter;
 
@@ -95,17 +95,15 @@ static inline apt_status apt_mot_set_enccounter_decode(
 /**
  * MOT_REQ_ENCCOUNTER (0x040A), to the controller, header only; page 29.
  *
- * Request: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
- * the counter show the true position.
+ * Requests the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
+ * after power-up makes the counter show the true position.
  *
  * Answered by MOT_GET_ENCCOUNTER.
- *
- * A set moves nothing; from then on the encoder counts from another place.
  *
  * Erratum apt-req-enccounter-id: printed 11 04; encoded 0A 04.
  */
 typedef struct apt_mot_req_enccounter {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -169,15 +167,13 @@ static inline apt_status apt_mot_req_enccounter_decode(
 /**
  * MOT_GET_ENCCOUNTER (0x040B), to the host, 6 bytes of data; page 29.
  *
- * Report: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
- * the counter show the true position.
- *
- * A set moves nothing; from then on the encoder counts from another place.
+ * Reports the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
+ * after power-up makes the counter show the true position.
  */
 typedef struct apt_mot_get_enccounter {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t encoder_count;
 } apt_mot_get_enccounter;
 
@@ -243,17 +239,17 @@ static inline apt_status apt_mot_get_enccounter_decode(
 /**
  * MOT_SET_POSCOUNTER (0x0410), to the controller, 6 bytes of data; page 28.
  *
- * Set: live position count. Rarely set on brushless DC controllers, where homing after power-up
- * makes the counter show the true position.
+ * Sets the position counter. Live position count. Rarely set on brushless DC controllers, where
+ * homing after power-up makes the counter show the true position.
  *
- * A set moves nothing; from then on every position counts from another place.
+ * Setting it moves nothing; afterwards, every position counts from the new zero.
  *
  * Erratum apt-counter-examples-200000: printed 04 0D 03 00; encoded 40 0D 03 00.
  */
 typedef struct apt_mot_set_poscounter {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t position;
 } apt_mot_set_poscounter;
 
@@ -319,15 +315,13 @@ static inline apt_status apt_mot_set_poscounter_decode(
 /**
  * MOT_REQ_POSCOUNTER (0x0411), to the controller, header only; page 28.
  *
- * Request: live position count. Rarely set on brushless DC controllers, where homing after power-up
- * makes the counter show the true position.
+ * Requests the position counter. Live position count. Rarely set on brushless DC controllers, where
+ * homing after power-up makes the counter show the true position.
  *
  * Answered by MOT_GET_POSCOUNTER.
- *
- * A set moves nothing; from then on every position counts from another place.
  */
 typedef struct apt_mot_req_poscounter {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -391,15 +385,13 @@ static inline apt_status apt_mot_req_poscounter_decode(
 /**
  * MOT_GET_POSCOUNTER (0x0412), to the host, 6 bytes of data; page 28.
  *
- * Report: live position count. Rarely set on brushless DC controllers, where homing after power-up
- * makes the counter show the true position.
- *
- * A set moves nothing; from then on every position counts from another place.
+ * Reports the position counter. Live position count. Rarely set on brushless DC controllers, where
+ * homing after power-up makes the counter show the true position.
  */
 typedef struct apt_mot_get_poscounter {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t position;
 } apt_mot_get_poscounter;
 
@@ -465,8 +457,8 @@ static inline apt_status apt_mot_get_poscounter_decode(
 /**
  * MOT_SET_VELPARAMS (0x0413), to the controller, 14 bytes of data; page 30.
  *
- * Set: trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
- * counts on DC servos.
+ * Sets the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on stepper
+ * controllers, encoder counts on DC servos.
  *
  * Erratum apt-summary-velparams-id: printed 0x0414; encoded 0x0413.
  *
@@ -483,16 +475,16 @@ static inline apt_status apt_mot_get_poscounter_decode(
  * the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
  */
 typedef struct apt_mot_set_velparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Start velocity; always zero at present; raw counts of mm/s, scale by stage; -2147483648 to
-     * 2147483647; by default 0.
+     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * from -2147483648 to 2147483647; by default 0.
      */
     int32_t min_velocity;
-    /** Raw counts of mm/s^2, scale by stage; 0 to 4294967295. */
+    /** In counts; the scale to mm/s^2 depends on the stage; from 0 to 4294967295. */
     uint32_t acceleration;
-    /** Final velocity; raw counts of mm/s, scale by stage; 0 to 4294967295. */
+    /** Final velocity; in counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */
     uint32_t max_velocity;
 } apt_mot_set_velparams;
 
@@ -562,13 +554,13 @@ static inline apt_status apt_mot_set_velparams_decode(
 /**
  * MOT_REQ_VELPARAMS (0x0414), to the controller, header only; pages 30, 31.
  *
- * Request: trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
- * counts on DC servos.
+ * Requests the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
+ * stepper controllers, encoder counts on DC servos.
  *
  * Answered by MOT_GET_VELPARAMS.
  */
 typedef struct apt_mot_req_velparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -632,20 +624,20 @@ static inline apt_status apt_mot_req_velparams_decode(
 /**
  * MOT_GET_VELPARAMS (0x0415), to the host, 14 bytes of data; pages 30, 31.
  *
- * Report: trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
- * counts on DC servos.
+ * Reports the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
+ * stepper controllers, encoder counts on DC servos.
  */
 typedef struct apt_mot_get_velparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Start velocity; always zero at present; raw counts of mm/s, scale by stage; -2147483648 to
-     * 2147483647; by default 0.
+     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * from -2147483648 to 2147483647; by default 0.
      */
     int32_t min_velocity;
-    /** Raw counts of mm/s^2, scale by stage; 0 to 4294967295. */
+    /** In counts; the scale to mm/s^2 depends on the stage; from 0 to 4294967295. */
     uint32_t acceleration;
-    /** Final velocity; raw counts of mm/s, scale by stage; 0 to 4294967295. */
+    /** Final velocity; in counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */
     uint32_t max_velocity;
 } apt_mot_get_velparams;
 
@@ -715,7 +707,7 @@ static inline apt_status apt_mot_get_velparams_decode(
 /**
  * MOT_SET_JOGPARAMS (0x0416), to the controller, 22 bytes of data; page 32.
  *
- * Set: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
+ * Sets the jog parameters. Settings for MOT_MOVE_JOG, the jog buttons and an external jog signal.
  *
  * Erratum apt-velocity-units: printed encoder counts/sec and counts/sec/sec; encoded counts per
  * servo cycle × 65536, as section 7.1.
@@ -727,25 +719,28 @@ static inline apt_status apt_mot_get_velparams_decode(
  * the breakdowns, for 99 mm/s; encoded 83 C0 CA 00.
  */
 typedef struct apt_mot_set_jogparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_jog_mode; 0 to 65535. */
+    /** See enum apt_jog_mode; from 0 to 65535. */
     uint16_t jog_mode;
     /**
-     * Length of a step in SINGLE_STEP mode; raw counts of mm, scale by stage; -2147483648 to
-     * 2147483647.
+     * Length of a step in SINGLE_STEP mode; in counts; the scale to mm depends on the stage; from
+     * -2147483648 to 2147483647.
      */
     int32_t jog_step_size;
     /**
-     * Start velocity; always zero at present; raw counts of mm/s, scale by stage; -2147483648 to
-     * 2147483647; by default 0.
+     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * from -2147483648 to 2147483647; by default 0.
      */
     int32_t jog_min_velocity;
-    /** Raw counts of mm/s^2, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm/s^2 depends on the stage; from -2147483648 to 2147483647. */
     int32_t jog_acceleration;
-    /** Final velocity; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Final velocity; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t jog_max_velocity;
-    /** See enum apt_stop_mode; 0 to 65535. */
+    /** See enum apt_stop_mode; from 0 to 65535. */
     uint16_t jog_stop_mode;
 } apt_mot_set_jogparams;
 
@@ -821,12 +816,13 @@ static inline apt_status apt_mot_set_jogparams_decode(
 /**
  * MOT_REQ_JOGPARAMS (0x0417), to the controller, header only; pages 32, 33.
  *
- * Request: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
+ * Requests the jog parameters. Settings for MOT_MOVE_JOG, the jog buttons and an external jog
+ * signal.
  *
  * Answered by MOT_GET_JOGPARAMS.
  */
 typedef struct apt_mot_req_jogparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -890,28 +886,32 @@ static inline apt_status apt_mot_req_jogparams_decode(
 /**
  * MOT_GET_JOGPARAMS (0x0418), to the host, 22 bytes of data; pages 32, 33.
  *
- * Report: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
+ * Reports the jog parameters. Settings for MOT_MOVE_JOG, the jog buttons and an external jog
+ * signal.
  */
 typedef struct apt_mot_get_jogparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_jog_mode; 0 to 65535. */
+    /** See enum apt_jog_mode; from 0 to 65535. */
     uint16_t jog_mode;
     /**
-     * Length of a step in SINGLE_STEP mode; raw counts of mm, scale by stage; -2147483648 to
-     * 2147483647.
+     * Length of a step in SINGLE_STEP mode; in counts; the scale to mm depends on the stage; from
+     * -2147483648 to 2147483647.
      */
     int32_t jog_step_size;
     /**
-     * Start velocity; always zero at present; raw counts of mm/s, scale by stage; -2147483648 to
-     * 2147483647; by default 0.
+     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * from -2147483648 to 2147483647; by default 0.
      */
     int32_t jog_min_velocity;
-    /** Raw counts of mm/s^2, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm/s^2 depends on the stage; from -2147483648 to 2147483647. */
     int32_t jog_acceleration;
-    /** Final velocity; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Final velocity; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t jog_max_velocity;
-    /** See enum apt_stop_mode; 0 to 65535. */
+    /** See enum apt_stop_mode; from 0 to 65535. */
     uint16_t jog_stop_mode;
 } apt_mot_get_jogparams;
 
@@ -987,7 +987,8 @@ static inline apt_status apt_mot_get_jogparams_decode(
 /**
  * MOT_SET_LIMSWITCHPARAMS (0x0423), to the controller, 16 bytes of data; page 39.
  *
- * Set: hardware and software limits of a channel. Not for BBD10x units.
+ * Sets the limit switch parameters. Hardware and software limits of a channel. Not for BBD10x
+ * units.
  *
  * Erratum apt-limswitch-bbd10x: printed not applicable to BBD10x units; encoded no BBD unit has the
  * messages.
@@ -1001,23 +1002,25 @@ static inline apt_status apt_mot_get_jogparams_decode(
  * unsigned.
  */
 typedef struct apt_mot_set_limswitchparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Clockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; 0 to 65535. */
+    /** Clockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535. */
     uint16_t cw_hard_limit;
-    /** Counterclockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; 0 to 65535. */
+    /**
+     * Counterclockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535.
+     */
     uint16_t ccw_hard_limit;
     /**
      * Clockwise limit in position steps. The page takes 134218 per mm for it, which is the MLS203's
-     * factor for velocities; raw counts of mm, scale by stage; 0 to 4294967295.
+     * factor for velocities; in counts; the scale to mm depends on the stage; from 0 to 4294967295.
      */
     uint32_t cw_soft_limit;
     /**
-     * Counterclockwise limit; scaled as the clockwise one; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Counterclockwise limit; scaled as the clockwise one; in counts; the scale to mm depends on
+     * the stage; from -2147483648 to 2147483647.
      */
     int32_t ccw_soft_limit;
-    /** May carry the ROTATION_STAGE bit; see enum apt_software_limit_mode; 0 to 65535. */
+    /** May carry the ROTATION_STAGE bit; see enum apt_software_limit_mode; from 0 to 65535. */
     uint16_t software_limit_mode;
 } apt_mot_set_limswitchparams;
 
@@ -1092,7 +1095,8 @@ static inline apt_status apt_mot_set_limswitchparams_decode(
 /**
  * MOT_REQ_LIMSWITCHPARAMS (0x0424), to the controller, header only; pages 39, 40.
  *
- * Request: hardware and software limits of a channel. Not for BBD10x units.
+ * Requests the limit switch parameters. Hardware and software limits of a channel. Not for BBD10x
+ * units.
  *
  * Answered by MOT_GET_LIMSWITCHPARAMS.
  *
@@ -1100,7 +1104,7 @@ static inline apt_status apt_mot_set_limswitchparams_decode(
  * messages.
  */
 typedef struct apt_mot_req_limswitchparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1164,7 +1168,8 @@ static inline apt_status apt_mot_req_limswitchparams_decode(
 /**
  * MOT_GET_LIMSWITCHPARAMS (0x0425), to the host, 16 bytes of data; pages 39, 40.
  *
- * Report: hardware and software limits of a channel. Not for BBD10x units.
+ * Reports the limit switch parameters. Hardware and software limits of a channel. Not for BBD10x
+ * units.
  *
  * Erratum apt-get-limswitchparams-size: printed Response structure (20 bytes); encoded 22 bytes.
  *
@@ -1172,23 +1177,25 @@ static inline apt_status apt_mot_req_limswitchparams_decode(
  * messages.
  */
 typedef struct apt_mot_get_limswitchparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Clockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; 0 to 65535. */
+    /** Clockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535. */
     uint16_t cw_hard_limit;
-    /** Counterclockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; 0 to 65535. */
+    /**
+     * Counterclockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535.
+     */
     uint16_t ccw_hard_limit;
     /**
      * Clockwise limit in position steps. The page takes 134218 per mm for it, which is the MLS203's
-     * factor for velocities; raw counts of mm, scale by stage; 0 to 4294967295.
+     * factor for velocities; in counts; the scale to mm depends on the stage; from 0 to 4294967295.
      */
     uint32_t cw_soft_limit;
     /**
-     * Counterclockwise limit; scaled as the clockwise one; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Counterclockwise limit; scaled as the clockwise one; in counts; the scale to mm depends on
+     * the stage; from -2147483648 to 2147483647.
      */
     int32_t ccw_soft_limit;
-    /** May carry the ROTATION_STAGE bit; see enum apt_software_limit_mode; 0 to 65535. */
+    /** May carry the ROTATION_STAGE bit; see enum apt_software_limit_mode; from 0 to 65535. */
     uint16_t software_limit_mode;
 } apt_mot_get_limswitchparams;
 
@@ -1263,12 +1270,12 @@ static inline apt_status apt_mot_get_limswitchparams_decode(
 /**
  * MOT_REQ_STATUSBITS (0x0429), to the controller, header only; page 81.
  *
- * Request: status bits alone, without position and velocity.
+ * Requests the motor status bits. Status bits alone, without position and velocity.
  *
  * Answered by MOT_GET_STATUSBITS.
  */
 typedef struct apt_mot_req_statusbits {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1332,15 +1339,15 @@ static inline apt_status apt_mot_req_statusbits_decode(
 /**
  * MOT_GET_STATUSBITS (0x042A), to the host, 6 bytes of data; page 81.
  *
- * Report: status bits alone, without position and velocity.
+ * Reports the motor status bits. Status bits alone, without position and velocity.
  */
 typedef struct apt_mot_get_statusbits {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
      * The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On steppers rely only on
      * the bits that MOT_GET_STATUSUPDATE has under the same names: page 77 gives bit 12 another
-     * meaning; bits APT_DC_STATUS_BITS_...; 0 to 4294967295.
+     * meaning; bits APT_DC_STATUS_BITS_...; from 0 to 4294967295.
      */
     uint32_t status_bits;
 } apt_mot_get_statusbits;
@@ -1407,14 +1414,14 @@ static inline apt_status apt_mot_get_statusbits_decode(
 /**
  * MOT_SET_GENMOVEPARAMS (0x043A), to the controller, 6 bytes of data; page 34.
  *
- * Set: general move settings; at present only the backlash distance.
+ * Sets the general move parameters. General move settings; at present only the backlash distance.
  */
 typedef struct apt_mot_set_genmoveparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Relative distance of the backlash correction; raw counts of mm, scale by stage; -2147483648
-     * to 2147483647.
+     * Relative distance of the backlash correction; in counts; the scale to mm depends on the
+     * stage; from -2147483648 to 2147483647.
      */
     int32_t backlash_distance;
 } apt_mot_set_genmoveparams;
@@ -1482,12 +1489,13 @@ static inline apt_status apt_mot_set_genmoveparams_decode(
 /**
  * MOT_REQ_GENMOVEPARAMS (0x043B), to the controller, header only; page 34.
  *
- * Request: general move settings; at present only the backlash distance.
+ * Requests the general move parameters. General move settings; at present only the backlash
+ * distance.
  *
  * Answered by MOT_GET_GENMOVEPARAMS.
  */
 typedef struct apt_mot_req_genmoveparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1551,14 +1559,15 @@ static inline apt_status apt_mot_req_genmoveparams_decode(
 /**
  * MOT_GET_GENMOVEPARAMS (0x043C), to the host, 6 bytes of data; page 34.
  *
- * Report: general move settings; at present only the backlash distance.
+ * Reports the general move parameters. General move settings; at present only the backlash
+ * distance.
  */
 typedef struct apt_mot_get_genmoveparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Relative distance of the backlash correction; raw counts of mm, scale by stage; -2147483648
-     * to 2147483647.
+     * Relative distance of the backlash correction; in counts; the scale to mm depends on the
+     * stage; from -2147483648 to 2147483647.
      */
     int32_t backlash_distance;
 } apt_mot_get_genmoveparams;
@@ -1626,8 +1635,8 @@ static inline apt_status apt_mot_get_genmoveparams_decode(
 /**
  * MOT_SET_HOMEPARAMS (0x0440), to the controller, 14 bytes of data; page 37.
  *
- * Set: how a channel homes; the settings belong to the stage, and the MLS203 heeds the velocity
- * only.
+ * Sets the homing parameters. Homing settings of a channel; they belong to the stage, and the
+ * MLS203 uses the velocity only.
  *
  * Erratum apt-homeparams-example-velocity: printed 33 33 33 00 for 24 mm/s (3355443/134218);
  * encoded E9 26 31 00.
@@ -1638,19 +1647,24 @@ static inline apt_status apt_mot_get_genmoveparams_decode(
  * unsigned.
  */
 typedef struct apt_mot_set_homeparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Ignored for the MLS203, which homes in positive direction; no values are given; 0 to 65535.
+     * Ignored for the MLS203, which homes in positive direction; no values are given; from 0 to
+     * 65535.
      */
     uint16_t home_direction;
     /**
-     * Ignored for the MLS203, which homes without limit switches; no values are given; 0 to 65535.
+     * Ignored for the MLS203, which homes without limit switches; no values are given; from 0 to
+     * 65535.
      */
     uint16_t limit_switch;
-    /** Raw counts of mm/s, scale by stage; 0 to 4294967295. */
+    /** In counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */
     uint32_t home_velocity;
-    /** Not used for the MLS203; raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Not used for the MLS203; in counts; the scale to mm depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t offset_distance;
 } apt_mot_set_homeparams;
 
@@ -1722,13 +1736,13 @@ static inline apt_status apt_mot_set_homeparams_decode(
 /**
  * MOT_REQ_HOMEPARAMS (0x0441), to the controller, header only; pages 37, 38.
  *
- * Request: how a channel homes; the settings belong to the stage, and the MLS203 heeds the velocity
- * only.
+ * Requests the homing parameters. Homing settings of a channel; they belong to the stage, and the
+ * MLS203 uses the velocity only.
  *
  * Answered by MOT_GET_HOMEPARAMS.
  */
 typedef struct apt_mot_req_homeparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1792,23 +1806,28 @@ static inline apt_status apt_mot_req_homeparams_decode(
 /**
  * MOT_GET_HOMEPARAMS (0x0442), to the host, 14 bytes of data; pages 37, 38.
  *
- * Report: how a channel homes; the settings belong to the stage, and the MLS203 heeds the velocity
- * only.
+ * Reports the homing parameters. Homing settings of a channel; they belong to the stage, and the
+ * MLS203 uses the velocity only.
  */
 typedef struct apt_mot_get_homeparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Ignored for the MLS203, which homes in positive direction; no values are given; 0 to 65535.
+     * Ignored for the MLS203, which homes in positive direction; no values are given; from 0 to
+     * 65535.
      */
     uint16_t home_direction;
     /**
-     * Ignored for the MLS203, which homes without limit switches; no values are given; 0 to 65535.
+     * Ignored for the MLS203, which homes without limit switches; no values are given; from 0 to
+     * 65535.
      */
     uint16_t limit_switch;
-    /** Raw counts of mm/s, scale by stage; 0 to 4294967295. */
+    /** In counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */
     uint32_t home_velocity;
-    /** Not used for the MLS203; raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Not used for the MLS203; in counts; the scale to mm depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t offset_distance;
 } apt_mot_get_homeparams;
 
@@ -1885,7 +1904,7 @@ static inline apt_status apt_mot_get_homeparams_decode(
  * Completes with MOT_MOVE_HOMED. Stops with MOT_MOVE_STOPPED. Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
  */
 typedef struct apt_mot_move_home {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1953,7 +1972,7 @@ static inline apt_status apt_mot_move_home_decode(
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
  */
 typedef struct apt_mot_move_homed {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2016,13 +2035,13 @@ static inline apt_status apt_mot_move_homed_decode(
 /**
  * MOT_SET_MOVERELPARAMS (0x0445), to the controller, 6 bytes of data; page 35.
  *
- * Set: distance that the controller stores for the next relative move started with the short
- * MOT_MOVE_RELATIVE.
+ * Sets the stored relative distance. Distance that the controller stores for the next relative move
+ * started with the short MOT_MOVE_RELATIVE.
  */
 typedef struct apt_mot_set_moverelparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t relative_distance;
 } apt_mot_set_moverelparams;
 
@@ -2089,13 +2108,13 @@ static inline apt_status apt_mot_set_moverelparams_decode(
 /**
  * MOT_REQ_MOVERELPARAMS (0x0446), to the controller, header only; page 35.
  *
- * Request: distance that the controller stores for the next relative move started with the short
- * MOT_MOVE_RELATIVE.
+ * Requests the stored relative distance. Distance that the controller stores for the next relative
+ * move started with the short MOT_MOVE_RELATIVE.
  *
  * Answered by MOT_GET_MOVERELPARAMS.
  */
 typedef struct apt_mot_req_moverelparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2159,13 +2178,13 @@ static inline apt_status apt_mot_req_moverelparams_decode(
 /**
  * MOT_GET_MOVERELPARAMS (0x0447), to the host, 6 bytes of data; page 35.
  *
- * Report: distance that the controller stores for the next relative move started with the short
- * MOT_MOVE_RELATIVE.
+ * Reports the stored relative distance. Distance that the controller stores for the next relative
+ * move started with the short MOT_MOVE_RELATIVE.
  */
 typedef struct apt_mot_get_moverelparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t relative_distance;
 } apt_mot_get_moverelparams;
 
@@ -2241,7 +2260,7 @@ static inline apt_status apt_mot_get_moverelparams_decode(
  * Moves by the distance stored with MOT_SET_MOVERELPARAMS.
  */
 typedef struct apt_mot_move_relative_header {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2309,9 +2328,9 @@ static inline apt_status apt_mot_move_relative_header_decode(
  * MOT_SUSPEND_ENDOFMOVEMSGS.
  */
 typedef struct apt_mot_move_relative {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t relative_distance;
 } apt_mot_move_relative;
 
@@ -2377,13 +2396,13 @@ static inline apt_status apt_mot_move_relative_decode(
 /**
  * MOT_SET_MOVEABSPARAMS (0x0450), to the controller, 6 bytes of data; page 36.
  *
- * Set: position that the controller stores for the next absolute move started with the short
- * MOT_MOVE_ABSOLUTE.
+ * Sets the stored absolute position. Position that the controller stores for the next absolute move
+ * started with the short MOT_MOVE_ABSOLUTE.
  */
 typedef struct apt_mot_set_moveabsparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t absolute_position;
 } apt_mot_set_moveabsparams;
 
@@ -2450,13 +2469,13 @@ static inline apt_status apt_mot_set_moveabsparams_decode(
 /**
  * MOT_REQ_MOVEABSPARAMS (0x0451), to the controller, header only; page 36.
  *
- * Request: position that the controller stores for the next absolute move started with the short
- * MOT_MOVE_ABSOLUTE.
+ * Requests the stored absolute position. Position that the controller stores for the next absolute
+ * move started with the short MOT_MOVE_ABSOLUTE.
  *
  * Answered by MOT_GET_MOVEABSPARAMS.
  */
 typedef struct apt_mot_req_moveabsparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2520,13 +2539,13 @@ static inline apt_status apt_mot_req_moveabsparams_decode(
 /**
  * MOT_GET_MOVEABSPARAMS (0x0452), to the host, 6 bytes of data; page 36.
  *
- * Report: position that the controller stores for the next absolute move started with the short
- * MOT_MOVE_ABSOLUTE.
+ * Reports the stored absolute position. Position that the controller stores for the next absolute
+ * move started with the short MOT_MOVE_ABSOLUTE.
  */
 typedef struct apt_mot_get_moveabsparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /** In counts; the scale to mm depends on the stage; from -2147483648 to 2147483647. */
     int32_t absolute_position;
 } apt_mot_get_moveabsparams;
 
@@ -2602,7 +2621,7 @@ static inline apt_status apt_mot_get_moveabsparams_decode(
  * Moves to the position stored with MOT_SET_MOVEABSPARAMS.
  */
 typedef struct apt_mot_move_absolute_header {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2670,9 +2689,12 @@ static inline apt_status apt_mot_move_absolute_header_decode(
  * MOT_SUSPEND_ENDOFMOVEMSGS.
  */
 typedef struct apt_mot_move_absolute {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** The position to move to; raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * The position to move to; in counts; the scale to mm depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t absolute_distance;
 } apt_mot_move_absolute;
 
@@ -2738,8 +2760,8 @@ static inline apt_status apt_mot_move_absolute_decode(
 /**
  * MOT_MOVE_VELOCITY (0x0457), to the controller, header only; page 48.
  *
- * Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a stop
- * command or a limit switch.
+ * Moves in one direction, with the velocity that, by the document, MOT_SET_MOVEVELPARAMS sets,
+ * until a stop command or a limit switch.
  *
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
  * MOT_SUSPEND_ENDOFMOVEMSGS.
@@ -2761,9 +2783,9 @@ static inline apt_status apt_mot_move_absolute_decode(
  * parameters of a velocity move; encoded kept as a name without an id or a layout; nothing is sent.
  */
 typedef struct apt_mot_move_velocity {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_move_direction; 0 to 255. */
+    /** See enum apt_move_direction; from 0 to 255. */
     uint8_t direction;
 } apt_mot_move_velocity;
 
@@ -2841,7 +2863,7 @@ static inline apt_status apt_mot_move_velocity_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  */
 typedef struct apt_mot_move_completed_header {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2916,17 +2938,21 @@ static inline apt_status apt_mot_move_completed_header_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  */
 typedef struct apt_mot_move_completed_dc {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Position encoder count; raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Position encoder count; in counts; the scale to mm depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t position;
     /**
-     * Actual velocity; negative in reverse; raw counts of mm/s, scale by stage; -32768 to 32767.
+     * Actual velocity; negative in reverse; in counts; the scale to mm/s depends on the stage; from
+     * -32768 to 32767.
      */
     int16_t velocity;
-    /** Not used at present; reserved, sent as zero; 0 to 65535. */
+    /** Not used at present; reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved;
-    /** Bits APT_DC_STATUS_BITS_...; 0 to 4294967295. */
+    /** Bits APT_DC_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
 } apt_mot_move_completed_dc;
 
@@ -3010,19 +3036,19 @@ static inline apt_status apt_mot_move_completed_dc_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  */
 typedef struct apt_mot_move_completed_stepper {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Position count; 25600 counts per mm on the APT stepper controllers; raw counts of mm, scale
-     * by stage; -2147483648 to 2147483647.
+     * Position count; 25600 counts per mm on the APT stepper controllers; in counts; the scale to
+     * mm depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t position;
     /**
-     * Encoder count; only for stages with an encoder; raw counts of mm, scale by stage; -2147483648
-     * to 2147483647.
+     * Encoder count; only for stages with an encoder; in counts; the scale to mm depends on the
+     * stage; from -2147483648 to 2147483647.
      */
     int32_t enc_count;
-    /** Bits APT_STEPPER_STATUS_BITS_...; 0 to 4294967295. */
+    /** Bits APT_STEPPER_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
 } apt_mot_move_completed_stepper;
 
@@ -3110,9 +3136,9 @@ static inline apt_status apt_mot_move_completed_stepper_decode(
  * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
  */
 typedef struct apt_mot_move_stop {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_stop_mode; 0 to 255. */
+    /** See enum apt_stop_mode; from 0 to 255. */
     uint8_t stop_mode;
 } apt_mot_move_stop;
 
@@ -3188,7 +3214,7 @@ static inline apt_status apt_mot_move_stop_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  */
 typedef struct apt_mot_move_stopped_header {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3262,17 +3288,21 @@ static inline apt_status apt_mot_move_stopped_header_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  */
 typedef struct apt_mot_move_stopped_dc {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Position encoder count; raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Position encoder count; in counts; the scale to mm depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t position;
     /**
-     * Actual velocity; negative in reverse; raw counts of mm/s, scale by stage; -32768 to 32767.
+     * Actual velocity; negative in reverse; in counts; the scale to mm/s depends on the stage; from
+     * -32768 to 32767.
      */
     int16_t velocity;
-    /** Not used at present; reserved, sent as zero; 0 to 65535. */
+    /** Not used at present; reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved;
-    /** Bits APT_DC_STATUS_BITS_...; 0 to 4294967295. */
+    /** Bits APT_DC_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
 } apt_mot_move_stopped_dc;
 
@@ -3354,19 +3384,19 @@ static inline apt_status apt_mot_move_stopped_dc_decode(
  * encoded bytes 0 to 19, destination with 0x80.
  */
 typedef struct apt_mot_move_stopped_stepper {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Position count; 25600 counts per mm on the APT stepper controllers; raw counts of mm, scale
-     * by stage; -2147483648 to 2147483647.
+     * Position count; 25600 counts per mm on the APT stepper controllers; in counts; the scale to
+     * mm depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t position;
     /**
-     * Encoder count; only for stages with an encoder; raw counts of mm, scale by stage; -2147483648
-     * to 2147483647.
+     * Encoder count; only for stages with an encoder; in counts; the scale to mm depends on the
+     * stage; from -2147483648 to 2147483647.
      */
     int32_t enc_count;
-    /** Bits APT_STEPPER_STATUS_BITS_...; 0 to 4294967295. */
+    /** Bits APT_STEPPER_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
 } apt_mot_move_stopped_stepper;
 
@@ -3458,9 +3488,9 @@ static inline apt_status apt_mot_move_stopped_stepper_decode(
  * relative, absolute, jog and velocity moves.
  */
 typedef struct apt_mot_move_jog {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_move_direction; 0 to 255. */
+    /** See enum apt_move_direction; from 0 to 255. */
     uint8_t direction;
 } apt_mot_move_jog;
 
@@ -3670,7 +3700,7 @@ static inline apt_status apt_mot_resume_endofmovemsgs_decode(
  * Erratum apt-req-statusupdate-table-id: printed 90 04; encoded 80 04.
  */
 typedef struct apt_mot_req_statusupdate {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3740,19 +3770,19 @@ static inline apt_status apt_mot_req_statusupdate_decode(
  * notes say what the page says.
  */
 typedef struct apt_mot_get_statusupdate {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Position count; 25600 counts per mm on the APT stepper controllers; raw counts of mm, scale
-     * by stage; -2147483648 to 2147483647.
+     * Position count; 25600 counts per mm on the APT stepper controllers; in counts; the scale to
+     * mm depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t position;
     /**
-     * Encoder count; only for stages with an encoder; raw counts of mm, scale by stage; -2147483648
-     * to 2147483647.
+     * Encoder count; only for stages with an encoder; in counts; the scale to mm depends on the
+     * stage; from -2147483648 to 2147483647.
      */
     int32_t enc_count;
-    /** Bits APT_STEPPER_STATUS_BITS_...; 0 to 4294967295. */
+    /** Bits APT_STEPPER_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
 } apt_mot_get_statusupdate;
 
@@ -3828,7 +3858,7 @@ static inline apt_status apt_mot_get_statusupdate_decode(
  * Answered by MOT_GET_DCSTATUSUPDATE.
  */
 typedef struct apt_mot_req_dcstatusupdate {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3906,17 +3936,21 @@ static inline apt_status apt_mot_req_dcstatusupdate_decode(
  * Erratum apt-status-velocity-factor: printed 204.8 per mm/s; encoded 2.048 per mm/s.
  */
 typedef struct apt_mot_get_dcstatusupdate {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Position encoder count; raw counts of mm, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Position encoder count; in counts; the scale to mm depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t position;
     /**
-     * Actual velocity; negative in reverse; raw counts of mm/s, scale by stage; -32768 to 32767.
+     * Actual velocity; negative in reverse; in counts; the scale to mm/s depends on the stage; from
+     * -32768 to 32767.
      */
     int16_t velocity;
-    /** Not used at present; reserved, sent as zero; 0 to 65535. */
+    /** Not used at present; reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved;
-    /** Bits APT_DC_STATUS_BITS_...; 0 to 4294967295. */
+    /** Bits APT_DC_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
 } apt_mot_get_dcstatusupdate;
 
@@ -4062,28 +4096,28 @@ static inline apt_status apt_mot_ack_dcstatusupdate_decode(
 /**
  * MOT_SET_DCPIDPARAMS (0x04A0), to the controller, 20 bytes of data; page 51.
  *
- * Set: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
- * sheet of that chip has the details.
+ * Sets the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so far
+ * the TDC001 only; the data sheet of that chip has the details.
  *
- * A set starts no move; a channel that holds its position holds it by the new values at once.
+ * Setting them starts no move; a channel that holds its position uses the new values at once.
  *
  * Erratum apt-dcpidparams-example-short: printed 41 00 AF 00 58 02: gains of two bytes, 14 bytes of
  * packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes of packet.
  */
 typedef struct apt_mot_set_dcpidparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     int32_t proportional;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     int32_t integral;
-    /** Differential gain; 0 to 32767. */
+    /** Differential gain; from 0 to 32767. */
     int32_t differential;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 32767. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     int32_t integral_limit;
     /**
-     * One bit for each of the four parameters above, set if it is applied; which bit is whose is
-     * not said; 0 to 65535; by default 15.
+     * One bit for each of the four parameters above, set if it is applied; the document does not
+     * say which bit belongs to which; from 0 to 65535; by default 15.
      */
     uint16_t filter_control;
 } apt_mot_set_dcpidparams;
@@ -4166,17 +4200,15 @@ static inline apt_status apt_mot_set_dcpidparams_decode(
 /**
  * MOT_REQ_DCPIDPARAMS (0x04A1), to the controller, header only; pages 51, 52.
  *
- * Request: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
- * sheet of that chip has the details.
+ * Requests the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
+ * far the TDC001 only; the data sheet of that chip has the details.
  *
  * Answered by MOT_GET_DCPIDPARAMS.
- *
- * A set starts no move; a channel that holds its position holds it by the new values at once.
  *
  * Erratum apt-dcpidparams-table-ids: printed A0 04 in both; encoded A1 04 and A2 04.
  */
 typedef struct apt_mot_req_dcpidparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -4240,27 +4272,25 @@ static inline apt_status apt_mot_req_dcpidparams_decode(
 /**
  * MOT_GET_DCPIDPARAMS (0x04A2), to the host, 20 bytes of data; pages 51, 52.
  *
- * Report: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
- * sheet of that chip has the details.
- *
- * A set starts no move; a channel that holds its position holds it by the new values at once.
+ * Reports the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
+ * far the TDC001 only; the data sheet of that chip has the details.
  *
  * Erratum apt-dcpidparams-table-ids: printed A0 04 in both; encoded A1 04 and A2 04.
  */
 typedef struct apt_mot_get_dcpidparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     int32_t proportional;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     int32_t integral;
-    /** Differential gain; 0 to 32767. */
+    /** Differential gain; from 0 to 32767. */
     int32_t differential;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 32767. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     int32_t integral_limit;
     /**
-     * One bit for each of the four parameters above, set if it is applied; which bit is whose is
-     * not said; 0 to 65535; by default 15.
+     * One bit for each of the four parameters above, set if it is applied; the document does not
+     * say which bit belongs to which; from 0 to 65535; by default 15.
      */
     uint16_t filter_control;
 } apt_mot_get_dcpidparams;
@@ -4343,9 +4373,9 @@ static inline apt_status apt_mot_get_dcpidparams_decode(
 /**
  * MOT_SET_POTPARAMS (0x04B0), to the controller, 26 bytes of data; page 55.
  *
- * Set: four speeds of the potentiometer slider and the deflections beyond which they apply, the
- * same in both directions. Each deflection must be greater than the one before it; equal speeds are
- * allowed.
+ * Sets the potentiometer parameters. Four speeds of the potentiometer slider and the deflections
+ * beyond which they apply, the same in both directions. Each deflection must be greater than the
+ * one before it; equal speeds are allowed.
  *
  * Erratum apt-potparams-deflection-rows: printed Wnd1 is the deflection to apply Vel1, Wnd2 Vel2
  * and Wnd3 Vel3; encoded at Wnd1 Vel2 takes over from Vel1, at Wnd2 Vel3, at Wnd3 Vel4.
@@ -4357,25 +4387,35 @@ static inline apt_status apt_mot_get_dcpidparams_decode(
  * encoded 6861 and 10291.
  */
 typedef struct apt_mot_set_potparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Deflection in ADC counts before motion starts; 0 to 127. */
+    /** Deflection in ADC counts before motion starts; from 0 to 127. */
     uint16_t zero_wnd;
     /**
-     * Speed from zero_wnd to wnd1; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+     * Speed from zero_wnd to wnd1; in counts; the scale to mm/s depends on the stage; from
+     * -2147483648 to 2147483647.
      */
     int32_t vel1;
-    /** Deflection where vel1 ends; above zero_wnd; 0 to 127. */
+    /** Deflection where vel1 ends; above zero_wnd; from 0 to 127. */
     uint16_t wnd1;
-    /** Speed from wnd1 to wnd2; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Speed from wnd1 to wnd2; in counts; the scale to mm/s depends on the stage; from -2147483648
+     * to 2147483647.
+     */
     int32_t vel2;
-    /** Deflection where vel2 ends; above wnd1; 0 to 127. */
+    /** Deflection where vel2 ends; above wnd1; from 0 to 127. */
     uint16_t wnd2;
-    /** Speed from wnd2 to wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Speed from wnd2 to wnd3; in counts; the scale to mm/s depends on the stage; from -2147483648
+     * to 2147483647.
+     */
     int32_t vel3;
-    /** Deflection where vel3 ends; above wnd2; 0 to 127. */
+    /** Deflection where vel3 ends; above wnd2; from 0 to 127. */
     uint16_t wnd3;
-    /** Speed beyond wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Speed beyond wnd3; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t vel4;
 } apt_mot_set_potparams;
 
@@ -4459,16 +4499,16 @@ static inline apt_status apt_mot_set_potparams_decode(
 /**
  * MOT_REQ_POTPARAMS (0x04B1), to the controller, header only; pages 55, 57.
  *
- * Request: four speeds of the potentiometer slider and the deflections beyond which they apply, the
- * same in both directions. Each deflection must be greater than the one before it; equal speeds are
- * allowed.
+ * Requests the potentiometer parameters. Four speeds of the potentiometer slider and the
+ * deflections beyond which they apply, the same in both directions. Each deflection must be greater
+ * than the one before it; equal speeds are allowed.
  *
  * Answered by MOT_GET_POTPARAMS.
  *
  * Erratum apt-req-potparams-table-id: printed 17 04; encoded B1 04.
  */
 typedef struct apt_mot_req_potparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -4532,33 +4572,43 @@ static inline apt_status apt_mot_req_potparams_decode(
 /**
  * MOT_GET_POTPARAMS (0x04B2), to the host, 26 bytes of data; pages 55, 57.
  *
- * Report: four speeds of the potentiometer slider and the deflections beyond which they apply, the
- * same in both directions. Each deflection must be greater than the one before it; equal speeds are
- * allowed.
+ * Reports the potentiometer parameters. Four speeds of the potentiometer slider and the deflections
+ * beyond which they apply, the same in both directions. Each deflection must be greater than the
+ * one before it; equal speeds are allowed.
  *
  * Erratum apt-get-potparams-size: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26 byte
  * data packet.
  */
 typedef struct apt_mot_get_potparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Deflection in ADC counts before motion starts; 0 to 127. */
+    /** Deflection in ADC counts before motion starts; from 0 to 127. */
     uint16_t zero_wnd;
     /**
-     * Speed from zero_wnd to wnd1; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+     * Speed from zero_wnd to wnd1; in counts; the scale to mm/s depends on the stage; from
+     * -2147483648 to 2147483647.
      */
     int32_t vel1;
-    /** Deflection where vel1 ends; above zero_wnd; 0 to 127. */
+    /** Deflection where vel1 ends; above zero_wnd; from 0 to 127. */
     uint16_t wnd1;
-    /** Speed from wnd1 to wnd2; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Speed from wnd1 to wnd2; in counts; the scale to mm/s depends on the stage; from -2147483648
+     * to 2147483647.
+     */
     int32_t vel2;
-    /** Deflection where vel2 ends; above wnd1; 0 to 127. */
+    /** Deflection where vel2 ends; above wnd1; from 0 to 127. */
     uint16_t wnd2;
-    /** Speed from wnd2 to wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Speed from wnd2 to wnd3; in counts; the scale to mm/s depends on the stage; from -2147483648
+     * to 2147483647.
+     */
     int32_t vel3;
-    /** Deflection where vel3 ends; above wnd2; 0 to 127. */
+    /** Deflection where vel3 ends; above wnd2; from 0 to 127. */
     uint16_t wnd3;
-    /** Speed beyond wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647. */
+    /**
+     * Speed beyond wnd3; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+     * 2147483647.
+     */
     int32_t vel4;
 } apt_mot_get_potparams;
 
@@ -4642,14 +4692,15 @@ static inline apt_status apt_mot_get_potparams_decode(
 /**
  * MOT_SET_AVMODES (0x04B3), to the controller, 4 bytes of data; page 53.
  *
- * Set: which events the LED on the control keypad shows, for rooms where stray light disturbs.
+ * Sets the keypad LED modes. Events that the LED on the control keypad shows, for rooms where stray
+ * light disturbs.
  *
  * Erratum apt-avmodes-decimal: printed the hex value; '11' for all modes; encoded 0x0B.
  */
 typedef struct apt_mot_set_avmodes {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Bits APT_LED_MODE_...; 0 to 65535. */
+    /** Bits APT_LED_MODE_...; from 0 to 65535. */
     uint16_t mode_bits;
 } apt_mot_set_avmodes;
 
@@ -4715,14 +4766,15 @@ static inline apt_status apt_mot_set_avmodes_decode(
 /**
  * MOT_REQ_AVMODES (0x04B4), to the controller, header only; pages 53, 54.
  *
- * Request: which events the LED on the control keypad shows, for rooms where stray light disturbs.
+ * Requests the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
+ * stray light disturbs.
  *
  * Answered by MOT_GET_AVMODES.
  *
  * Erratum apt-req-avmodes-table-id: printed 11 04; encoded B4 04.
  */
 typedef struct apt_mot_req_avmodes {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -4786,12 +4838,13 @@ static inline apt_status apt_mot_req_avmodes_decode(
 /**
  * MOT_GET_AVMODES (0x04B5), to the host, 4 bytes of data; pages 53, 54.
  *
- * Report: which events the LED on the control keypad shows, for rooms where stray light disturbs.
+ * Reports the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
+ * stray light disturbs.
  */
 typedef struct apt_mot_get_avmodes {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Bits APT_LED_MODE_...; 0 to 65535. */
+    /** Bits APT_LED_MODE_...; from 0 to 65535. */
     uint16_t mode_bits;
 } apt_mot_get_avmodes;
 
@@ -4857,7 +4910,7 @@ static inline apt_status apt_mot_get_avmodes_decode(
 /**
  * MOT_SET_BUTTONPARAMS (0x04B6), to the controller, 16 bytes of data; page 58.
  *
- * Set: what the two buttons on the front panel do.
+ * Sets the button parameters. Function of the two buttons on the front panel.
  *
  * Erratum apt-buttonparams-example-bytes: printed C0 12 and zeros, a packet of 14 bytes; encoded
  * both positions and the time out, a packet of 16 bytes.
@@ -4871,26 +4924,26 @@ static inline apt_status apt_mot_get_avmodes_decode(
  * Erratum apt-buttonparams-unused-row: printed two words Not Used; encoded one word Not Used.
  */
 typedef struct apt_mot_set_buttonparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_button_mode; 0 to 65535. */
+    /** See enum apt_button_mode; from 0 to 65535. */
     uint16_t mode;
     /**
-     * Position of the top button; only in GO_TO_POSITION mode; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Position of the top button; only in GO_TO_POSITION mode; in counts; the scale to mm depends
+     * on the stage; from -2147483648 to 2147483647.
      */
     int32_t position1;
     /**
-     * Position of the bottom button; only in GO_TO_POSITION mode; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Position of the bottom button; only in GO_TO_POSITION mode; in counts; the scale to mm
+     * depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t position2;
     /**
      * How long both buttons are held to home, or one to store the present position, in either mode;
-     * raw counts of ms, ms_per_count 1; 0 to 65535.
+     * in counts of 1 ms; from 0 to 65535.
      */
     uint16_t time_out;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
 } apt_mot_set_buttonparams;
 
@@ -4965,14 +5018,14 @@ static inline apt_status apt_mot_set_buttonparams_decode(
 /**
  * MOT_REQ_BUTTONPARAMS (0x04B7), to the controller, header only; pages 58, 59.
  *
- * Request: what the two buttons on the front panel do.
+ * Requests the button parameters. Function of the two buttons on the front panel.
  *
  * Answered by MOT_GET_BUTTONPARAMS.
  *
  * Erratum apt-req-buttonparams-table-id: printed DB 04; encoded B7 04.
  */
 typedef struct apt_mot_req_buttonparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -5036,7 +5089,7 @@ static inline apt_status apt_mot_req_buttonparams_decode(
 /**
  * MOT_GET_BUTTONPARAMS (0x04B8), to the host, 16 bytes of data; pages 58, 59.
  *
- * Report: what the two buttons on the front panel do.
+ * Reports the button parameters. Function of the two buttons on the front panel.
  *
  * Erratum apt-buttonparams-length: printed 0E 00 in both tables; 20 bytes for the GET; encoded 10
  * 00; 22 bytes.
@@ -5044,26 +5097,26 @@ static inline apt_status apt_mot_req_buttonparams_decode(
  * Erratum apt-get-buttonparams-table-id: printed B6 04; encoded B8 04.
  */
 typedef struct apt_mot_get_buttonparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_button_mode; 0 to 65535. */
+    /** See enum apt_button_mode; from 0 to 65535. */
     uint16_t mode;
     /**
-     * Position of the top button; only in GO_TO_POSITION mode; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Position of the top button; only in GO_TO_POSITION mode; in counts; the scale to mm depends
+     * on the stage; from -2147483648 to 2147483647.
      */
     int32_t position1;
     /**
-     * Position of the bottom button; only in GO_TO_POSITION mode; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Position of the bottom button; only in GO_TO_POSITION mode; in counts; the scale to mm
+     * depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t position2;
     /**
      * How long both buttons are held to home, or one to store the present position, in either mode;
-     * raw counts of ms, ms_per_count 1; 0 to 65535.
+     * in counts of 1 ms; from 0 to 65535.
      */
     uint16_t time_out;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
 } apt_mot_get_buttonparams;
 
@@ -5138,12 +5191,13 @@ static inline apt_status apt_mot_get_buttonparams_decode(
 /**
  * MOT_SET_EEPROMPARAMS (0x04B9), to the controller, 4 bytes of data; page 60.
  *
- * Set: saves the parameters that one message has set, in the EEPROM as the name says.
+ * Sets the parameters in EEPROM. Saves the parameters that one message has set, in the EEPROM as
+ * the name says.
  */
 typedef struct apt_mot_set_eepromparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Id of the message whose parameters are saved; 0 to 65535. */
+    /** Id of the message whose parameters are saved; from 0 to 65535. */
     uint16_t msg_id;
 } apt_mot_set_eepromparams;
 
@@ -5210,28 +5264,28 @@ static inline apt_status apt_mot_set_eepromparams_decode(
 /**
  * MOT_SET_PMDCURRENTLOOPPARAMS (0x04D4), to the controller, 18 bytes of data; page 71.
  *
- * Set: PI current loop of the phase windings on the BBD controllers.
+ * Sets the current loop parameters. PI current loop of the phase windings on the BBD controllers.
  *
- * A set starts no move; the currents of an enabled channel follow the new values at once.
+ * Setting them starts no move; the currents of an enabled channel follow the new values at once.
  */
 typedef struct apt_mot_set_pmdcurrentloopparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_current_phase; 0 to 65535. */
+    /** See enum apt_current_phase; from 0 to 65535. */
     uint16_t phase;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     uint16_t kp_current;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     uint16_t ki_current;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 32767. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     uint16_t i_lim_current;
-    /** Error below which only the proportional term acts; 0 to 32767. */
+    /** Error below which only the proportional term acts; from 0 to 32767. */
     uint16_t i_dead_band;
-    /** Feed-forward added to the output of the filter; 0 to 32767. */
+    /** Feed-forward added to the output of the filter; from 0 to 32767. */
     uint16_t kff;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_set_pmdcurrentloopparams;
 
@@ -5324,16 +5378,15 @@ static inline apt_status apt_mot_set_pmdcurrentloopparams_decode(
 /**
  * MOT_REQ_PMDCURRENTLOOPPARAMS (0x04D5), to the controller, header only; pages 71, 72.
  *
- * Request: PI current loop of the phase windings on the BBD controllers.
+ * Requests the current loop parameters. PI current loop of the phase windings on the BBD
+ * controllers.
  *
  * Answered by MOT_GET_PMDCURRENTLOOPPARAMS.
- *
- * A set starts no move; the currents of an enabled channel follow the new values at once.
  *
  * Erratum apt-req-current-loop-table-id: printed D8 04; encoded D5 04.
  */
 typedef struct apt_mot_req_pmdcurrentloopparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -5405,28 +5458,27 @@ static inline apt_status apt_mot_req_pmdcurrentloopparams_decode(
 /**
  * MOT_GET_PMDCURRENTLOOPPARAMS (0x04D6), to the host, 18 bytes of data; pages 71, 72.
  *
- * Report: PI current loop of the phase windings on the BBD controllers.
- *
- * A set starts no move; the currents of an enabled channel follow the new values at once.
+ * Reports the current loop parameters. PI current loop of the phase windings on the BBD
+ * controllers.
  */
 typedef struct apt_mot_get_pmdcurrentloopparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_current_phase; 0 to 65535. */
+    /** See enum apt_current_phase; from 0 to 65535. */
     uint16_t phase;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     uint16_t kp_current;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     uint16_t ki_current;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 32767. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     uint16_t i_lim_current;
-    /** Error below which only the proportional term acts; 0 to 32767. */
+    /** Error below which only the proportional term acts; from 0 to 32767. */
     uint16_t i_dead_band;
-    /** Feed-forward added to the output of the filter; 0 to 32767. */
+    /** Feed-forward added to the output of the filter; from 0 to 32767. */
     uint16_t kff;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_get_pmdcurrentloopparams;
 
@@ -5519,9 +5571,9 @@ static inline apt_status apt_mot_get_pmdcurrentloopparams_decode(
 /**
  * MOT_SET_PMDPOSITIONLOOPPARAMS (0x04D7), to the controller, 28 bytes of data; page 61.
  *
- * Set: PID position loop of the BBD controllers.
+ * Sets the position loop parameters. PID position loop of the BBD controllers.
  *
- * A set starts no move; a channel that holds its position holds it by the new values at once.
+ * Setting them starts no move; a channel that holds its position uses the new values at once.
  *
  * Erratum apt-pmdpositionloop-example-short: printed 26 bytes of packet, one unused word; encoded
  * 28 bytes, two unused words.
@@ -5529,38 +5581,35 @@ static inline apt_status apt_mot_get_pmdcurrentloopparams_decode(
  * Erratum apt-pos-err-lim-range: printed 7FFFFFF; encoded 7FFFFFFF.
  */
 typedef struct apt_mot_set_pmdpositionloopparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     uint16_t proportional;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     uint16_t integral;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 2147483647. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 2147483647. */
     uint32_t integral_limit;
-    /** Differential gain; 0 to 32767. */
+    /** Differential gain; from 0 to 32767. */
     uint16_t differential;
     /**
-     * The derivative term is computed once in this number of servo cycles; raw counts of us,
-     * us_per_count 512/5; 1 to 32767.
+     * The derivative term is computed once in this number of servo cycles; in counts of 512/5 us;
+     * from 1 to 32767.
      */
     uint16_t kd_time_pos;
-    /**
-     * Scales the output of the loop; raw counts of percent, counts_per_percent 13107/20; 0 to
-     * 65535.
-     */
+    /** Scales the output of the loop; in counts, 13107/20 per percent; from 0 to 65535. */
     uint16_t kout_pos;
-    /** Velocity feed-forward; 0 to 32767. */
+    /** Velocity feed-forward; from 0 to 32767. */
     uint16_t kvff_pos;
-    /** Acceleration feed-forward; 0 to 32767. */
+    /** Acceleration feed-forward; from 0 to 32767. */
     uint16_t kaff_pos;
     /**
      * A greater position error stops the axis and sets motion_error; the maximum is printed as
-     * 7FFFFFF; raw counts of mm, scale by stage; 0 to 2147483647.
+     * 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to 2147483647.
      */
     uint32_t pos_err_lim;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_set_pmdpositionloopparams;
 
@@ -5663,14 +5712,12 @@ static inline apt_status apt_mot_set_pmdpositionloopparams_decode(
 /**
  * MOT_REQ_PMDPOSITIONLOOPPARAMS (0x04D8), to the controller, header only; pages 61, 63.
  *
- * Request: PID position loop of the BBD controllers.
+ * Requests the position loop parameters. PID position loop of the BBD controllers.
  *
  * Answered by MOT_GET_PMDPOSITIONLOOPPARAMS.
- *
- * A set starts no move; a channel that holds its position holds it by the new values at once.
  */
 typedef struct apt_mot_req_pmdpositionloopparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -5742,43 +5789,38 @@ static inline apt_status apt_mot_req_pmdpositionloopparams_decode(
 /**
  * MOT_GET_PMDPOSITIONLOOPPARAMS (0x04D9), to the host, 28 bytes of data; pages 61, 63.
  *
- * Report: PID position loop of the BBD controllers.
- *
- * A set starts no move; a channel that holds its position holds it by the new values at once.
+ * Reports the position loop parameters. PID position loop of the BBD controllers.
  */
 typedef struct apt_mot_get_pmdpositionloopparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     uint16_t proportional;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     uint16_t integral;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 2147483647. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 2147483647. */
     uint32_t integral_limit;
-    /** Differential gain; 0 to 32767. */
+    /** Differential gain; from 0 to 32767. */
     uint16_t differential;
     /**
-     * The derivative term is computed once in this number of servo cycles; raw counts of us,
-     * us_per_count 512/5; 1 to 32767.
+     * The derivative term is computed once in this number of servo cycles; in counts of 512/5 us;
+     * from 1 to 32767.
      */
     uint16_t kd_time_pos;
-    /**
-     * Scales the output of the loop; raw counts of percent, counts_per_percent 13107/20; 0 to
-     * 65535.
-     */
+    /** Scales the output of the loop; in counts, 13107/20 per percent; from 0 to 65535. */
     uint16_t kout_pos;
-    /** Velocity feed-forward; 0 to 32767. */
+    /** Velocity feed-forward; from 0 to 32767. */
     uint16_t kvff_pos;
-    /** Acceleration feed-forward; 0 to 32767. */
+    /** Acceleration feed-forward; from 0 to 32767. */
     uint16_t kaff_pos;
     /**
      * A greater position error stops the axis and sets motion_error; the maximum is printed as
-     * 7FFFFFF; raw counts of mm, scale by stage; 0 to 2147483647.
+     * 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to 2147483647.
      */
     uint32_t pos_err_lim;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_get_pmdpositionloopparams;
 
@@ -5881,10 +5923,10 @@ static inline apt_status apt_mot_get_pmdpositionloopparams_decode(
 /**
  * MOT_SET_PMDMOTOROUTPUTPARAMS (0x04DA), to the controller, 14 bytes of data; page 64.
  *
- * Set: limits and bias of the motor drive signal.
+ * Sets the motor output parameters. Limits and bias of the motor drive signal.
  *
- * A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
- * may let a load sink.
+ * Setting them changes the motor drive signal: the bias is output at once, and a lower limit may
+ * let a load sink.
  *
  * Erratum apt-motor-bias-range: printed -32767 to 32768, format word; encoded -32767 to 32767, two
  * bytes signed.
@@ -5894,32 +5936,32 @@ static inline apt_status apt_mot_get_pmdpositionloopparams_decode(
  * Erratum apt-motoroutput-example-motor-limit: printed 00 00 for 100%; encoded FF 7F.
  */
 typedef struct apt_mot_set_pmdmotoroutputparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
      * Continuous current as a share of the maximum peak current; the maximum is set in the factory
-     * and cannot be changed; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
+     * and cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
      */
     uint16_t cont_current_lim;
     /**
      * Accumulated excess energy, as a share of the factory maximum, above which the current is held
-     * to cont_current_lim and motor_current_limit is set, until the energy is down to 0 again; raw
-     * counts of percent, counts_per_percent 32767/100; 0 to 32767.
+     * to cont_current_lim and motor_current_limit is set, until the energy is down to 0 again; in
+     * counts, 32767/100 per percent; from 0 to 32767.
      */
     uint16_t energy_lim;
     /**
-     * The drive signal is cut to plus or minus this; raw counts of percent, counts_per_percent
-     * 32767/100; 0 to 32767.
+     * The drive signal is cut to plus or minus this; in counts, 32767/100 per percent; from 0 to
+     * 32767.
      */
     uint16_t motor_lim;
     /**
      * Constant added to the output against a constant force such as gravity; applied while the
-     * position loop is on; -32767 to 32767; by default 0.
+     * position loop is on; from -32767 to 32767; by default 0.
      */
     int16_t motor_bias;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_set_pmdmotoroutputparams;
 
@@ -6007,15 +6049,12 @@ static inline apt_status apt_mot_set_pmdmotoroutputparams_decode(
 /**
  * MOT_REQ_PMDMOTOROUTPUTPARAMS (0x04DB), to the controller, header only; pages 64, 65.
  *
- * Request: limits and bias of the motor drive signal.
+ * Requests the motor output parameters. Limits and bias of the motor drive signal.
  *
  * Answered by MOT_GET_PMDMOTOROUTPUTPARAMS.
- *
- * A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
- * may let a load sink.
  */
 typedef struct apt_mot_req_pmdmotoroutputparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -6087,38 +6126,35 @@ static inline apt_status apt_mot_req_pmdmotoroutputparams_decode(
 /**
  * MOT_GET_PMDMOTOROUTPUTPARAMS (0x04DC), to the host, 14 bytes of data; pages 64, 65.
  *
- * Report: limits and bias of the motor drive signal.
- *
- * A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
- * may let a load sink.
+ * Reports the motor output parameters. Limits and bias of the motor drive signal.
  */
 typedef struct apt_mot_get_pmdmotoroutputparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
      * Continuous current as a share of the maximum peak current; the maximum is set in the factory
-     * and cannot be changed; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
+     * and cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
      */
     uint16_t cont_current_lim;
     /**
      * Accumulated excess energy, as a share of the factory maximum, above which the current is held
-     * to cont_current_lim and motor_current_limit is set, until the energy is down to 0 again; raw
-     * counts of percent, counts_per_percent 32767/100; 0 to 32767.
+     * to cont_current_lim and motor_current_limit is set, until the energy is down to 0 again; in
+     * counts, 32767/100 per percent; from 0 to 32767.
      */
     uint16_t energy_lim;
     /**
-     * The drive signal is cut to plus or minus this; raw counts of percent, counts_per_percent
-     * 32767/100; 0 to 32767.
+     * The drive signal is cut to plus or minus this; in counts, 32767/100 per percent; from 0 to
+     * 32767.
      */
     uint16_t motor_lim;
     /**
      * Constant added to the output against a constant force such as gravity; applied while the
-     * position loop is on; -32767 to 32767; by default 0.
+     * position loop is on; from -32767 to 32767; by default 0.
      */
     int16_t motor_bias;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_get_pmdmotoroutputparams;
 
@@ -6206,9 +6242,9 @@ static inline apt_status apt_mot_get_pmdmotoroutputparams_decode(
 /**
  * MOT_SET_PMDTRACKSETTLEPARAMS (0x04E0), to the controller, 12 bytes of data; pages 66, 67.
  *
- * Set: when an axis counts as settled and as tracking. A move ends only when the axis has settled,
- * so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it with the
- * profile.
+ * Sets the tracking and settling parameters. When an axis counts as settled and as tracking. A move
+ * ends only when the axis has settled, so a window that the loop cannot reach holds it up for ever;
+ * a settle time of 0 ends it with the profile.
  *
  * Erratum apt-tracksettle-example-long: printed 14 bytes of packet; encoded 12 bytes.
  *
@@ -6216,20 +6252,23 @@ static inline apt_status apt_mot_get_pmdmotoroutputparams_decode(
  * counts, 0 counts.
  */
 typedef struct apt_mot_set_pmdtracksettleparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Settle time; 0 switches settling off; raw counts of us, us_per_count 512/5; 0 to 32767. */
+    /** Settle time; 0 switches settling off; in counts of 512/5 us; from 0 to 32767. */
     uint16_t time;
-    /** Position error that counts as settled; raw counts of mm, scale by stage; 0 to 65535. */
+    /**
+     * Position error that counts as settled; in counts; the scale to mm depends on the stage; from
+     * 0 to 65535.
+     */
     uint16_t settle_window;
     /**
-     * Position error beyond which the tracking bit is cleared; the axis is not stopped; raw counts
-     * of mm, scale by stage; 0 to 65535.
+     * Position error beyond which the tracking bit is cleared; the axis is not stopped; in counts;
+     * the scale to mm depends on the stage; from 0 to 65535.
      */
     uint16_t track_window;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_set_pmdtracksettleparams;
 
@@ -6312,14 +6351,14 @@ static inline apt_status apt_mot_set_pmdtracksettleparams_decode(
 /**
  * MOT_REQ_PMDTRACKSETTLEPARAMS (0x04E1), to the controller, header only; pages 66, 68.
  *
- * Request: when an axis counts as settled and as tracking. A move ends only when the axis has
- * settled, so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it
- * with the profile.
+ * Requests the tracking and settling parameters. When an axis counts as settled and as tracking. A
+ * move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
+ * ever; a settle time of 0 ends it with the profile.
  *
  * Answered by MOT_GET_PMDTRACKSETTLEPARAMS.
  */
 typedef struct apt_mot_req_pmdtracksettleparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -6391,27 +6430,30 @@ static inline apt_status apt_mot_req_pmdtracksettleparams_decode(
 /**
  * MOT_GET_PMDTRACKSETTLEPARAMS (0x04E2), to the host, 12 bytes of data; pages 66, 68.
  *
- * Report: when an axis counts as settled and as tracking. A move ends only when the axis has
- * settled, so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it
- * with the profile.
+ * Reports the tracking and settling parameters. When an axis counts as settled and as tracking. A
+ * move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
+ * ever; a settle time of 0 ends it with the profile.
  *
  * Erratum apt-contents-get-tracksettle-id: printed 0x04E1; encoded 0x04E2.
  */
 typedef struct apt_mot_get_pmdtracksettleparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Settle time; 0 switches settling off; raw counts of us, us_per_count 512/5; 0 to 32767. */
+    /** Settle time; 0 switches settling off; in counts of 512/5 us; from 0 to 32767. */
     uint16_t time;
-    /** Position error that counts as settled; raw counts of mm, scale by stage; 0 to 65535. */
+    /**
+     * Position error that counts as settled; in counts; the scale to mm depends on the stage; from
+     * 0 to 65535.
+     */
     uint16_t settle_window;
     /**
-     * Position error beyond which the tracking bit is cleared; the axis is not stopped; raw counts
-     * of mm, scale by stage; 0 to 65535.
+     * Position error beyond which the tracking bit is cleared; the axis is not stopped; in counts;
+     * the scale to mm depends on the stage; from 0 to 65535.
      */
     uint16_t track_window;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_get_pmdtracksettleparams;
 
@@ -6494,23 +6536,23 @@ static inline apt_status apt_mot_get_pmdtracksettleparams_decode(
 /**
  * MOT_SET_PMDPROFILEMODEPARAMS (0x04E3), to the controller, 12 bytes of data; page 69.
  *
- * Set: shape of the velocity profile and its jerk.
+ * Sets the profile mode parameters. Shape of the velocity profile and its jerk.
  *
  * Erratum apt-jerk-unit: printed specified in mm/s³; encoded 92.2337 units per mm/s³.
  */
 typedef struct apt_mot_set_pmdprofilemodeparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_profile_mode; 0 to 65535. */
+    /** See enum apt_profile_mode; from 0 to 65535. */
     uint16_t mode;
     /**
-     * Limit on the change of acceleration; S_CURVE only; raw counts of mm/s^3, scale by stage; 0 to
-     * 4294967295.
+     * Limit on the change of acceleration; S_CURVE only; in counts; the scale to mm/s^3 depends on
+     * the stage; from 0 to 4294967295.
      */
     uint32_t jerk;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_set_pmdprofilemodeparams;
 
@@ -6590,12 +6632,12 @@ static inline apt_status apt_mot_set_pmdprofilemodeparams_decode(
 /**
  * MOT_REQ_PMDPROFILEMODEPARAMS (0x04E4), to the controller, header only; pages 69, 70.
  *
- * Request: shape of the velocity profile and its jerk.
+ * Requests the profile mode parameters. Shape of the velocity profile and its jerk.
  *
  * Answered by MOT_GET_PMDPROFILEMODEPARAMS.
  */
 typedef struct apt_mot_req_pmdprofilemodeparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -6667,21 +6709,21 @@ static inline apt_status apt_mot_req_pmdprofilemodeparams_decode(
 /**
  * MOT_GET_PMDPROFILEMODEPARAMS (0x04E5), to the host, 12 bytes of data; pages 69, 70.
  *
- * Report: shape of the velocity profile and its jerk.
+ * Reports the profile mode parameters. Shape of the velocity profile and its jerk.
  */
 typedef struct apt_mot_get_pmdprofilemodeparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_profile_mode; 0 to 65535. */
+    /** See enum apt_profile_mode; from 0 to 65535. */
     uint16_t mode;
     /**
-     * Limit on the change of acceleration; S_CURVE only; raw counts of mm/s^3, scale by stage; 0 to
-     * 4294967295.
+     * Limit on the change of acceleration; S_CURVE only; in counts; the scale to mm/s^3 depends on
+     * the stage; from 0 to 4294967295.
      */
     uint32_t jerk;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_get_pmdprofilemodeparams;
 
@@ -6761,27 +6803,27 @@ static inline apt_status apt_mot_get_pmdprofilemodeparams_decode(
 /**
  * MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS (0x04E9), to the controller, 18 bytes of data; page 73.
  *
- * Set: current loop settings that apply only while the axis is settled, against noise and vibration
- * at the demanded position.
+ * Sets the current loop parameters of a settled axis. Current loop settings that apply only while
+ * the axis is settled, against noise and vibration at the demanded position.
  */
 typedef struct apt_mot_set_pmdsettledcurrentloopparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_current_phase; 0 to 65535. */
+    /** See enum apt_current_phase; from 0 to 65535. */
     uint16_t phase;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     uint16_t kp_settled;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     uint16_t ki_settled;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 32767. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     uint16_t i_lim_settled;
-    /** Error below which only the proportional term acts; 0 to 32767. */
+    /** Error below which only the proportional term acts; from 0 to 32767. */
     uint16_t i_dead_band_settled;
-    /** Feed-forward added to the output of the filter; 0 to 32767. */
+    /** Feed-forward added to the output of the filter; from 0 to 32767. */
     uint16_t kff_settled;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_set_pmdsettledcurrentloopparams;
 
@@ -6874,15 +6916,15 @@ static inline apt_status apt_mot_set_pmdsettledcurrentloopparams_decode(
 /**
  * MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS (0x04EA), to the controller, header only; pages 73, 74.
  *
- * Request: current loop settings that apply only while the axis is settled, against noise and
- * vibration at the demanded position.
+ * Requests the current loop parameters of a settled axis. Current loop settings that apply only
+ * while the axis is settled, against noise and vibration at the demanded position.
  *
  * Answered by MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS.
  *
  * Erratum apt-req-settled-current-loop-table-id: printed D8 04; encoded EA 04.
  */
 typedef struct apt_mot_req_pmdsettledcurrentloopparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -6954,27 +6996,27 @@ static inline apt_status apt_mot_req_pmdsettledcurrentloopparams_decode(
 /**
  * MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS (0x04EB), to the host, 18 bytes of data; pages 73, 74.
  *
- * Report: current loop settings that apply only while the axis is settled, against noise and
- * vibration at the demanded position.
+ * Reports the current loop parameters of a settled axis. Current loop settings that apply only
+ * while the axis is settled, against noise and vibration at the demanded position.
  */
 typedef struct apt_mot_get_pmdsettledcurrentloopparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_current_phase; 0 to 65535. */
+    /** See enum apt_current_phase; from 0 to 65535. */
     uint16_t phase;
-    /** Proportional gain; 0 to 32767. */
+    /** Proportional gain; from 0 to 32767. */
     uint16_t kp_settled;
-    /** Integral gain; 0 to 32767. */
+    /** Integral gain; from 0 to 32767. */
     uint16_t ki_settled;
-    /** Cap on the integral sum; 0 switches the integral term off; 0 to 32767. */
+    /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     uint16_t i_lim_settled;
-    /** Error below which only the proportional term acts; 0 to 32767. */
+    /** Error below which only the proportional term acts; from 0 to 32767. */
     uint16_t i_dead_band_settled;
-    /** Feed-forward added to the output of the filter; 0 to 32767. */
+    /** Feed-forward added to the output of the filter; from 0 to 32767. */
     uint16_t kff_settled;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t not_used_2;
 } apt_mot_get_pmdsettledcurrentloopparams;
 
@@ -7067,62 +7109,63 @@ static inline apt_status apt_mot_get_pmdsettledcurrentloopparams_decode(
 /**
  * MOT_SET_PMDSTAGEAXISPARAMS (0x04F0), to the controller, 74 bytes of data; page 75.
  *
- * Set: what the controller knows about the stage it drives. Most of it is fixed; a set can only
- * raise the minimum and lower the maximum position, to shorten the travel.
+ * Sets the stage axis parameters. Data of the stage that the controller drives. Most of it is
+ * fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
  */
 typedef struct apt_mot_set_pmdstageaxisparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Stage and axis; see enum apt_stage_axis; 0 to 65535. */
+    /** Stage and axis; see enum apt_stage_axis; from 0 to 65535. */
     uint16_t stage_id;
-    /** Not used by the BBD controllers; 0 to 65535. */
+    /** Not used by the BBD controllers; from 0 to 65535. */
     uint16_t axis_id;
     /** Text naming the stage type and the axis; text of at most 16 characters. */
     char part_no_axis[16];
-    /** Serial number of the stage; 0 to 4294967295. */
+    /** Serial number of the stage; from 0 to 4294967295. */
     uint32_t serial_num;
-    /** Encoder counts per millimetre or per degree; 0 to 4294967295. */
+    /** Encoder counts per millimetre or per degree; from 0 to 4294967295. */
     uint32_t cnts_per_unit;
     /**
-     * Minimum position, typically zero; a set can only raise it; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Minimum position, typically zero; a set can only raise it; in counts; the scale to mm depends
+     * on the stage; from -2147483648 to 2147483647.
      */
     int32_t min_pos;
     /**
-     * Maximum position in encoder counts; a set can only lower it; raw counts of mm, scale by
-     * stage; -2147483648 to 2147483647.
+     * Maximum position in encoder counts; a set can only lower it; in counts; the scale to mm
+     * depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t max_pos;
     /**
      * Maximum acceleration. Printed as counts per cycle per cycle; the example's numbers are those
-     * times 65536; raw counts of mm/s^2, scale by stage; -2147483648 to 2147483647.
+     * times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
+     * 2147483647.
      */
     int32_t max_accn;
     /**
-     * Maximum deceleration; scaled as max_accn; raw counts of mm/s^2, scale by stage; -2147483648
-     * to 2147483647.
+     * Maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends on the
+     * stage; from -2147483648 to 2147483647.
      */
     int32_t max_dec;
     /**
-     * Maximum velocity. Printed as counts per cycle; the example's number is that times 65536; raw
-     * counts of mm/s, scale by stage; -2147483648 to 2147483647.
+     * Maximum velocity. Printed as counts per cycle; the example's number is that times 65536; in
+     * counts; the scale to mm/s depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t max_vel;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_2;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_3;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_4;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_5;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_6;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_7;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_8;
 } apt_mot_set_pmdstageaxisparams;
 
@@ -7230,13 +7273,13 @@ static inline apt_status apt_mot_set_pmdstageaxisparams_decode(
 /**
  * MOT_REQ_PMDSTAGEAXISPARAMS (0x04F1), to the controller, header only; page 75.
  *
- * Request: what the controller knows about the stage it drives. Most of it is fixed; a set can only
- * raise the minimum and lower the maximum position, to shorten the travel.
+ * Requests the stage axis parameters. Data of the stage that the controller drives. Most of it is
+ * fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
  *
  * Answered by MOT_GET_PMDSTAGEAXISPARAMS.
  */
 typedef struct apt_mot_req_pmdstageaxisparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -7306,8 +7349,8 @@ static inline apt_status apt_mot_req_pmdstageaxisparams_decode(
 /**
  * MOT_GET_PMDSTAGEAXISPARAMS (0x04F2), to the host, 74 bytes of data; page 75.
  *
- * Report: what the controller knows about the stage it drives. Most of it is fixed; a set can only
- * raise the minimum and lower the maximum position, to shorten the travel.
+ * Reports the stage axis parameters. Data of the stage that the controller drives. Most of it is
+ * fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
  *
  * Erratum apt-stage-id-order: printed 00, 10 and 00, 11; encoded 10 00 and 11 00.
  *
@@ -7324,58 +7367,59 @@ static inline apt_status apt_mot_req_pmdstageaxisparams_decode(
  * same times 65536.
  */
 typedef struct apt_mot_get_pmdstageaxisparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Stage and axis; see enum apt_stage_axis; 0 to 65535. */
+    /** Stage and axis; see enum apt_stage_axis; from 0 to 65535. */
     uint16_t stage_id;
-    /** Not used by the BBD controllers; 0 to 65535. */
+    /** Not used by the BBD controllers; from 0 to 65535. */
     uint16_t axis_id;
     /** Text naming the stage type and the axis; text of at most 16 characters. */
     char part_no_axis[16];
-    /** Serial number of the stage; 0 to 4294967295. */
+    /** Serial number of the stage; from 0 to 4294967295. */
     uint32_t serial_num;
-    /** Encoder counts per millimetre or per degree; 0 to 4294967295. */
+    /** Encoder counts per millimetre or per degree; from 0 to 4294967295. */
     uint32_t cnts_per_unit;
     /**
-     * Minimum position, typically zero; a set can only raise it; raw counts of mm, scale by stage;
-     * -2147483648 to 2147483647.
+     * Minimum position, typically zero; a set can only raise it; in counts; the scale to mm depends
+     * on the stage; from -2147483648 to 2147483647.
      */
     int32_t min_pos;
     /**
-     * Maximum position in encoder counts; a set can only lower it; raw counts of mm, scale by
-     * stage; -2147483648 to 2147483647.
+     * Maximum position in encoder counts; a set can only lower it; in counts; the scale to mm
+     * depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t max_pos;
     /**
      * Maximum acceleration. Printed as counts per cycle per cycle; the example's numbers are those
-     * times 65536; raw counts of mm/s^2, scale by stage; -2147483648 to 2147483647.
+     * times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
+     * 2147483647.
      */
     int32_t max_accn;
     /**
-     * Maximum deceleration; scaled as max_accn; raw counts of mm/s^2, scale by stage; -2147483648
-     * to 2147483647.
+     * Maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends on the
+     * stage; from -2147483648 to 2147483647.
      */
     int32_t max_dec;
     /**
-     * Maximum velocity. Printed as counts per cycle; the example's number is that times 65536; raw
-     * counts of mm/s, scale by stage; -2147483648 to 2147483647.
+     * Maximum velocity. Printed as counts per cycle; the example's number is that times 65536; in
+     * counts; the scale to mm/s depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t max_vel;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_2;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_3;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved_4;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_5;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_6;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_7;
-    /** Reserved, sent as zero; 0 to 4294967295. */
+    /** Reserved, sent as zero; from 0 to 4294967295. */
     uint32_t reserved_8;
 } apt_mot_get_pmdstageaxisparams;
 

@@ -20,14 +20,15 @@
 /**
  * PZ_SET_POSCONTROLMODE (0x0640), to the controller, header only; page 94.
  *
- * Set: open or closed loop. Closed loop needs an actuator with position sensing.
+ * Sets the position control mode. Open or closed loop. Closed loop needs an actuator with position
+ * sensing.
  *
  * The actuator moves when the loop is closed or opened.
  */
 typedef struct apt_pz_set_poscontrolmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_position_control_mode; 0 to 255. */
+    /** See enum apt_position_control_mode; from 0 to 255. */
     uint8_t mode;
 } apt_pz_set_poscontrolmode;
 
@@ -89,14 +90,13 @@ static inline apt_status apt_pz_set_poscontrolmode_decode(
 /**
  * PZ_REQ_POSCONTROLMODE (0x0641), to the controller, header only; page 94.
  *
- * Request: open or closed loop. Closed loop needs an actuator with position sensing.
+ * Requests the position control mode. Open or closed loop. Closed loop needs an actuator with
+ * position sensing.
  *
  * Answered by PZ_GET_POSCONTROLMODE.
- *
- * The actuator moves when the loop is closed or opened.
  */
 typedef struct apt_pz_req_poscontrolmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -160,14 +160,13 @@ static inline apt_status apt_pz_req_poscontrolmode_decode(
 /**
  * PZ_GET_POSCONTROLMODE (0x0642), to the host, header only; pages 94, 95.
  *
- * Report: open or closed loop. Closed loop needs an actuator with position sensing.
- *
- * The actuator moves when the loop is closed or opened.
+ * Reports the position control mode. Open or closed loop. Closed loop needs an actuator with
+ * position sensing.
  */
 typedef struct apt_pz_get_poscontrolmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_position_control_mode; 0 to 255. */
+    /** See enum apt_position_control_mode; from 0 to 255. */
     uint8_t mode;
 } apt_pz_get_poscontrolmode;
 
@@ -229,17 +228,18 @@ static inline apt_status apt_pz_get_poscontrolmode_decode(
 /**
  * PZ_SET_OUTPUTVOLTS (0x0643), to the controller, 4 bytes of data; page 96.
  *
- * Set: output voltage of a channel in open loop; a set is ignored in closed loop.
+ * Sets the output voltage. Output voltage of a channel in open loop; a set is ignored in closed
+ * loop.
  *
  * Erratum apt-signed-range-7fff: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to 32767,
  * with 32767 for 100%.
  */
 typedef struct apt_pz_set_outputvolts {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Share of the maximum output voltage that is set, 32767 for 100 %; raw counts of V, scale by
-     * maximum_volts; -32768 to 32767.
+     * Share of the maximum output voltage that is set, 32767 for 100 %; in counts; the scale to V
+     * depends on maximum_volts; from -32768 to 32767.
      */
     int16_t voltage;
 } apt_pz_set_outputvolts;
@@ -306,12 +306,13 @@ static inline apt_status apt_pz_set_outputvolts_decode(
 /**
  * PZ_REQ_OUTPUTVOLTS (0x0644), to the controller, header only; page 96.
  *
- * Request: output voltage of a channel in open loop; a set is ignored in closed loop.
+ * Requests the output voltage. Output voltage of a channel in open loop; a set is ignored in closed
+ * loop.
  *
  * Answered by PZ_GET_OUTPUTVOLTS.
  */
 typedef struct apt_pz_req_outputvolts {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -375,14 +376,15 @@ static inline apt_status apt_pz_req_outputvolts_decode(
 /**
  * PZ_GET_OUTPUTVOLTS (0x0645), to the host, 4 bytes of data; page 96.
  *
- * Report: output voltage of a channel in open loop; a set is ignored in closed loop.
+ * Reports the output voltage. Output voltage of a channel in open loop; a set is ignored in closed
+ * loop.
  */
 typedef struct apt_pz_get_outputvolts {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Share of the maximum output voltage that is set, 32767 for 100 %; raw counts of V, scale by
-     * maximum_volts; -32768 to 32767.
+     * Share of the maximum output voltage that is set, 32767 for 100 %; in counts; the scale to V
+     * depends on maximum_volts; from -32768 to 32767.
      */
     int16_t voltage;
 } apt_pz_get_outputvolts;
@@ -449,17 +451,17 @@ static inline apt_status apt_pz_get_outputvolts_decode(
 /**
  * PZ_SET_OUTPUTPOS (0x0646), to the controller, 4 bytes of data; page 97.
  *
- * Set: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a set
- * is ignored in open loop.
+ * Sets the output position. Position of the actuator in closed loop, counted from the zero that
+ * PZ_SET_ZERO takes; a set is ignored in open loop.
  *
  * Erratum apt-outputpos-example-position: printed 66 26 for 15 µm of 100 µm; encoded 33 13.
  */
 typedef struct apt_pz_set_outputpos {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by maximum_travel; 0 to
-     * 32767.
+     * Share of the maximum travel, 32767 for 100 %; in counts; the scale to um depends on
+     * maximum_travel; from 0 to 32767.
      */
     uint16_t position_sw;
 } apt_pz_set_outputpos;
@@ -527,13 +529,13 @@ static inline apt_status apt_pz_set_outputpos_decode(
 /**
  * PZ_REQ_OUTPUTPOS (0x0647), to the controller, header only; page 97.
  *
- * Request: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
- * set is ignored in open loop.
+ * Requests the output position. Position of the actuator in closed loop, counted from the zero that
+ * PZ_SET_ZERO takes; a set is ignored in open loop.
  *
  * Answered by PZ_GET_OUTPUTPOS.
  */
 typedef struct apt_pz_req_outputpos {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -597,15 +599,15 @@ static inline apt_status apt_pz_req_outputpos_decode(
 /**
  * PZ_GET_OUTPUTPOS (0x0648), to the host, 4 bytes of data; page 97.
  *
- * Report: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
- * set is ignored in open loop.
+ * Reports the output position. Position of the actuator in closed loop, counted from the zero that
+ * PZ_SET_ZERO takes; a set is ignored in open loop.
  */
 typedef struct apt_pz_get_outputpos {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by maximum_travel; 0 to
-     * 32767.
+     * Share of the maximum travel, 32767 for 100 %; in counts; the scale to um depends on
+     * maximum_travel; from 0 to 32767.
      */
     uint16_t position_sw;
 } apt_pz_get_outputpos;
@@ -673,15 +675,15 @@ static inline apt_status apt_pz_get_outputpos_decode(
 /**
  * PZ_REQ_MAXTRAVEL (0x0650), to the controller, header only; page 118.
  *
- * Request: travel of the connected actuator, if it has position sensing; read from the actuator
- * itself.
+ * Requests the maximum travel. Travel of the connected actuator, if it has position sensing; read
+ * from the actuator itself.
  *
  * Answered by PZ_GET_MAXTRAVEL.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_maxtravel {
-    /** The table prints a fixed 01; see enum apt_channel; 0 to 255. */
+    /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -745,8 +747,8 @@ static inline apt_status apt_pz_req_maxtravel_decode(
 /**
  * PZ_GET_MAXTRAVEL (0x0651), to the host, 4 bytes of data; page 118.
  *
- * Report: travel of the connected actuator, if it has position sensing; read from the actuator
- * itself.
+ * Reports the maximum travel. Travel of the connected actuator, if it has position sensing; read
+ * from the actuator itself.
  *
  * Erratum apt-list-bpc30x-maxtravel: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL; encoded
  * PZ_GET_MAXTRAVEL, too.
@@ -758,11 +760,9 @@ static inline apt_status apt_pz_req_maxtravel_decode(
  * Erratum apt-maxtravel-unit: printed a value (in microns); encoded steps of 100 nm.
  */
 typedef struct apt_pz_get_maxtravel {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /**
-     * In steps of 100 nm; no format is printed; raw counts of um, um_per_count 1/10; 0 to 65535.
-     */
+    /** In steps of 100 nm; no format is printed; in counts of 1/10 um; from 0 to 65535. */
     uint16_t travel;
 } apt_pz_get_maxtravel;
 
@@ -828,15 +828,17 @@ static inline apt_status apt_pz_get_maxtravel_decode(
 /**
  * PZ_SET_INPUTVOLTSSRC (0x0652), to the controller, 4 bytes of data; page 98.
  *
- * Set: which inputs drive the high-voltage amplifier besides the voltage set by software.
+ * Sets the input voltage sources. Inputs that drive the high-voltage amplifier besides the voltage
+ * set by software.
  *
- * A set changes the voltage at once by what the chosen inputs carry.
+ * Setting them changes the voltage at once by what the chosen inputs carry.
  */
 typedef struct apt_pz_set_inputvoltssrc {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * 0 for software only; the bits may be combined; bits APT_INPUT_VOLTS_SOURCE_...; 0 to 65535.
+     * 0 for software only; the bits may be combined; bits APT_INPUT_VOLTS_SOURCE_...; from 0 to
+     * 65535.
      */
     uint16_t volt_src;
 } apt_pz_set_inputvoltssrc;
@@ -904,14 +906,13 @@ static inline apt_status apt_pz_set_inputvoltssrc_decode(
 /**
  * PZ_REQ_INPUTVOLTSSRC (0x0653), to the controller, header only; page 98.
  *
- * Request: which inputs drive the high-voltage amplifier besides the voltage set by software.
+ * Requests the input voltage sources. Inputs that drive the high-voltage amplifier besides the
+ * voltage set by software.
  *
  * Answered by PZ_GET_INPUTVOLTSSRC.
- *
- * A set changes the voltage at once by what the chosen inputs carry.
  */
 typedef struct apt_pz_req_inputvoltssrc {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -975,15 +976,15 @@ static inline apt_status apt_pz_req_inputvoltssrc_decode(
 /**
  * PZ_GET_INPUTVOLTSSRC (0x0654), to the host, 4 bytes of data; pages 98, 99.
  *
- * Report: which inputs drive the high-voltage amplifier besides the voltage set by software.
- *
- * A set changes the voltage at once by what the chosen inputs carry.
+ * Reports the input voltage sources. Inputs that drive the high-voltage amplifier besides the
+ * voltage set by software.
  */
 typedef struct apt_pz_get_inputvoltssrc {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * 0 for software only; the bits may be combined; bits APT_INPUT_VOLTS_SOURCE_...; 0 to 65535.
+     * 0 for software only; the bits may be combined; bits APT_INPUT_VOLTS_SOURCE_...; from 0 to
+     * 65535.
      */
     uint16_t volt_src;
 } apt_pz_get_inputvoltssrc;
@@ -1051,16 +1052,17 @@ static inline apt_status apt_pz_get_inputvoltssrc_decode(
 /**
  * PZ_SET_PICONSTS (0x0655), to the controller, 6 bytes of data; page 100.
  *
- * Set: proportional and integral term of the position loop; they matter in closed loop only.
+ * Sets the position loop constants. Proportional and integral term of the position loop; they
+ * matter in closed loop only.
  *
- * A set starts no move; a closed loop works by the new values at once.
+ * Setting them starts no move; a closed loop uses the new values at once.
  */
 typedef struct apt_pz_set_piconsts {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Proportional term; 0 to 255. */
+    /** Proportional term; from 0 to 255. */
     uint16_t prop_const;
-    /** Integral term; 0 to 255. */
+    /** Integral term; from 0 to 255. */
     uint16_t int_const;
 } apt_pz_set_piconsts;
 
@@ -1130,14 +1132,13 @@ static inline apt_status apt_pz_set_piconsts_decode(
 /**
  * PZ_REQ_PICONSTS (0x0656), to the controller, header only; page 100.
  *
- * Request: proportional and integral term of the position loop; they matter in closed loop only.
+ * Requests the position loop constants. Proportional and integral term of the position loop; they
+ * matter in closed loop only.
  *
  * Answered by PZ_GET_PICONSTS.
- *
- * A set starts no move; a closed loop works by the new values at once.
  */
 typedef struct apt_pz_req_piconsts {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1201,16 +1202,15 @@ static inline apt_status apt_pz_req_piconsts_decode(
 /**
  * PZ_GET_PICONSTS (0x0657), to the host, 6 bytes of data; page 100.
  *
- * Report: proportional and integral term of the position loop; they matter in closed loop only.
- *
- * A set starts no move; a closed loop works by the new values at once.
+ * Reports the position loop constants. Proportional and integral term of the position loop; they
+ * matter in closed loop only.
  */
 typedef struct apt_pz_get_piconsts {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Proportional term; 0 to 255. */
+    /** Proportional term; from 0 to 255. */
     uint16_t prop_const;
-    /** Integral term; 0 to 255. */
+    /** Integral term; from 0 to 255. */
     uint16_t int_const;
 } apt_pz_get_piconsts;
 
@@ -1284,7 +1284,7 @@ static inline apt_status apt_pz_get_piconsts_decode(
  * setting the actuator up.
  */
 typedef struct apt_pz_set_zero {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1347,7 +1347,7 @@ static inline apt_status apt_pz_set_zero_decode(
 /**
  * PZ_REQ_PZSTATUSBITS (0x065B), to the controller, header only; page 101.
  *
- * Request: status bits of a channel alone, without voltage and position.
+ * Requests the piezo status bits. Status bits of a channel alone, without voltage and position.
  *
  * Answered by PZ_GET_PZSTATUSBITS.
  *
@@ -1356,7 +1356,7 @@ static inline apt_status apt_pz_set_zero_decode(
  * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
  */
 typedef struct apt_pz_req_pzstatusbits {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1420,7 +1420,7 @@ static inline apt_status apt_pz_req_pzstatusbits_decode(
 /**
  * PZ_GET_PZSTATUSBITS (0x065C), to the host, 6 bytes of data; page 101.
  *
- * Report: status bits of a channel alone, without voltage and position.
+ * Reports the piezo status bits. Status bits of a channel alone, without voltage and position.
  *
  * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
  * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
@@ -1432,11 +1432,11 @@ static inline apt_status apt_pz_req_pzstatusbits_decode(
  * encoded the maximum voltage of the BPC30x in both.
  */
 typedef struct apt_pz_get_pzstatusbits {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
      * The meaning depends on the controller; tables are printed for the TPZ001 and the BPC series
-     * only; bits APT_BPC_STATUS_BITS_...; 0 to 4294967295.
+     * only; bits APT_BPC_STATUS_BITS_...; from 0 to 4294967295.
      */
     uint32_t status_bits;
 } apt_pz_get_pzstatusbits;
@@ -1523,21 +1523,21 @@ static inline apt_status apt_pz_get_pzstatusbits_decode(
  * with 32767 for 100%.
  */
 typedef struct apt_pz_get_pzstatusupdate {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Share of the maximum output voltage that is set, 32767 for 100 %; raw counts of V, scale by
-     * maximum_volts; -32768 to 32767.
+     * Share of the maximum output voltage that is set, 32767 for 100 %; in counts; the scale to V
+     * depends on maximum_volts; from -32768 to 32767.
      */
     int16_t op_voltage;
     /**
-     * Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by maximum_travel; 0 to
-     * 32767.
+     * Share of the maximum travel, 32767 for 100 %; in counts; the scale to um depends on
+     * maximum_travel; from 0 to 32767.
      */
     int16_t position;
     /**
      * The meaning depends on the controller; tables are printed for the TPZ001 and the BPC series
-     * only; bits APT_BPC_STATUS_BITS_...; 0 to 4294967295.
+     * only; bits APT_BPC_STATUS_BITS_...; from 0 to 4294967295.
      */
     uint32_t status_bits;
 } apt_pz_get_pzstatusupdate;
@@ -1685,9 +1685,10 @@ static inline apt_status apt_pz_ack_pzstatusupdate_decode(
 /**
  * PZ_SET_IOSETTINGS (0x0670), to the controller, 10 bytes of data; page 119.
  *
- * Set: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
+ * Sets the input and output settings. Current limit, output filter and rear panel connectors.
+ * PZ_SET_EEPROMPARAMS saves them.
  *
- * A set changes what the amplifier and the BNC connectors put out.
+ * Setting them changes the output of the amplifier and of the BNC connectors.
  *
  * Erratum apt-always-chan1: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2; the
  * notes say what the page says.
@@ -1698,18 +1699,18 @@ static inline apt_status apt_pz_ack_pzstatusupdate_decode(
  * Erratum apt-iosettings-length: printed 0E 00; encoded 0A 00.
  */
 typedef struct apt_pz_set_iosettings {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_amp_current_limit; 0 to 65535. */
+    /** See enum apt_amp_current_limit; from 0 to 65535. */
     uint16_t amp_current_lim;
-    /** For all channels; chan_ident is ignored; see enum apt_amp_lp_filter; 0 to 65535. */
+    /** For all channels; chan_ident is ignored; see enum apt_amp_lp_filter; from 0 to 65535. */
     uint16_t amp_lp_filter;
     /**
-     * For future use, locked at AC (strain gauge); no format is printed; reserved, sent as zero; 0
-     * to 65535.
+     * For future use, locked at AC (strain gauge); no format is printed; reserved, sent as zero;
+     * from 0 to 65535.
      */
     uint16_t feedback_sig;
-    /** No format is printed; see enum apt_bnc_mode; 0 to 65535. */
+    /** No format is printed; see enum apt_bnc_mode; from 0 to 65535. */
     uint16_t bnc_trig_or_lv_out;
 } apt_pz_set_iosettings;
 
@@ -1781,14 +1782,13 @@ static inline apt_status apt_pz_set_iosettings_decode(
 /**
  * PZ_REQ_IOSETTINGS (0x0671), to the controller, header only; pages 119, 120.
  *
- * Request: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
+ * Requests the input and output settings. Current limit, output filter and rear panel connectors.
+ * PZ_SET_EEPROMPARAMS saves them.
  *
  * Answered by PZ_GET_IOSETTINGS.
- *
- * A set changes what the amplifier and the BNC connectors put out.
  */
 typedef struct apt_pz_req_iosettings {
-    /** The scan of the table has lost this byte; see enum apt_channel; 0 to 255. */
+    /** The scan of the table has lost this byte; see enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -1852,25 +1852,24 @@ static inline apt_status apt_pz_req_iosettings_decode(
 /**
  * PZ_GET_IOSETTINGS (0x0672), to the host, 10 bytes of data; pages 119, 120.
  *
- * Report: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
- *
- * A set changes what the amplifier and the BNC connectors put out.
+ * Reports the input and output settings. Current limit, output filter and rear panel connectors.
+ * PZ_SET_EEPROMPARAMS saves them.
  *
  * Erratum apt-iosettings-length: printed 0E 00; encoded 0A 00.
  */
 typedef struct apt_pz_get_iosettings {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** See enum apt_amp_current_limit; 0 to 65535. */
+    /** See enum apt_amp_current_limit; from 0 to 65535. */
     uint16_t amp_current_lim;
-    /** For all channels; chan_ident is ignored; see enum apt_amp_lp_filter; 0 to 65535. */
+    /** For all channels; chan_ident is ignored; see enum apt_amp_lp_filter; from 0 to 65535. */
     uint16_t amp_lp_filter;
     /**
-     * For future use, locked at AC (strain gauge); no format is printed; reserved, sent as zero; 0
-     * to 65535.
+     * For future use, locked at AC (strain gauge); no format is printed; reserved, sent as zero;
+     * from 0 to 65535.
      */
     uint16_t feedback_sig;
-    /** No format is printed; see enum apt_bnc_mode; 0 to 65535. */
+    /** No format is printed; see enum apt_bnc_mode; from 0 to 65535. */
     uint16_t bnc_trig_or_lv_out;
 } apt_pz_get_iosettings;
 
@@ -1942,12 +1941,13 @@ static inline apt_status apt_pz_get_iosettings_decode(
 /**
  * PZ_SET_OUTPUTMAXVOLTS (0x0680), to the controller, 6 bytes of data; page 121.
  *
- * Set: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
- * controller report the new maximum voltage and the new maximum travel by itself.
+ * Sets the maximum output voltage. Maximum output voltage, which must suit the actuator (75, 100 or
+ * 150 V). A set makes the controller report the new maximum voltage and the new maximum travel by
+ * itself.
  *
  * Announces PZ_GET_OUTPUTMAXVOLTS, PZ_GET_MAXTRAVEL.
  *
- * Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+ * Voltages are shares of it, so setting it may change the output; too high a value may damage the
  * actuator.
  *
  * Erratum apt-outputmaxvolts-flag-150v: printed 0x05; 08, 00 in both worked examples, which no row
@@ -1959,14 +1959,16 @@ static inline apt_status apt_pz_get_iosettings_decode(
  * in steps of 0.1 V, in both.
  */
 typedef struct apt_pz_set_outputmaxvolts {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V, v_per_count
-     * 1/10; 0 to 1500.
+     * In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of 1/10 V; from 0 to
+     * 1500.
      */
     uint16_t voltage;
-    /** Of no effect in a set; bits APT_OUTPUT_MAX_VOLTS_FLAGS_...; 0 to 65535; by default 0. */
+    /**
+     * Of no effect in a set; bits APT_OUTPUT_MAX_VOLTS_FLAGS_...; from 0 to 65535; by default 0.
+     */
     uint16_t flags;
 } apt_pz_set_outputmaxvolts;
 
@@ -2036,18 +2038,16 @@ static inline apt_status apt_pz_set_outputmaxvolts_decode(
 /**
  * PZ_REQ_OUTPUTMAXVOLTS (0x0681), to the controller, header only; page 121.
  *
- * Request: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
- * controller report the new maximum voltage and the new maximum travel by itself.
+ * Requests the maximum output voltage. Maximum output voltage, which must suit the actuator (75,
+ * 100 or 150 V). A set makes the controller report the new maximum voltage and the new maximum
+ * travel by itself.
  *
  * Answered by PZ_GET_OUTPUTMAXVOLTS.
- *
- * Voltages are shares of it, so a set may change what is put out; too high a value may damage the
- * actuator.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_outputmaxvolts {
-    /** The table prints a fixed 01; see enum apt_channel; 0 to 255. */
+    /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2111,11 +2111,9 @@ static inline apt_status apt_pz_req_outputmaxvolts_decode(
 /**
  * PZ_GET_OUTPUTMAXVOLTS (0x0682), to the host, 6 bytes of data; pages 121, 122.
  *
- * Report: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
- * controller report the new maximum voltage and the new maximum travel by itself.
- *
- * Voltages are shares of it, so a set may change what is put out; too high a value may damage the
- * actuator.
+ * Reports the maximum output voltage. Maximum output voltage, which must suit the actuator (75, 100
+ * or 150 V). A set makes the controller report the new maximum voltage and the new maximum travel
+ * by itself.
  *
  * Erratum apt-outputmaxvolts-flag-150v: printed 0x05; 08, 00 in both worked examples, which no row
  * of the table has; encoded 0x08.
@@ -2129,14 +2127,16 @@ static inline apt_status apt_pz_req_outputmaxvolts_decode(
  * 122; encoded values of an enumeration on page 115, bits on page 122.
  */
 typedef struct apt_pz_get_outputmaxvolts {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V, v_per_count
-     * 1/10; 0 to 1500.
+     * In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of 1/10 V; from 0 to
+     * 1500.
      */
     uint16_t voltage;
-    /** Of no effect in a set; bits APT_OUTPUT_MAX_VOLTS_FLAGS_...; 0 to 65535; by default 0. */
+    /**
+     * Of no effect in a set; bits APT_OUTPUT_MAX_VOLTS_FLAGS_...; from 0 to 65535; by default 0.
+     */
     uint16_t flags;
 } apt_pz_get_outputmaxvolts;
 
@@ -2206,8 +2206,8 @@ static inline apt_status apt_pz_get_outputmaxvolts_decode(
 /**
  * PZ_SET_TPZ_SLEWRATES (0x0683), to the controller, 6 bytes of data; page 123.
  *
- * Set: limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
- * bring their own, so that normally nothing has to be set.
+ * Sets the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
+ * stages. Newer stages bring their own, so that normally nothing has to be set.
  *
  * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
  * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
@@ -2216,15 +2216,16 @@ static inline apt_status apt_pz_get_outputmaxvolts_decode(
  * Erratum apt-slewrates-cut: printed F2 04 (1266) for 10 V/ms; encoded F3 04 (1267).
  */
 typedef struct apt_pz_set_tpz_slewrates {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Open loop; 0 for no limit, 1 is the slowest; raw counts of V/ms, scale by maximum_volts; 0 to
-     * 32767.
+     * Open loop; 0 for no limit, 1 is the slowest; in counts; the scale to V/ms depends on
+     * maximum_volts; from 0 to 32767.
      */
     uint16_t slew_open;
     /**
-     * Closed loop; values as in open loop; raw counts of V/ms, scale by maximum_volts; 0 to 32767.
+     * Closed loop; values as in open loop; in counts; the scale to V/ms depends on maximum_volts;
+     * from 0 to 32767.
      */
     uint16_t slew_closed;
 } apt_pz_set_tpz_slewrates;
@@ -2296,15 +2297,15 @@ static inline apt_status apt_pz_set_tpz_slewrates_decode(
 /**
  * PZ_REQ_TPZ_SLEWRATES (0x0684), to the controller, header only; pages 123, 124.
  *
- * Request: limits on the rate of change of the drive voltage, to protect delicate stages. Newer
- * stages bring their own, so that normally nothing has to be set.
+ * Requests the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
+ * stages. Newer stages bring their own, so that normally nothing has to be set.
  *
  * Answered by PZ_GET_TPZ_SLEWRATES.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_tpz_slewrates {
-    /** The table prints a fixed 01; see enum apt_channel; 0 to 255. */
+    /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2368,19 +2369,20 @@ static inline apt_status apt_pz_req_tpz_slewrates_decode(
 /**
  * PZ_GET_TPZ_SLEWRATES (0x0685), to the host, 6 bytes of data; pages 123, 124.
  *
- * Report: limits on the rate of change of the drive voltage, to protect delicate stages. Newer
- * stages bring their own, so that normally nothing has to be set.
+ * Reports the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
+ * stages. Newer stages bring their own, so that normally nothing has to be set.
  */
 typedef struct apt_pz_get_tpz_slewrates {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Open loop; 0 for no limit, 1 is the slowest; raw counts of V/ms, scale by maximum_volts; 0 to
-     * 32767.
+     * Open loop; 0 for no limit, 1 is the slowest; in counts; the scale to V/ms depends on
+     * maximum_volts; from 0 to 32767.
      */
     uint16_t slew_open;
     /**
-     * Closed loop; values as in open loop; raw counts of V/ms, scale by maximum_volts; 0 to 32767.
+     * Closed loop; values as in open loop; in counts; the scale to V/ms depends on maximum_volts;
+     * from 0 to 32767.
      */
     uint16_t slew_closed;
 } apt_pz_get_tpz_slewrates;
@@ -2454,12 +2456,12 @@ static inline apt_status apt_pz_get_tpz_slewrates_decode(
  *
  * Sets the parameters back to the defaults in the EEPROM, for a system that has become unstable.
  *
- * Which parameters come back, is not said; those of the output may be among them.
+ * The document does not say which parameters it restores; those of the output may be among them.
  *
  * Erratum apt-pzstageparamdefaults-table-id: printed 58 06; encoded 86 06.
  */
 typedef struct apt_mot_set_pzstageparamdefaults {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2531,11 +2533,13 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
 /**
  * PZ_SET_OUTPUTLUT (0x0700), to the controller, 6 bytes of data; page 106.
  *
- * Set: one sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
- * They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it says
- * which before they are loaded. A request names the channel and no index.
+ * Sets the waveform table. One sample of the waveform table. Only as many samples need to be loaded
+ * as one cycle uses. They are volts in open and positions in closed loop; where there is
+ * PZ_SET_LUTVALUETYPE, it says which before they are loaded. A request names the channel and no
+ * index.
  *
- * A set puts nothing out by itself; a waveform that is being put out may take the new sample.
+ * Setting a sample outputs nothing by itself; a waveform that is being output may use the new
+ * sample.
  *
  * Erratum apt-lut-bandwidth: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC, 4
  * kHz for TPZ.
@@ -2547,13 +2551,13 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
  * PZ_SET_LUTVALUETYPE before the download.
  */
 typedef struct apt_pz_set_outputlut {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999. */
+    /** Place in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999. */
     uint16_t index;
     /**
-     * Share of the maximum output voltage, 32767 for 100 %. How positions are scaled is not said;
-     * raw counts of unit by setting, scale by lut_value_type; -32768 to 32767.
+     * Share of the maximum output voltage, 32767 for 100 %. The scale of positions is not
+     * documented; in counts; unit and scale depend on lut_value_type; from -32768 to 32767.
      */
     int16_t output;
 } apt_pz_set_outputlut;
@@ -2623,16 +2627,15 @@ static inline apt_status apt_pz_set_outputlut_decode(
 /**
  * PZ_REQ_OUTPUTLUT (0x0701), to the controller, header only; pages 106, 107.
  *
- * Request: one sample of the waveform table. Only as many samples need to be loaded as one cycle
- * uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
- * says which before they are loaded. A request names the channel and no index.
+ * Requests the waveform table. One sample of the waveform table. Only as many samples need to be
+ * loaded as one cycle uses. They are volts in open and positions in closed loop; where there is
+ * PZ_SET_LUTVALUETYPE, it says which before they are loaded. A request names the channel and no
+ * index.
  *
  * Answered by PZ_GET_OUTPUTLUT.
- *
- * A set puts nothing out by itself; a waveform that is being put out may take the new sample.
  */
 typedef struct apt_pz_req_outputlut {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2696,20 +2699,19 @@ static inline apt_status apt_pz_req_outputlut_decode(
 /**
  * PZ_GET_OUTPUTLUT (0x0702), to the host, 6 bytes of data; pages 106, 107.
  *
- * Report: one sample of the waveform table. Only as many samples need to be loaded as one cycle
- * uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
- * says which before they are loaded. A request names the channel and no index.
- *
- * A set puts nothing out by itself; a waveform that is being put out may take the new sample.
+ * Reports the waveform table. One sample of the waveform table. Only as many samples need to be
+ * loaded as one cycle uses. They are volts in open and positions in closed loop; where there is
+ * PZ_SET_LUTVALUETYPE, it says which before they are loaded. A request names the channel and no
+ * index.
  */
 typedef struct apt_pz_get_outputlut {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999. */
+    /** Place in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999. */
     uint16_t index;
     /**
-     * Share of the maximum output voltage, 32767 for 100 %. How positions are scaled is not said;
-     * raw counts of unit by setting, scale by lut_value_type; -32768 to 32767.
+     * Share of the maximum output voltage, 32767 for 100 %. The scale of positions is not
+     * documented; in counts; unit and scale depend on lut_value_type; from -32768 to 32767.
      */
     int16_t output;
 } apt_pz_get_outputlut;
@@ -2779,7 +2781,8 @@ static inline apt_status apt_pz_get_outputlut_decode(
 /**
  * PZ_SET_OUTPUTLUTPARAMS (0x0703), to the controller, 30 bytes of data; page 108.
  *
- * Set: how the waveform table is put out by PZ_START_LUTOUTPUT.
+ * Sets the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the waveform
+ * table.
  *
  * Erratum apt-lut-bandwidth: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC, 4
  * kHz for TPZ.
@@ -2804,42 +2807,47 @@ static inline apt_status apt_pz_get_outputlut_decode(
  * example sets 0; encoded 0 to 8000.
  */
 typedef struct apt_pz_set_outputlutparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** The bits may be combined; bits APT_LUT_OUTPUT_MODE_...; 0 to 65535. */
+    /** The bits may be combined; bits APT_LUT_OUTPUT_MODE_...; from 0 to 65535. */
     uint16_t mode;
-    /** Samples in a cycle, not more than have been loaded; 0 to 512 on the TPZ001; 0 to 7999. */
+    /**
+     * Samples in a cycle, not more than have been loaded; 0 to 512 on the TPZ001; from 0 to 7999.
+     */
     uint16_t cycle_length;
     /**
-     * Cycles to put out in fixed mode; ignored in continuous mode. The maximum is printed one
-     * higher; 1 to 2147483647.
+     * Cycles to output in fixed mode; ignored in continuous mode. The maximum is printed one
+     * higher; from 1 to 2147483647.
      */
     int32_t num_cycles;
     /**
      * Additional delay after each sample; it stretches the waveform. Range from page 110, printed
-     * one higher; raw counts of ms, scale by unit; 1 to 2147483647.
+     * one higher; in counts; the scale to ms depends on the unit; from 1 to 2147483647.
      */
     int32_t delay_time;
     /**
      * How long the first sample is held before a cycle, whatever delay_time says. The maximum is
-     * printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+     * printed one higher; in counts; the scale to ms depends on the unit; from 0 to 2147483647.
      */
     int32_t pre_cycle_rest;
     /**
      * How long the last sample is held after a cycle, whatever delay_time says. The maximum is
-     * printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+     * printed one higher; in counts; the scale to ms depends on the unit; from 0 to 2147483647.
      */
     int32_t post_cycle_rest;
     /**
      * Sample that starts an output trigger, from 1, less than cycle_length; only with
-     * outputlut_outputtrig. 0 without a trigger, as in the example of page 111; 0 to 8000.
+     * outputlut_outputtrig. 0 without a trigger, as in the example of page 111; from 0 to 8000.
      */
     uint16_t op_trig_start;
-    /** Width of the output trigger; raw counts of ms, scale by unit; -2147483648 to 2147483647. */
+    /**
+     * Width of the output trigger; in counts; the scale to ms depends on the unit; from -2147483648
+     * to 2147483647.
+     */
     int32_t op_trig_width;
     /**
      * Samples between repeated output triggers; 0 to 512 on the TPZ001. Above cycle_length no
-     * trigger repeats within a cycle. Only with outputlut_outputtrig_repeat; 0 to 7999.
+     * trigger repeats within a cycle. Only with outputlut_outputtrig_repeat; from 0 to 7999.
      */
     uint16_t trig_repeat_cycle;
 } apt_pz_set_outputlutparams;
@@ -2930,12 +2938,13 @@ static inline apt_status apt_pz_set_outputlutparams_decode(
 /**
  * PZ_REQ_OUTPUTLUTPARAMS (0x0704), to the controller, header only; pages 108, 111.
  *
- * Request: how the waveform table is put out by PZ_START_LUTOUTPUT.
+ * Requests the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the
+ * waveform table.
  *
  * Answered by PZ_GET_OUTPUTLUTPARAMS.
  */
 typedef struct apt_pz_req_outputlutparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -2999,47 +3008,53 @@ static inline apt_status apt_pz_req_outputlutparams_decode(
 /**
  * PZ_GET_OUTPUTLUTPARAMS (0x0705), to the host, 30 bytes of data; pages 108, 111.
  *
- * Report: how the waveform table is put out by PZ_START_LUTOUTPUT.
+ * Reports the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the
+ * waveform table.
  *
  * Erratum apt-get-outputlutparams-table-id: printed 03 07; encoded 05 07.
  */
 typedef struct apt_pz_get_outputlutparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** The bits may be combined; bits APT_LUT_OUTPUT_MODE_...; 0 to 65535. */
+    /** The bits may be combined; bits APT_LUT_OUTPUT_MODE_...; from 0 to 65535. */
     uint16_t mode;
-    /** Samples in a cycle, not more than have been loaded; 0 to 512 on the TPZ001; 0 to 7999. */
+    /**
+     * Samples in a cycle, not more than have been loaded; 0 to 512 on the TPZ001; from 0 to 7999.
+     */
     uint16_t cycle_length;
     /**
-     * Cycles to put out in fixed mode; ignored in continuous mode. The maximum is printed one
-     * higher; 1 to 2147483647.
+     * Cycles to output in fixed mode; ignored in continuous mode. The maximum is printed one
+     * higher; from 1 to 2147483647.
      */
     int32_t num_cycles;
     /**
      * Additional delay after each sample; it stretches the waveform. Range from page 110, printed
-     * one higher; raw counts of ms, scale by unit; 1 to 2147483647.
+     * one higher; in counts; the scale to ms depends on the unit; from 1 to 2147483647.
      */
     int32_t delay_time;
     /**
      * How long the first sample is held before a cycle, whatever delay_time says. The maximum is
-     * printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+     * printed one higher; in counts; the scale to ms depends on the unit; from 0 to 2147483647.
      */
     int32_t pre_cycle_rest;
     /**
      * How long the last sample is held after a cycle, whatever delay_time says. The maximum is
-     * printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+     * printed one higher; in counts; the scale to ms depends on the unit; from 0 to 2147483647.
      */
     int32_t post_cycle_rest;
     /**
      * Sample that starts an output trigger, from 1, less than cycle_length; only with
-     * outputlut_outputtrig. 0 without a trigger, as in the example of page 111; 0 to 8000.
+     * outputlut_outputtrig. 0 without a trigger, as in the example of page 111; from 0 to 8000.
      */
     uint16_t op_trig_start;
-    /** Width of the output trigger; raw counts of ms, scale by unit; -2147483648 to 2147483647. */
+    /**
+     * Width of the output trigger; in counts; the scale to ms depends on the unit; from -2147483648
+     * to 2147483647.
+     */
     int32_t op_trig_width;
     /**
      * Samples between repeated output triggers; 0 to 512 on the TPZ001. Above cycle_length no
-     * trigger repeats within a cycle. Only with outputlut_outputtrig_repeat; 0 to 7999.
+     * trigger repeats within a cycle. Only with outputlut_outputtrig_repeat; from 0 to 7999.
      */
     uint16_t trig_repeat_cycle;
 } apt_pz_get_outputlutparams;
@@ -3134,7 +3149,7 @@ static inline apt_status apt_pz_get_outputlutparams_decode(
  * PZ_SET_OUTPUTLUTPARAMS.
  */
 typedef struct apt_pz_start_lutoutput {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3201,7 +3216,7 @@ static inline apt_status apt_pz_start_lutoutput_decode(
  * Stops the output of the waveform table.
  */
 typedef struct apt_pz_stop_lutoutput {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3265,14 +3280,15 @@ static inline apt_status apt_pz_stop_lutoutput_decode(
 /**
  * PZ_SET_LUTVALUETYPE (0x0708), to the controller, header only; page 126.
  *
- * Set: whether the samples of the waveform table are volts or positions. They are scaled while they
- * are loaded, so this comes first, and after a change they must be loaded again.
+ * Sets the type of the waveform values. Whether the samples of the waveform table are volts or
+ * positions. They are scaled while they are loaded, so this comes first, and after a change they
+ * must be loaded again.
  *
  * Erratum apt-lut-meaning: printed decided by the loop mode at output; encoded decided by
  * PZ_SET_LUTVALUETYPE before the download.
  */
 typedef struct apt_pz_set_lutvaluetype {
-    /** See enum apt_lut_value_type; 0 to 255. */
+    /** See enum apt_lut_value_type; from 0 to 255. */
     uint8_t lut_type;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3336,12 +3352,13 @@ static inline apt_status apt_pz_set_lutvaluetype_decode(
 /**
  * PZ_SET_EEPROMPARAMS (0x07D0), to the controller, 4 bytes of data; page 113.
  *
- * Set: saves the present parameters of one message so that they outlast power-off.
+ * Sets the parameters in EEPROM. Saves the present parameters of one message so that they outlast
+ * power-off.
  */
 typedef struct apt_pz_set_eepromparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Id of the message whose parameters are saved; 0 to 65535. */
+    /** Id of the message whose parameters are saved; from 0 to 65535. */
     uint16_t msg_id;
 } apt_pz_set_eepromparams;
 
@@ -3407,7 +3424,7 @@ static inline apt_status apt_pz_set_eepromparams_decode(
 /**
  * PZ_SET_TPZ_DISPSETTINGS (0x07D1), to the controller, 2 bytes of data; page 114.
  *
- * Set: how bright the front display of a TPZ001 is.
+ * Sets the display settings. Brightness of the front display of a TPZ001.
  *
  * Erratum apt-dispsettings-percent: printed 100 (40%); encoded 100 (39%).
  *
@@ -3416,7 +3433,7 @@ static inline apt_status apt_pz_set_eepromparams_decode(
  * with MOT_MOVE_STOP and without MOT_MOVE_STOPPED; encoded the lists as printed.
  */
 typedef struct apt_pz_set_tpz_dispsettings {
-    /** 0 off, 255 brightest; raw counts of percent, counts_per_percent 51/20; 0 to 255. */
+    /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
     uint16_t disp_intensity;
 } apt_pz_set_tpz_dispsettings;
 
@@ -3482,12 +3499,12 @@ static inline apt_status apt_pz_set_tpz_dispsettings_decode(
 /**
  * PZ_REQ_TPZ_DISPSETTINGS (0x07D2), to the controller, header only; page 114.
  *
- * Request: how bright the front display of a TPZ001 is.
+ * Requests the display settings. Brightness of the front display of a TPZ001.
  *
  * Answered by PZ_GET_TPZ_DISPSETTINGS.
  */
 typedef struct apt_pz_req_tpz_dispsettings {
-    /** Always 0x01; 0 to 255. */
+    /** Always 0x01; from 0 to 255. */
     uint8_t param1;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3551,10 +3568,10 @@ static inline apt_status apt_pz_req_tpz_dispsettings_decode(
 /**
  * PZ_GET_TPZ_DISPSETTINGS (0x07D3), to the host, 2 bytes of data; page 114.
  *
- * Report: how bright the front display of a TPZ001 is.
+ * Reports the display settings. Brightness of the front display of a TPZ001.
  */
 typedef struct apt_pz_get_tpz_dispsettings {
-    /** 0 off, 255 brightest; raw counts of percent, counts_per_percent 51/20; 0 to 255. */
+    /** 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255. */
     uint16_t disp_intensity;
 } apt_pz_get_tpz_dispsettings;
 
@@ -3620,9 +3637,10 @@ static inline apt_status apt_pz_get_tpz_dispsettings_decode(
 /**
  * PZ_SET_TPZ_IOSETTINGS (0x07D4), to the controller, 10 bytes of data; page 115.
  *
- * Set: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
+ * Sets the input and output settings. Voltage limit and feedback path of a TPZ001.
+ * PZ_SET_EEPROMPARAMS saves them.
  *
- * A set changes what is put out: the range that voltages are shares of, and the feedback that a
+ * Setting them changes the output: the range that voltages are shares of, and the feedback that a
  * closed loop follows.
  *
  * Erratum apt-future-use-rows-missing: printed no rows for Future Use; encoded two reserved fields
@@ -3634,18 +3652,18 @@ static inline apt_status apt_pz_get_tpz_dispsettings_decode(
  * 122; encoded values of an enumeration on page 115, bits on page 122.
  */
 typedef struct apt_pz_set_tpz_iosettings {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Must suit the actuator; see enum apt_voltage_limit; 0 to 65535. */
+    /** Must suit the actuator; see enum apt_voltage_limit; from 0 to 65535. */
     uint16_t voltage_limit;
     /**
-     * Where the feedback signal of a TSG001 comes from; see enum apt_hub_analogue_input; 0 to
+     * Where the feedback signal of a TSG001 comes from; see enum apt_hub_analogue_input; from 0 to
      * 65535.
      */
     uint16_t hub_analog_input;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t future_use_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t future_use_2;
 } apt_pz_set_tpz_iosettings;
 
@@ -3718,17 +3736,15 @@ static inline apt_status apt_pz_set_tpz_iosettings_decode(
 /**
  * PZ_REQ_TPZ_IOSETTINGS (0x07D5), to the controller, header only; pages 115, 116.
  *
- * Request: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
+ * Requests the input and output settings. Voltage limit and feedback path of a TPZ001.
+ * PZ_SET_EEPROMPARAMS saves them.
  *
  * Answered by PZ_GET_TPZ_IOSETTINGS.
- *
- * A set changes what is put out: the range that voltages are shares of, and the feedback that a
- * closed loop follows.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_tpz_iosettings {
-    /** The table prints a fixed 01; see enum apt_channel; 0 to 255. */
+    /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -3792,28 +3808,26 @@ static inline apt_status apt_pz_req_tpz_iosettings_decode(
 /**
  * PZ_GET_TPZ_IOSETTINGS (0x07D6), to the host, 10 bytes of data; pages 115, 116.
  *
- * Report: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
- *
- * A set changes what is put out: the range that voltages are shares of, and the feedback that a
- * closed loop follows.
+ * Reports the input and output settings. Voltage limit and feedback path of a TPZ001.
+ * PZ_SET_EEPROMPARAMS saves them.
  *
  * Erratum apt-get-tpz-iosettings-table-id: printed D4 07; encoded D6 07.
  *
  * Erratum apt-tpz-iosettings-length: printed 0E 00; encoded 0A 00.
  */
 typedef struct apt_pz_get_tpz_iosettings {
-    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1 (P_MOD_CHAN1 in the document); see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Must suit the actuator; see enum apt_voltage_limit; 0 to 65535. */
+    /** Must suit the actuator; see enum apt_voltage_limit; from 0 to 65535. */
     uint16_t voltage_limit;
     /**
-     * Where the feedback signal of a TSG001 comes from; see enum apt_hub_analogue_input; 0 to
+     * Where the feedback signal of a TSG001 comes from; see enum apt_hub_analogue_input; from 0 to
      * 65535.
      */
     uint16_t hub_analog_input;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t future_use_1;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t future_use_2;
 } apt_pz_get_tpz_iosettings;
 
@@ -3886,9 +3900,9 @@ static inline apt_status apt_pz_get_tpz_iosettings_decode(
 /**
  * PZ_SET_TSG_IOSETTINGS (0x07DA), to the controller, 14 bytes of data; page 127.
  *
- * Set: feedback path, display and force calibration of a TSG001.
+ * Sets the strain gauge settings. Feedback path, display and force calibration of a TSG001.
  *
- * A set changes where the feedback goes that the closed loop of a TPZ001 follows.
+ * Setting them changes the feedback path that the closed loop of a TPZ001 follows.
  *
  * Erratum apt-force-calib-range: printed between 1 and 1000; encoded from 1 on, as far as a word
  * goes (65535).
@@ -3899,25 +3913,26 @@ static inline apt_status apt_pz_get_tpz_iosettings_decode(
  * Erratum apt-tsg-iosettings-example-short: printed 13 bytes of packet; encoded 14 bytes.
  */
 typedef struct apt_pz_set_tsg_iosettings {
-    /** Always CHAN1; see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Where the feedback signal for a TPZ001 goes; see enum apt_hub_analogue_output; 0 to 65535.
+     * Where the feedback signal for a TPZ001 goes; see enum apt_hub_analogue_output; from 0 to
+     * 65535.
      */
     uint16_t hub_analogue_output;
-    /** Also the unit of the readings; see enum apt_display_mode; 0 to 65535. */
+    /** Also the unit of the readings; see enum apt_display_mode; from 0 to 65535. */
     uint16_t display_mode;
     /**
      * Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the FSC102. The page
-     * prints a range of 1 to 1000, which its own default and example exceed; raw counts of N,
-     * n_per_count 1/1000; 1 to 65535; by default 30000.
+     * prints a range of 1 to 1000, which its own default and example exceed; in counts of 1/1000 N;
+     * from 1 to 65535; by default 30000.
      */
     uint16_t force_calib;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t future_use_1;
     /**
      * The table gives the last six bytes to two cells and does not show where the first ends;
-     * reserved, sent as zero; 0 to 4294967295.
+     * reserved, sent as zero; from 0 to 4294967295.
      */
     uint32_t future_use_2;
 } apt_pz_set_tsg_iosettings;
@@ -3994,16 +4009,14 @@ static inline apt_status apt_pz_set_tsg_iosettings_decode(
 /**
  * PZ_REQ_TSG_IOSETTINGS (0x07DB), to the controller, header only; pages 127, 128.
  *
- * Request: feedback path, display and force calibration of a TSG001.
+ * Requests the strain gauge settings. Feedback path, display and force calibration of a TSG001.
  *
  * Answered by PZ_GET_TSG_IOSETTINGS.
- *
- * A set changes where the feedback goes that the closed loop of a TPZ001 follows.
  *
  * Erratum apt-request-channel-fixed: printed 01 in byte 2; encoded Chan Ident in byte 2.
  */
 typedef struct apt_pz_req_tsg_iosettings {
-    /** The table prints a fixed 01; see enum apt_channel; 0 to 255. */
+    /** The table prints a fixed 01; see enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -4067,33 +4080,32 @@ static inline apt_status apt_pz_req_tsg_iosettings_decode(
 /**
  * PZ_GET_TSG_IOSETTINGS (0x07DC), to the host, 14 bytes of data; pages 127, 128.
  *
- * Report: feedback path, display and force calibration of a TSG001.
- *
- * A set changes where the feedback goes that the closed loop of a TPZ001 follows.
+ * Reports the strain gauge settings. Feedback path, display and force calibration of a TSG001.
  *
  * Erratum apt-get-tsg-iosettings-size: printed 16 bytes, 10 byte data packet; encoded 20 bytes, 14
  * byte data packet.
  */
 typedef struct apt_pz_get_tsg_iosettings {
-    /** Always CHAN1; see enum apt_channel; 0 to 65535. */
+    /** Always CHAN1; see enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Where the feedback signal for a TPZ001 goes; see enum apt_hub_analogue_output; 0 to 65535.
+     * Where the feedback signal for a TPZ001 goes; see enum apt_hub_analogue_output; from 0 to
+     * 65535.
      */
     uint16_t hub_analogue_output;
-    /** Also the unit of the readings; see enum apt_display_mode; 0 to 65535. */
+    /** Also the unit of the readings; see enum apt_display_mode; from 0 to 65535. */
     uint16_t display_mode;
     /**
      * Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the FSC102. The page
-     * prints a range of 1 to 1000, which its own default and example exceed; raw counts of N,
-     * n_per_count 1/1000; 1 to 65535; by default 30000.
+     * prints a range of 1 to 1000, which its own default and example exceed; in counts of 1/1000 N;
+     * from 1 to 65535; by default 30000.
      */
     uint16_t force_calib;
-    /** Reserved, sent as zero; 0 to 65535. */
+    /** Reserved, sent as zero; from 0 to 65535. */
     uint16_t future_use_1;
     /**
      * The table gives the last six bytes to two cells and does not show where the first ends;
-     * reserved, sent as zero; 0 to 4294967295.
+     * reserved, sent as zero; from 0 to 4294967295.
      */
     uint32_t future_use_2;
 } apt_pz_get_tsg_iosettings;
@@ -4170,13 +4182,13 @@ static inline apt_status apt_pz_get_tsg_iosettings_decode(
 /**
  * PZ_REQ_TSG_READING (0x07DD), to the controller, header only; page 129.
  *
- * Request: reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS
- * selects; sampled at 500 Hz.
+ * Requests the strain gauge reading. Reading of the strain gauge, in the unit that the display mode
+ * of PZ_SET_TSG_IOSETTINGS selects; sampled at 500 Hz.
  *
  * Answered by PZ_GET_TSG_READING.
  */
 typedef struct apt_pz_req_tsg_reading {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -4240,8 +4252,8 @@ static inline apt_status apt_pz_req_tsg_reading_decode(
 /**
  * PZ_GET_TSG_READING (0x07DE), to the host, 6 bytes of data; page 129.
  *
- * Report: reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS
- * selects; sampled at 500 Hz.
+ * Reports the strain gauge reading. Reading of the strain gauge, in the unit that the display mode
+ * of PZ_SET_TSG_IOSETTINGS selects; sampled at 500 Hz.
  *
  * Erratum apt-tsg-reading-columns: printed StatusBits in bytes 8 to 11; encoded Reading in bytes 8
  * and 9, Smoothed in bytes 10 and 11.
@@ -4254,16 +4266,16 @@ static inline apt_status apt_pz_req_tsg_reading_decode(
  * share of the maximum output, which is in one of these units.
  */
 typedef struct apt_pz_get_tsg_reading {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Micrometres, volts or newtons. The maximum is printed as 32768; raw counts of unit by
-     * setting, scale by display_mode; -32767 to 32767.
+     * Micrometres, volts or newtons. The maximum is printed as 32768; in counts; unit and scale
+     * depend on display_mode; from -32767 to 32767.
      */
     int16_t reading;
     /**
      * Smoothed reading; neither range nor unit is printed, and as a word it holds no negative
-     * reading; 0 to 65535.
+     * reading; from 0 to 65535.
      */
     uint16_t smoothed;
 } apt_pz_get_tsg_reading;

@@ -19,17 +19,17 @@
 /**
  * MOT_SET_SOL_OPERATINGMODE (0x04C0), to the controller, header only; page 85.
  *
- * Set: operating mode of the solenoid driver.
+ * Sets the solenoid operating mode. Operating mode of the solenoid driver.
  *
- * A set hands the solenoid over to another master, such as the trigger input, which may open it at
- * once.
+ * Setting it gives control of the solenoid to another source, such as the trigger input, which may
+ * open it at once.
  *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
 typedef struct apt_mot_set_sol_operatingmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_solenoid_operating_mode; 0 to 255. */
+    /** See enum apt_solenoid_operating_mode; from 0 to 255. */
     uint8_t operating_mode;
 } apt_mot_set_sol_operatingmode;
 
@@ -91,15 +91,12 @@ static inline apt_status apt_mot_set_sol_operatingmode_decode(
 /**
  * MOT_REQ_SOL_OPERATINGMODE (0x04C1), to the controller, header only; pages 85, 86.
  *
- * Request: operating mode of the solenoid driver.
+ * Requests the solenoid operating mode. Operating mode of the solenoid driver.
  *
  * Answered by MOT_GET_SOL_OPERATINGMODE.
- *
- * A set hands the solenoid over to another master, such as the trigger input, which may open it at
- * once.
  */
 typedef struct apt_mot_req_sol_operatingmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -163,15 +160,12 @@ static inline apt_status apt_mot_req_sol_operatingmode_decode(
 /**
  * MOT_GET_SOL_OPERATINGMODE (0x04C2), to the host, header only; pages 85, 86.
  *
- * Report: operating mode of the solenoid driver.
- *
- * A set hands the solenoid over to another master, such as the trigger input, which may open it at
- * once.
+ * Reports the solenoid operating mode. Operating mode of the solenoid driver.
  */
 typedef struct apt_mot_get_sol_operatingmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_solenoid_operating_mode; 0 to 255. */
+    /** See enum apt_solenoid_operating_mode; from 0 to 255. */
     uint8_t operating_mode;
 } apt_mot_get_sol_operatingmode;
 
@@ -233,23 +227,24 @@ static inline apt_status apt_mot_get_sol_operatingmode_decode(
 /**
  * MOT_SET_SOL_CYCLEPARAMS (0x04C3), to the controller, 14 bytes of data; page 87.
  *
- * Set: times and number of cycles for every operating mode but the manual one.
+ * Sets the solenoid cycle parameters. Times and number of cycles for every operating mode but the
+ * manual one.
  *
- * A set opens nothing; cycles that run already may take the new times.
+ * Setting them opens nothing; cycles that are running may use the new times.
  *
  * Erratum apt-sol-numcycles-trigger: printed ignored outside Auto mode (page 87); carried out at a
  * trigger (page 85); encoded sent in every mode; the note names both statements.
  */
 typedef struct apt_mot_set_sol_cycleparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Active time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to 40000000. */
+    /** Active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
     int32_t on_time;
-    /** Inactive time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to 40000000. */
+    /** Inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
     int32_t off_time;
     /**
      * 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has SOLENOID_TRIGGER
-     * use it; 0 to 1000000.
+     * use it; from 0 to 1000000.
      */
     int32_t num_cycles;
 } apt_mot_set_sol_cycleparams;
@@ -327,14 +322,13 @@ static inline apt_status apt_mot_set_sol_cycleparams_decode(
 /**
  * MOT_REQ_SOL_CYCLEPARAMS (0x04C4), to the controller, header only; pages 87, 88.
  *
- * Request: times and number of cycles for every operating mode but the manual one.
+ * Requests the solenoid cycle parameters. Times and number of cycles for every operating mode but
+ * the manual one.
  *
  * Answered by MOT_GET_SOL_CYCLEPARAMS.
- *
- * A set opens nothing; cycles that run already may take the new times.
  */
 typedef struct apt_mot_req_sol_cycleparams {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -398,20 +392,19 @@ static inline apt_status apt_mot_req_sol_cycleparams_decode(
 /**
  * MOT_GET_SOL_CYCLEPARAMS (0x04C5), to the host, 14 bytes of data; pages 87, 88.
  *
- * Report: times and number of cycles for every operating mode but the manual one.
- *
- * A set opens nothing; cycles that run already may take the new times.
+ * Reports the solenoid cycle parameters. Times and number of cycles for every operating mode but
+ * the manual one.
  */
 typedef struct apt_mot_get_sol_cycleparams {
-    /** See enum apt_channel; 0 to 65535. */
+    /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Active time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to 40000000. */
+    /** Active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
     int32_t on_time;
-    /** Inactive time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to 40000000. */
+    /** Inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
     int32_t off_time;
     /**
      * 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has SOLENOID_TRIGGER
-     * use it; 0 to 1000000.
+     * use it; from 0 to 1000000.
      */
     int32_t num_cycles;
 } apt_mot_get_sol_cycleparams;
@@ -489,16 +482,17 @@ static inline apt_status apt_mot_get_sol_cycleparams_decode(
 /**
  * MOT_SET_SOL_INTERLOCKMODE (0x04C6), to the controller, header only; page 89.
  *
- * Set: whether the hardware interlock must be fitted before the driver operates.
+ * Sets the solenoid interlock mode. Whether the hardware interlock must be fitted before the driver
+ * operates.
  *
- * A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
+ * SOLENOID_DISABLED removes the protection that keeps the solenoid from opening.
  *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
 typedef struct apt_mot_set_sol_interlockmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_solenoid_interlock_mode; 0 to 255. */
+    /** See enum apt_solenoid_interlock_mode; from 0 to 255. */
     uint8_t interlock_mode;
 } apt_mot_set_sol_interlockmode;
 
@@ -560,14 +554,13 @@ static inline apt_status apt_mot_set_sol_interlockmode_decode(
 /**
  * MOT_REQ_SOL_INTERLOCKMODE (0x04C7), to the controller, header only; pages 89, 90.
  *
- * Request: whether the hardware interlock must be fitted before the driver operates.
+ * Requests the solenoid interlock mode. Whether the hardware interlock must be fitted before the
+ * driver operates.
  *
  * Answered by MOT_GET_SOL_INTERLOCKMODE.
- *
- * A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
  */
 typedef struct apt_mot_req_sol_interlockmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -631,14 +624,13 @@ static inline apt_status apt_mot_req_sol_interlockmode_decode(
 /**
  * MOT_GET_SOL_INTERLOCKMODE (0x04C8), to the host, header only; pages 89, 90.
  *
- * Report: whether the hardware interlock must be fitted before the driver operates.
- *
- * A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
+ * Reports the solenoid interlock mode. Whether the hardware interlock must be fitted before the
+ * driver operates.
  */
 typedef struct apt_mot_get_sol_interlockmode {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_solenoid_interlock_mode; 0 to 255. */
+    /** See enum apt_solenoid_interlock_mode; from 0 to 255. */
     uint8_t interlock_mode;
 } apt_mot_get_sol_interlockmode;
 
@@ -700,14 +692,14 @@ static inline apt_status apt_mot_get_sol_interlockmode_decode(
 /**
  * MOT_SET_SOL_STATE (0x04CB), to the controller, header only; page 91.
  *
- * Set: output state of the solenoid; a set overrides the settings in force.
+ * Sets the solenoid state. Output state of the solenoid; a set overrides the settings in force.
  *
  * Erratum apt-four-bit-integer: printed a 4 bit integer; encoded one byte.
  */
 typedef struct apt_mot_set_sol_state {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_solenoid_state; 0 to 255. */
+    /** See enum apt_solenoid_state; from 0 to 255. */
     uint8_t state;
 } apt_mot_set_sol_state;
 
@@ -769,12 +761,12 @@ static inline apt_status apt_mot_set_sol_state_decode(
 /**
  * MOT_REQ_SOL_STATE (0x04CC), to the controller, header only; pages 91, 92.
  *
- * Request: output state of the solenoid; a set overrides the settings in force.
+ * Requests the solenoid state. Output state of the solenoid; a set overrides the settings in force.
  *
  * Answered by MOT_GET_SOL_STATE.
  */
 typedef struct apt_mot_req_sol_state {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
     /** A parameter byte without a meaning; 0 to 255. */
     uint8_t param2;
@@ -838,12 +830,12 @@ static inline apt_status apt_mot_req_sol_state_decode(
 /**
  * MOT_GET_SOL_STATE (0x04CD), to the host, header only; pages 91, 92.
  *
- * Report: output state of the solenoid; a set overrides the settings in force.
+ * Reports the solenoid state. Output state of the solenoid; a set overrides the settings in force.
  */
 typedef struct apt_mot_get_sol_state {
-    /** See enum apt_channel; 0 to 255. */
+    /** See enum apt_channel; from 0 to 255. */
     uint8_t chan_ident;
-    /** See enum apt_solenoid_state; 0 to 255. */
+    /** See enum apt_solenoid_state; from 0 to 255. */
     uint8_t state;
 } apt_mot_get_sol_state;
 

@@ -171,7 +171,7 @@ static inline ms2000_status ms2000_read_status_decode(const uint8_t *bytes, size
  * It has no frame: only the command that was sent says what its bytes are.
  */
 typedef struct ms2000_read_status_reply {
-    /** See enum ms2000_busy; 0 to 255. */
+    /** See enum ms2000_busy; from 0 to 255. */
     uint8_t status;
 } ms2000_read_status_reply;
 
@@ -229,7 +229,7 @@ static inline ms2000_status ms2000_read_status_reply_decode(
  * significant first.
  */
 typedef struct ms2000_write_motor_position {
-    /** Raw counts of um, counts_per_um 10; -8388608 to 8388607. */
+    /** In counts, 10 per um; from -8388608 to 8388607. */
     int32_t position;
 } ms2000_write_motor_position;
 
@@ -356,8 +356,8 @@ static inline ms2000_status ms2000_stop_motor_decode(const uint8_t *bytes, size_
  */
 typedef struct ms2000_write_increment_value {
     /**
-     * A distance, though the text calls it a position; a negative one exchanges up and down; raw
-     * counts of um, counts_per_um 10; -8388608 to 8388607.
+     * A distance, though the text calls it a position; a negative one exchanges up and down; in
+     * counts, 10 per um; from -8388608 to 8388607.
      */
     int32_t increment;
 } ms2000_write_increment_value;
@@ -516,7 +516,7 @@ static inline ms2000_status ms2000_joystick_enable_decode(const uint8_t *bytes, 
 /**
  * JOYSTICK_DISABLE (0x4B), to the controller, no data, size 0.
  *
- * Cuts joystick or knob off, so that nobody interferes with moves of the host.
+ * Disables the joystick or knob, so that it cannot interfere with moves of the host.
  *
  * The document allows the command with the size slot and without it.
  *
@@ -592,7 +592,7 @@ static inline ms2000_status ms2000_joystick_disable_decode(const uint8_t *bytes,
  * and top speed.
  */
 typedef struct ms2000_write_ramping_time {
-    /** Raw counts of ms, counts_per_ms 1; 1 to 255. */
+    /** In counts, 1 per ms; from 1 to 255. */
     uint8_t ramp_time;
 } ms2000_write_ramping_time;
 
@@ -665,7 +665,7 @@ static inline ms2000_status ms2000_write_ramping_time_decode(
  * ramp time.
  */
 typedef struct ms2000_write_start_speed {
-    /** The document gives neither sign nor unit; 0 to 65535. */
+    /** The document gives neither sign nor unit; from 0 to 65535. */
     uint16_t start_speed;
 } ms2000_write_start_speed;
 
@@ -728,7 +728,7 @@ static inline ms2000_status ms2000_write_start_speed_decode(
  *
  * Sets the top speed of moves; nothing moves.
  *
- * It changes the acceleration, too, which is top speed divided by ramp time. READ_MAXIMUM_SPEED
+ * It also changes the acceleration, which is top speed divided by ramp time. READ_MAXIMUM_SPEED
  * reads it.
  *
  * Section Write Top Speed. Typed as S.
@@ -738,7 +738,7 @@ static inline ms2000_status ms2000_write_start_speed_decode(
  * and top speed.
  */
 typedef struct ms2000_write_top_speed {
-    /** Raw counts of um/s, counts_per_um_per_s 1; 0 to 65535. */
+    /** In counts, 1 per um/s; from 0 to 65535. */
     uint16_t top_speed;
 } ms2000_write_top_speed;
 
@@ -794,8 +794,9 @@ static inline ms2000_status ms2000_write_top_speed_decode(
  *
  * Moves the axis to a position.
  *
- * The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS tells when
- * it is over, since nothing comes unasked. After 255 the same byte is WHERE_IN_TENTHS.
+ * The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS reports when
+ * it is over, since the controller sends nothing unsolicited. After 255 the same byte is
+ * WHERE_IN_TENTHS.
  *
  * Section Write Target Position (move). Typed as T.
  *
@@ -804,7 +805,7 @@ static inline ms2000_status ms2000_write_top_speed_decode(
  * significant first.
  */
 typedef struct ms2000_write_target_position {
-    /** Raw counts of um, counts_per_um 10; -8388608 to 8388607. */
+    /** In counts, 10 per um; from -8388608 to 8388607. */
     int32_t target_position;
 } ms2000_write_target_position;
 
@@ -862,9 +863,9 @@ static inline ms2000_status ms2000_write_target_position_decode(
  *
  * Ramps the axis to a speed at once and keeps it moving.
  *
- * There is no target: the axis moves until it is told otherwise. STOP_MOTOR stops and disables the
- * motor; whether a speed of 0 ends the movement is not said. Ramp time and top speed set the
- * acceleration.
+ * There is no target: the axis moves until another command stops it. STOP_MOTOR stops and disables
+ * the motor; whether a speed of 0 ends the movement is not documented. Ramp time and top speed set
+ * the acceleration.
  *
  * Section Write Vector Speed. Typed as ^.
  *
@@ -874,8 +875,8 @@ static inline ms2000_status ms2000_write_target_position_decode(
 typedef struct ms2000_write_vector_speed {
     /**
      * Not said to be signed or unsigned. Up to 32767 both readings agree; beyond, the stage might
-     * move the other way. How to move backwards is not described; raw counts of um/s,
-     * counts_per_um_per_s 1; 0 to 32767.
+     * move the other way. How to move backwards is not described; in counts, 1 per um/s; from 0 to
+     * 32767.
      */
     uint16_t vector_speed;
 } ms2000_write_vector_speed;
@@ -933,8 +934,8 @@ static inline ms2000_status ms2000_write_vector_speed_decode(
  *
  * Asks for the present position.
  *
- * Its reply is as long as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION; only what was
- * asked tells them apart.
+ * Its reply is as long as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION; only the request
+ * tells which of them it is.
  *
  * Section Read Motor Position. Typed as a.
  */
@@ -982,7 +983,7 @@ static inline ms2000_status ms2000_read_motor_position_decode(const uint8_t *byt
  * It has no frame: only the command that was sent says what its bytes are.
  */
 typedef struct ms2000_read_motor_position_reply {
-    /** Raw counts of um, counts_per_um 10; -8388608 to 8388607. */
+    /** In counts, 10 per um; from -8388608 to 8388607. */
     int32_t position;
 } ms2000_read_motor_position_reply;
 
@@ -1080,7 +1081,7 @@ static inline ms2000_status ms2000_read_increment_value_decode(const uint8_t *by
  * It has no frame: only the command that was sent says what its bytes are.
  */
 typedef struct ms2000_read_increment_value_reply {
-    /** A distance, not a place; raw counts of um, counts_per_um 10; -8388608 to 8388607. */
+    /** A distance, not a place; in counts, 10 per um; from -8388608 to 8388607. */
     int32_t increment;
 } ms2000_read_increment_value_reply;
 
@@ -1312,9 +1313,9 @@ static inline ms2000_status ms2000_read_motor_position_and_status_decode(
  * which bit 1 is always set.
  */
 typedef struct ms2000_read_motor_position_and_status_reply {
-    /** Raw counts of um, counts_per_um 10; -8388608 to 8388607. */
+    /** In counts, 10 per um; from -8388608 to 8388607. */
     int32_t position;
-    /** As READ_STATUS_BYTE returns it; bits MS2000_STATUS_BITS_...; 0 to 255. */
+    /** As READ_STATUS_BYTE returns it; bits MS2000_STATUS_BITS_...; from 0 to 255. */
     uint8_t status;
 } ms2000_read_motor_position_and_status_reply;
 
@@ -1413,9 +1414,7 @@ static inline ms2000_status ms2000_read_current_speed_decode(const uint8_t *byte
  * It has no frame: only the command that was sent says what its bytes are.
  */
 typedef struct ms2000_read_current_speed_reply {
-    /**
-     * Signed, unlike the other speeds; raw counts of um/s, counts_per_um_per_s 1; -32768 to 32767.
-     */
+    /** Signed, unlike the other speeds; in counts, 1 per um/s; from -32768 to 32767. */
     int16_t speed;
 } ms2000_read_current_speed_reply;
 
@@ -1516,7 +1515,7 @@ static inline ms2000_status ms2000_read_ramp_time_decode(const uint8_t *bytes, s
  * It has no frame: only the command that was sent says what its bytes are.
  */
 typedef struct ms2000_read_ramp_time_reply {
-    /** Raw counts of ms, counts_per_ms 1; 1 to 255. */
+    /** In counts, 1 per ms; from 1 to 255. */
     uint8_t ramp_time;
 } ms2000_read_ramp_time_reply;
 
@@ -1630,7 +1629,7 @@ static inline ms2000_status ms2000_read_start_speed_decode(const uint8_t *bytes,
  * number of two bytes without unit and sign.
  */
 typedef struct ms2000_read_start_speed_reply {
-    /** The document gives neither sign nor unit; 0 to 65535. */
+    /** The document gives neither sign nor unit; from 0 to 65535. */
     uint16_t start_speed;
 } ms2000_read_start_speed_reply;
 
@@ -1731,7 +1730,7 @@ static inline ms2000_status ms2000_read_maximum_speed_decode(const uint8_t *byte
  * It has no frame: only the command that was sent says what its bytes are.
  */
 typedef struct ms2000_read_maximum_speed_reply {
-    /** Raw counts of um/s, counts_per_um_per_s 1; 0 to 65535. */
+    /** In counts, 1 per um/s; from 0 to 65535. */
     uint16_t maximum_speed;
 } ms2000_read_maximum_speed_reply;
 
@@ -1825,7 +1824,7 @@ static inline ms2000_status ms2000_read_target_position_decode(const uint8_t *by
  * It has no frame: only the command that was sent says what its bytes are.
  */
 typedef struct ms2000_read_target_position_reply {
-    /** Raw counts of um, counts_per_um 10; -8388608 to 8388607. */
+    /** In counts, 10 per um; from -8388608 to 8388607. */
     int32_t target_position;
 } ms2000_read_target_position_reply;
 
@@ -1945,7 +1944,7 @@ static inline ms2000_status ms2000_read_status_byte_decode(const uint8_t *bytes,
  * ramping up, 1: ramping down.
  */
 typedef struct ms2000_read_status_byte_reply {
-    /** Bits MS2000_STATUS_BITS_...; 0 to 255. */
+    /** Bits MS2000_STATUS_BITS_...; from 0 to 255. */
     uint8_t status;
 } ms2000_read_status_byte_reply;
 

@@ -115,7 +115,7 @@ class BBD101(
     generic.WithRackBayUsed,
     generic.CanIdentify,
 ):
-    """1 channel benchtop brushless DC motor driver for asyncio.
+    """One-channel benchtop brushless DC motor driver for asyncio.
 
     BBD101, page 27. Its messages are its family's, brushless_dc_single: No list is printed. As
     brushless_dc, without the digital inputs and outputs of the motherboard, which pages 25 and 26
@@ -182,7 +182,7 @@ class BBD102(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop brushless DC motor driver for asyncio.
+    """Two-channel benchtop brushless DC motor driver for asyncio.
 
     BBD102, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -251,7 +251,7 @@ class BBD103(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop brushless DC motor driver for asyncio.
+    """Three-channel benchtop brushless DC motor driver for asyncio.
 
     BBD103, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -318,7 +318,7 @@ class BBD201(
     generic.WithRackBayUsed,
     generic.CanIdentify,
 ):
-    """1 channel benchtop brushless DC motor driver for asyncio.
+    """One-channel benchtop brushless DC motor driver for asyncio.
 
     BBD201, page 27. Its messages are its family's, brushless_dc_single: No list is printed. As
     brushless_dc, without the digital inputs and outputs of the motherboard, which pages 25 and 26
@@ -385,7 +385,7 @@ class BBD202(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop brushless DC motor driver for asyncio.
+    """Two-channel benchtop brushless DC motor driver for asyncio.
 
     BBD202, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -453,7 +453,7 @@ class BBD203(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop brushless DC motor driver for asyncio.
+    """Three-channel benchtop brushless DC motor driver for asyncio.
 
     BBD203, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -498,7 +498,7 @@ class BMS001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
-    """1 channel benchtop low power stepper driver (legacy) for asyncio.
+    """One-channel benchtop low power stepper driver (legacy) for asyncio.
 
     BMS001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -548,7 +548,7 @@ class BMS002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
-    """2 channel benchtop low power stepper driver (legacy) for asyncio.
+    """Two-channel benchtop low power stepper driver (legacy) for asyncio.
 
     BMS002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -585,7 +585,7 @@ class BPC001(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver for asyncio.
+    """One-channel benchtop piezo driver for asyncio.
 
     BPC001, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
     BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
@@ -628,7 +628,7 @@ class BPC002(
     generic.CanStopUpdates,
     generic.CanIdentify,
 ):
-    """2 channel benchtop piezo driver for asyncio.
+    """Two-channel benchtop piezo driver for asyncio.
 
     BPC002, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
     BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
@@ -666,7 +666,7 @@ class BPC101(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver (2006 onwards) for asyncio.
+    """One-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC101, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
     BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
@@ -719,7 +719,7 @@ class BPC102(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop piezo driver (2006 onwards) for asyncio.
+    """Two-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC102, page 93. Its messages are the printed list of BPC202, page 131: The printed list of page
     131 is that of the BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in.
@@ -771,7 +771,7 @@ class BPC103(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop piezo driver (2006 onwards) for asyncio.
+    """Three-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC103, page 93. Its messages are the printed list of BPC202, page 131: The printed list of page
     131 is that of the BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in.
@@ -809,7 +809,7 @@ class BPC201(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver (2007 onwards) for asyncio.
+    """One-channel benchtop piezo driver (since 2007) for asyncio.
 
     BPC201, page 93. Its messages are the printed list, page 131.
 
@@ -861,7 +861,7 @@ class BPC202(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop piezo driver (2007 onwards) for asyncio.
+    """Two-channel benchtop piezo driver (since 2007) for asyncio.
 
     BPC202, page 93. Its messages are the printed list, page 131.
 
@@ -912,7 +912,7 @@ class BPC203(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop piezo driver (2007 onwards) for asyncio.
+    """Three-channel benchtop piezo driver (since 2007) for asyncio.
 
     BPC203, page 93. Its messages are the printed list, page 131.
 
@@ -952,7 +952,7 @@ class BPC301(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver (2011 onwards) for asyncio.
+    """One-channel benchtop piezo driver (since 2011) for asyncio.
 
     BPC301, page 93. Its messages are the printed list, page 132.
 
@@ -994,7 +994,7 @@ class BSC001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
-    """1 channel benchtop stepper driver (legacy) for asyncio.
+    """One-channel benchtop stepper driver (legacy) for asyncio.
 
     BSC001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -1044,7 +1044,7 @@ class BSC002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
-    """2 channel benchtop stepper driver (legacy) for asyncio.
+    """Two-channel benchtop stepper driver (legacy) for asyncio.
 
     BSC002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -1089,7 +1089,7 @@ class BSC101(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
-    """1 channel benchtop stepper driver (2006 onwards) for asyncio.
+    """One-channel benchtop stepper driver (since 2006) for asyncio.
 
     BSC101, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -1152,7 +1152,7 @@ class BSC102(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop stepper driver (2006 onwards) for asyncio.
+    """Two-channel benchtop stepper driver (since 2006) for asyncio.
 
     BSC102, page 27. Its messages are its family's, card_slot_stepper: No list is printed. As
     benchtop_stepper, with the RACK messages, which the motherboard answers (pages 10 and 23; pages
@@ -1214,7 +1214,7 @@ class BSC103(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop stepper driver (2006 onwards) for asyncio.
+    """Three-channel benchtop stepper driver (since 2006) for asyncio.
 
     BSC103, page 27. Its messages are its family's, card_slot_stepper: No list is printed. As
     benchtop_stepper, with the RACK messages, which the motherboard answers (pages 10 and 23; pages
@@ -1259,7 +1259,7 @@ class MPZ601(
     piezo.CanAckPzStatusUpdate,
     piezo.WithLutValueType,
 ):
-    """2 channel modular piezo driver for asyncio.
+    """Two-channel modular piezo driver for asyncio.
 
     MPZ601, page 93. Its messages are the printed list, page 135.
 
@@ -1311,7 +1311,7 @@ class MST601(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
-    """2 channel modular stepper driver for asyncio.
+    """Two-channel modular stepper driver for asyncio.
 
     MST601, page 27. Its messages are its family's, modular_stepper: No list is printed. As
     card_slot_stepper, without HW_DISCONNECT: a module has no USB node, and the list of its piezo
@@ -1359,7 +1359,7 @@ class ODC001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
-    """1 channel cube DC servo driver for asyncio.
+    """One-channel cube DC servo driver for asyncio.
 
     ODC001, page 27. Its messages are its family's, dc_servo_opto: No list is printed. As the
     TDC001, without the LM628 PID (page 51: TDC001 only), with HW_DISCONNECT and
@@ -1405,7 +1405,7 @@ class OST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
-    """1 channel cube stepper driver for asyncio.
+    """One-channel cube stepper driver for asyncio.
 
     OST001, page 27. Its messages are its family's, opto_stepper: No list is printed. As
     benchtop_stepper, with LED, potentiometer and buttons of the control keypad.
@@ -1449,7 +1449,7 @@ class TDC001(
     motor.WithAvModes,
     motor.WithButtonParams,
 ):
-    """1 channel T-Cube DC servo driver for asyncio.
+    """One-channel T-Cube DC servo driver for asyncio.
 
     TDC001, page 27. Its messages are the printed list, page 136.
 
@@ -1482,7 +1482,7 @@ class TPZ001(
     piezo.WithTpzDispSettings,
     piezo.WithTpzIoSettings,
 ):
-    """1 channel T-Cube piezo driver for asyncio.
+    """One-channel T-Cube piezo driver for asyncio.
 
     TPZ001, page 93. Its messages are the printed list, page 133.
 
@@ -1513,7 +1513,7 @@ class TSC001(
     solenoid.WithSolInterlockMode,
     solenoid.WithSolState,
 ):
-    """1 channel T-Cube solenoid driver for asyncio.
+    """One-channel T-Cube solenoid driver for asyncio.
 
     TSC001, page 27. Its messages are the printed list, page 138.
 
@@ -1543,7 +1543,7 @@ class TSG001(
     piezo.WithTsgIoSettings,
     piezo.WithTsgReading,
 ):
-    """1 channel T-Cube strain gauge reader for asyncio.
+    """One-channel T-Cube strain gauge reader for asyncio.
 
     TSG001, page 93. Its messages are the printed list, page 134.
 
@@ -1589,7 +1589,7 @@ class TST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
-    """1 channel T-Cube stepper driver for asyncio.
+    """One-channel T-Cube stepper driver for asyncio.
 
     TST001, page 27. Its messages are its family's, cube_stepper: No list is printed. As
     opto_stepper, with the HUB messages, by which page 24 asks a T-Cube for its bay; the lists of

@@ -1219,7 +1219,7 @@ ALIASES: dict[str, Alias] = {
     ),
     "BSC201": Alias(
         "BSC201",
-        "1 channel benchtop stepper driver (2012 onwards)",
+        "One-channel benchtop stepper driver (since 2012)",
         like="BSC101",
         source="Issue 37 of the document, page 16: one list of messages for BSC10x and BSC20x",
         prefixes=(40,),
@@ -1232,7 +1232,7 @@ ALIASES: dict[str, Alias] = {
     ),
     "BSC202": Alias(
         "BSC202",
-        "2 channel benchtop stepper driver (2012 onwards)",
+        "Two-channel benchtop stepper driver (since 2012)",
         like="BSC102",
         source="Issue 37 of the document, page 16: one list of messages for BSC10x and BSC20x",
         reported_as=("SCC201",),
@@ -1244,7 +1244,7 @@ ALIASES: dict[str, Alias] = {
     ),
     "BSC203": Alias(
         "BSC203",
-        "3 channel benchtop stepper driver (2012 onwards)",
+        "Three-channel benchtop stepper driver (since 2012)",
         like="BSC103",
         source="Issue 37 of the document, page 16: one list of messages for BSC10x and BSC20x",
         prefixes=(70,),
@@ -1257,7 +1257,7 @@ ALIASES: dict[str, Alias] = {
     ),
     "MST602": Alias(
         "MST602",
-        "2 channel modular stepper driver (2013 onwards)",
+        "Two-channel modular stepper driver (since 2013)",
         source=(
             "Issue 37 of the document, page 61; page 87 has it name the channel of a move in the "
             "direction byte, as no unit of Issue 3 does"
@@ -1378,7 +1378,7 @@ ALIASES: dict[str, Alias] = {
 UNITS: dict[str, Unit] = {
     "BBD101": Unit(
         name="BBD101",
-        title="1 channel benchtop brushless DC motor driver",
+        title="One-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
             "its family's, brushless_dc_single: No list is printed. As brushless_dc, without the "
@@ -1435,7 +1435,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BBD102": Unit(
         name="BBD102",
-        title="2 channel benchtop brushless DC motor driver",
+        title="Two-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
             "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
@@ -1496,7 +1496,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BBD103": Unit(
         name="BBD103",
-        title="3 channel benchtop brushless DC motor driver",
+        title="Three-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
             "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
@@ -1557,7 +1557,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BBD201": Unit(
         name="BBD201",
-        title="1 channel benchtop brushless DC motor driver",
+        title="One-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
             "its family's, brushless_dc_single: No list is printed. As brushless_dc, without the "
@@ -1614,7 +1614,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BBD202": Unit(
         name="BBD202",
-        title="2 channel benchtop brushless DC motor driver",
+        title="Two-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
             "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
@@ -1672,7 +1672,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BBD203": Unit(
         name="BBD203",
-        title="3 channel benchtop brushless DC motor driver",
+        title="Three-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
             "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
@@ -1730,7 +1730,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BMS001": Unit(
         name="BMS001",
-        title="1 channel benchtop low power stepper driver (legacy)",
+        title="One-channel benchtop low power stepper driver (legacy)",
         page=27,
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
@@ -1771,7 +1771,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BMS002": Unit(
         name="BMS002",
-        title="2 channel benchtop low power stepper driver (legacy)",
+        title="Two-channel benchtop low power stepper driver (legacy)",
         page=27,
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
@@ -1812,7 +1812,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC001": Unit(
         name="BPC001",
-        title="1 channel benchtop piezo driver",
+        title="One-channel benchtop piezo driver",
         page=93,
         messages_from=(
             "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. That"
@@ -1847,7 +1847,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC002": Unit(
         name="BPC002",
-        title="2 channel benchtop piezo driver",
+        title="Two-channel benchtop piezo driver",
         page=93,
         messages_from=(
             "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. That"
@@ -1882,7 +1882,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC101": Unit(
         name="BPC101",
-        title="1 channel benchtop piezo driver (2006 onwards)",
+        title="One-channel benchtop piezo driver (since 2006)",
         page=93,
         messages_from=(
             "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. That"
@@ -1918,7 +1918,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC102": Unit(
         name="BPC102",
-        title="2 channel benchtop piezo driver (2006 onwards)",
+        title="Two-channel benchtop piezo driver (since 2006)",
         page=93,
         messages_from=(
             "the printed list of BPC202, page 131: The printed list of page 131 is that of the "
@@ -1952,7 +1952,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC103": Unit(
         name="BPC103",
-        title="3 channel benchtop piezo driver (2006 onwards)",
+        title="Three-channel benchtop piezo driver (since 2006)",
         page=93,
         messages_from=(
             "the printed list of BPC202, page 131: The printed list of page 131 is that of the "
@@ -1987,7 +1987,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC201": Unit(
         name="BPC201",
-        title="1 channel benchtop piezo driver (2007 onwards)",
+        title="One-channel benchtop piezo driver (since 2007)",
         page=93,
         messages_from="the printed list, page 131",
         kind="generic_usb",
@@ -2017,7 +2017,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC202": Unit(
         name="BPC202",
-        title="2 channel benchtop piezo driver (2007 onwards)",
+        title="Two-channel benchtop piezo driver (since 2007)",
         page=93,
         messages_from="the printed list, page 131",
         kind="rack",
@@ -2048,7 +2048,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC203": Unit(
         name="BPC203",
-        title="3 channel benchtop piezo driver (2007 onwards)",
+        title="Three-channel benchtop piezo driver (since 2007)",
         page=93,
         messages_from="the printed list, page 131",
         kind="rack",
@@ -2080,7 +2080,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BPC301": Unit(
         name="BPC301",
-        title="1 channel benchtop piezo driver (2011 onwards)",
+        title="One-channel benchtop piezo driver (since 2011)",
         page=93,
         messages_from="the printed list, page 132",
         kind="generic_usb",
@@ -2115,7 +2115,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BSC001": Unit(
         name="BSC001",
-        title="1 channel benchtop stepper driver (legacy)",
+        title="One-channel benchtop stepper driver (legacy)",
         page=27,
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
@@ -2156,7 +2156,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BSC002": Unit(
         name="BSC002",
-        title="2 channel benchtop stepper driver (legacy)",
+        title="Two-channel benchtop stepper driver (legacy)",
         page=27,
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
@@ -2197,7 +2197,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BSC101": Unit(
         name="BSC101",
-        title="1 channel benchtop stepper driver (2006 onwards)",
+        title="One-channel benchtop stepper driver (since 2006)",
         page=27,
         messages_from=(
             "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
@@ -2238,7 +2238,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BSC102": Unit(
         name="BSC102",
-        title="2 channel benchtop stepper driver (2006 onwards)",
+        title="Two-channel benchtop stepper driver (since 2006)",
         page=27,
         messages_from=(
             "its family's, card_slot_stepper: No list is printed. As benchtop_stepper, with the "
@@ -2275,7 +2275,7 @@ UNITS: dict[str, Unit] = {
     ),
     "BSC103": Unit(
         name="BSC103",
-        title="3 channel benchtop stepper driver (2006 onwards)",
+        title="Three-channel benchtop stepper driver (since 2006)",
         page=27,
         messages_from=(
             "its family's, card_slot_stepper: No list is printed. As benchtop_stepper, with the "
@@ -2314,7 +2314,7 @@ UNITS: dict[str, Unit] = {
     ),
     "MPZ601": Unit(
         name="MPZ601",
-        title="2 channel modular piezo driver",
+        title="Two-channel modular piezo driver",
         page=93,
         messages_from="the printed list, page 135",
         kind="bay",
@@ -2339,7 +2339,7 @@ UNITS: dict[str, Unit] = {
     ),
     "MST601": Unit(
         name="MST601",
-        title="2 channel modular stepper driver",
+        title="Two-channel modular stepper driver",
         page=27,
         messages_from=(
             "its family's, modular_stepper: No list is printed. As card_slot_stepper, without "
@@ -2378,7 +2378,7 @@ UNITS: dict[str, Unit] = {
     ),
     "ODC001": Unit(
         name="ODC001",
-        title="1 channel cube DC servo driver",
+        title="One-channel cube DC servo driver",
         page=27,
         messages_from=(
             "its family's, dc_servo_opto: No list is printed. As the TDC001, without the LM628 "
@@ -2435,7 +2435,7 @@ UNITS: dict[str, Unit] = {
     ),
     "OST001": Unit(
         name="OST001",
-        title="1 channel cube stepper driver",
+        title="One-channel cube stepper driver",
         page=27,
         messages_from=(
             "its family's, opto_stepper: No list is printed. As benchtop_stepper, with LED, "
@@ -2492,7 +2492,7 @@ UNITS: dict[str, Unit] = {
     ),
     "TDC001": Unit(
         name="TDC001",
-        title="1 channel T-Cube DC servo driver",
+        title="One-channel T-Cube DC servo driver",
         page=27,
         messages_from="the printed list, page 136",
         kind="generic_usb",
@@ -2547,7 +2547,7 @@ UNITS: dict[str, Unit] = {
     ),
     "TPZ001": Unit(
         name="TPZ001",
-        title="1 channel T-Cube piezo driver",
+        title="One-channel T-Cube piezo driver",
         page=93,
         messages_from="the printed list, page 133",
         kind="generic_usb",
@@ -2583,7 +2583,7 @@ UNITS: dict[str, Unit] = {
     ),
     "TSC001": Unit(
         name="TSC001",
-        title="1 channel T-Cube solenoid driver",
+        title="One-channel T-Cube solenoid driver",
         page=27,
         messages_from="the printed list, page 138",
         kind="generic_usb",
@@ -2621,7 +2621,7 @@ UNITS: dict[str, Unit] = {
     ),
     "TSG001": Unit(
         name="TSG001",
-        title="1 channel T-Cube strain gauge reader",
+        title="One-channel T-Cube strain gauge reader",
         page=93,
         messages_from="the printed list, page 134",
         kind="generic_usb",
@@ -2651,7 +2651,7 @@ UNITS: dict[str, Unit] = {
     ),
     "TST001": Unit(
         name="TST001",
-        title="1 channel T-Cube stepper driver",
+        title="One-channel T-Cube stepper driver",
         page=27,
         messages_from=(
             "its family's, cube_stepper: No list is printed. As opto_stepper, with the HUB "

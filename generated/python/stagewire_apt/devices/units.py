@@ -117,7 +117,7 @@ class BBD101(
     generic.WithRackBayUsed,
     generic.CanIdentify,
 ):
-    """1 channel benchtop brushless DC motor driver.
+    """One-channel benchtop brushless DC motor driver.
 
     BBD101, page 27. Its messages are its family's, brushless_dc_single: No list is printed. As
     brushless_dc, without the digital inputs and outputs of the motherboard, which pages 25 and 26
@@ -184,7 +184,7 @@ class BBD102(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop brushless DC motor driver.
+    """Two-channel benchtop brushless DC motor driver.
 
     BBD102, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -253,7 +253,7 @@ class BBD103(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop brushless DC motor driver.
+    """Three-channel benchtop brushless DC motor driver.
 
     BBD103, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -320,7 +320,7 @@ class BBD201(
     generic.WithRackBayUsed,
     generic.CanIdentify,
 ):
-    """1 channel benchtop brushless DC motor driver.
+    """One-channel benchtop brushless DC motor driver.
 
     BBD201, page 27. Its messages are its family's, brushless_dc_single: No list is printed. As
     brushless_dc, without the digital inputs and outputs of the motherboard, which pages 25 and 26
@@ -387,7 +387,7 @@ class BBD202(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop brushless DC motor driver.
+    """Two-channel benchtop brushless DC motor driver.
 
     BBD202, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -455,7 +455,7 @@ class BBD203(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop brushless DC motor driver.
+    """Three-channel benchtop brushless DC motor driver.
 
     BBD203, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
     chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
@@ -500,7 +500,7 @@ class BMS001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
-    """1 channel benchtop low power stepper driver (legacy).
+    """One-channel benchtop low power stepper driver (legacy).
 
     BMS001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -550,7 +550,7 @@ class BMS002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
-    """2 channel benchtop low power stepper driver (legacy).
+    """Two-channel benchtop low power stepper driver (legacy).
 
     BMS002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -587,7 +587,7 @@ class BPC001(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver.
+    """One-channel benchtop piezo driver.
 
     BPC001, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
     BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
@@ -630,7 +630,7 @@ class BPC002(
     generic.CanStopUpdates,
     generic.CanIdentify,
 ):
-    """2 channel benchtop piezo driver.
+    """Two-channel benchtop piezo driver.
 
     BPC002, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
     BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
@@ -668,7 +668,7 @@ class BPC101(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver (2006 onwards).
+    """One-channel benchtop piezo driver (since 2006).
 
     BPC101, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
     BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
@@ -721,7 +721,7 @@ class BPC102(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop piezo driver (2006 onwards).
+    """Two-channel benchtop piezo driver (since 2006).
 
     BPC102, page 93. Its messages are the printed list of BPC202, page 131: The printed list of page
     131 is that of the BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in.
@@ -773,7 +773,7 @@ class BPC103(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop piezo driver (2006 onwards).
+    """Three-channel benchtop piezo driver (since 2006).
 
     BPC103, page 93. Its messages are the printed list of BPC202, page 131: The printed list of page
     131 is that of the BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in.
@@ -811,7 +811,7 @@ class BPC201(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver (2007 onwards).
+    """One-channel benchtop piezo driver (since 2007).
 
     BPC201, page 93. Its messages are the printed list, page 131.
 
@@ -863,7 +863,7 @@ class BPC202(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop piezo driver (2007 onwards).
+    """Two-channel benchtop piezo driver (since 2007).
 
     BPC202, page 93. Its messages are the printed list, page 131.
 
@@ -914,7 +914,7 @@ class BPC203(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop piezo driver (2007 onwards).
+    """Three-channel benchtop piezo driver (since 2007).
 
     BPC203, page 93. Its messages are the printed list, page 131.
 
@@ -954,7 +954,7 @@ class BPC301(
     piezo.CanStartLutOutput,
     piezo.CanStopLutOutput,
 ):
-    """1 channel benchtop piezo driver (2011 onwards).
+    """One-channel benchtop piezo driver (since 2011).
 
     BPC301, page 93. Its messages are the printed list, page 132.
 
@@ -996,7 +996,7 @@ class BSC001(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
-    """1 channel benchtop stepper driver (legacy).
+    """One-channel benchtop stepper driver (legacy).
 
     BSC001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -1046,7 +1046,7 @@ class BSC002(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
-    """2 channel benchtop stepper driver (legacy).
+    """Two-channel benchtop stepper driver (legacy).
 
     BSC002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -1091,7 +1091,7 @@ class BSC101(
     motor.CanAckDcStatusUpdate,
     motor.WithMotEepromParams,
 ):
-    """1 channel benchtop stepper driver (2006 onwards).
+    """One-channel benchtop stepper driver (since 2006).
 
     BSC101, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
     generic chapter and the motor chapter, with the stepper status, without what they tie to DC
@@ -1154,7 +1154,7 @@ class BSC102(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """2 channel benchtop stepper driver (2006 onwards).
+    """Two-channel benchtop stepper driver (since 2006).
 
     BSC102, page 27. Its messages are its family's, card_slot_stepper: No list is printed. As
     benchtop_stepper, with the RACK messages, which the motherboard answers (pages 10 and 23; pages
@@ -1216,7 +1216,7 @@ class BSC103(
     generic.WithRackStatusBits,
     generic.WithDigOutputs,
 ):
-    """3 channel benchtop stepper driver (2006 onwards).
+    """Three-channel benchtop stepper driver (since 2006).
 
     BSC103, page 27. Its messages are its family's, card_slot_stepper: No list is printed. As
     benchtop_stepper, with the RACK messages, which the motherboard answers (pages 10 and 23; pages
@@ -1261,7 +1261,7 @@ class MPZ601(
     piezo.CanAckPzStatusUpdate,
     piezo.WithLutValueType,
 ):
-    """2 channel modular piezo driver.
+    """Two-channel modular piezo driver.
 
     MPZ601, page 93. Its messages are the printed list, page 135.
 
@@ -1313,7 +1313,7 @@ class MST601(
     motor.CanResumeEndOfMoveMsgs,
     motor.CanAckDcStatusUpdate,
 ):
-    """2 channel modular stepper driver.
+    """Two-channel modular stepper driver.
 
     MST601, page 27. Its messages are its family's, modular_stepper: No list is printed. As
     card_slot_stepper, without HW_DISCONNECT: a module has no USB node, and the list of its piezo
@@ -1361,7 +1361,7 @@ class ODC001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
-    """1 channel cube DC servo driver.
+    """One-channel cube DC servo driver.
 
     ODC001, page 27. Its messages are its family's, dc_servo_opto: No list is printed. As the
     TDC001, without the LM628 PID (page 51: TDC001 only), with HW_DISCONNECT and
@@ -1407,7 +1407,7 @@ class OST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
-    """1 channel cube stepper driver.
+    """One-channel cube stepper driver.
 
     OST001, page 27. Its messages are its family's, opto_stepper: No list is printed. As
     benchtop_stepper, with LED, potentiometer and buttons of the control keypad.
@@ -1451,7 +1451,7 @@ class TDC001(
     motor.WithAvModes,
     motor.WithButtonParams,
 ):
-    """1 channel T-Cube DC servo driver.
+    """One-channel T-Cube DC servo driver.
 
     TDC001, page 27. Its messages are the printed list, page 136.
 
@@ -1484,7 +1484,7 @@ class TPZ001(
     piezo.WithTpzDispSettings,
     piezo.WithTpzIoSettings,
 ):
-    """1 channel T-Cube piezo driver.
+    """One-channel T-Cube piezo driver.
 
     TPZ001, page 93. Its messages are the printed list, page 133.
 
@@ -1515,7 +1515,7 @@ class TSC001(
     solenoid.WithSolInterlockMode,
     solenoid.WithSolState,
 ):
-    """1 channel T-Cube solenoid driver.
+    """One-channel T-Cube solenoid driver.
 
     TSC001, page 27. Its messages are the printed list, page 138.
 
@@ -1545,7 +1545,7 @@ class TSG001(
     piezo.WithTsgIoSettings,
     piezo.WithTsgReading,
 ):
-    """1 channel T-Cube strain gauge reader.
+    """One-channel T-Cube strain gauge reader.
 
     TSG001, page 93. Its messages are the printed list, page 134.
 
@@ -1591,7 +1591,7 @@ class TST001(
     motor.WithButtonParams,
     motor.WithMotEepromParams,
 ):
-    """1 channel T-Cube stepper driver.
+    """One-channel T-Cube stepper driver.
 
     TST001, page 27. Its messages are its family's, cube_stepper: No list is printed. As
     opto_stepper, with the HUB messages, by which page 24 asks a T-Cube for its bay; the lists of

@@ -59,7 +59,7 @@ class HwDisconnect(FramedMessage):
 
     Either side says that it is about to leave the USB or Ethernet bus.
 
-    The example addresses a motherboard; that a bay takes it, too, is not said.
+    The example addresses a motherboard; the document does not say whether a bay also accepts it.
 
     Erratum ``apt-disconnect-example-source``: printed 02 00 00 00 11 00; encoded 02 00 00 00 11 01.
     """
@@ -118,7 +118,8 @@ _HW_REQ_INFO = Struct("<HBBBB")
 class HwReqInfo(FramedMessage):
     """``HW_REQ_INFO`` (0x0005), to the controller, header only; page 21.
 
-    Request: what the unit is; serial number, model, type, firmware version and number of channels.
+    Requests the hardware information. Identity of the unit; serial number, model, type, firmware
+    version and number of channels.
 
     Answered by ``HW_GET_INFO``.
 
@@ -178,14 +179,17 @@ _HW_GET_INFO = Struct("<LBBl8sH4s64sH")
 class HwGetInfo(FramedMessage):
     """``HW_GET_INFO`` (0x0006), to the host, 84 bytes of data; page 21.
 
-    Report: what the unit is; serial number, model, type, firmware version and number of channels.
+    Reports the hardware information. Identity of the unit; serial number, model, type, firmware
+    version and number of channels.
 
-    :param serial_number: unique serial number of eight decimal digits; -2147483648 to 2147483647.
+    :param serial_number: unique serial number of eight decimal digits; from -2147483648 to
+        2147483647.
     :param model_number: alphanumeric model number; text of at most 8 characters.
-    :param type: the document lists two of the values in use; :class:`~.HardwareType`; 0 to 65535.
+    :param type: the document lists two of the values in use; :class:`~.HardwareType`; from 0 to
+        65535.
     :param software_version: minor, interim and major revision; the fourth byte is unused; 4 bytes.
     :param notes: free text about the unit; text of at most 64 characters.
-    :param nchs: number of channels; 0 to 65535.
+    :param nchs: number of channels; from 0 to 65535.
 
     Erratum ``apt-hw-info-example-addresses``: printed controller #1 is asked at 0x11 and answers
         from 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
@@ -297,10 +301,10 @@ class HwStartUpdateMsgs(FramedMessage):
 
     Starts ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
 
-    Whether a motherboard takes it, a bay or both, is not said.
+    The document does not say whether a motherboard, a bay or both accept it.
 
     :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; in
-        which unit, and a default, are not said; 0 to 255.
+        which unit, and a default, are not said; from 0 to 255.
     """
 
     __slots__ = ("param2", "update_rate")
@@ -360,7 +364,7 @@ class HwStopUpdateMsgs(FramedMessage):
 
     Stops ``MOT_GET_STATUSUPDATE``, ``MOT_GET_DCSTATUSUPDATE``, ``PZ_GET_PZSTATUSUPDATE``.
 
-    Whether a motherboard takes it, a bay or both, is not said.
+    The document does not say whether a motherboard, a bay or both accept it.
 
     Erratum ``apt-summary-stop-updatemsgs-id``: printed 0x0011; encoded 0x0012.
     """
@@ -417,11 +421,12 @@ _RACK_REQ_BAY_USED = Struct("<HBBBB")
 class RackReqBayUsed(FramedMessage):
     """``RACK_REQ_BAYUSED`` (0x0060), to the controller, header only; page 23.
 
-    Request: whether a bay of the rack holds a module; asked of the motherboard.
+    Requests the occupancy of a rack bay. Whether a bay of the rack holds a module; the motherboard
+    answers.
 
     Answered by ``RACK_GET_BAYUSED``.
 
-    :param bay_ident: :class:`~.RackBay`; 0 to 255.
+    :param bay_ident: :class:`~.RackBay`; from 0 to 255.
 
     Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay
         10.
@@ -480,10 +485,11 @@ _RACK_GET_BAY_USED = Struct("<HBBBB")
 class RackGetBayUsed(FramedMessage):
     """``RACK_GET_BAYUSED`` (0x0061), to the host, header only; page 23.
 
-    Report: whether a bay of the rack holds a module; asked of the motherboard.
+    Reports the occupancy of a rack bay. Whether a bay of the rack holds a module; the motherboard
+    answers.
 
-    :param bay_ident: :class:`~.RackBay`; 0 to 255.
-    :param bay_state: :class:`~.BayState`; 0 to 255.
+    :param bay_ident: :class:`~.RackBay`; from 0 to 255.
+    :param bay_state: :class:`~.BayState`; from 0 to 255.
 
     Erratum ``apt-bay-idents``: printed 0x01 bay 1 to 0x09 bay 10; encoded 0x00 bay 1 to 0x09 bay
         10.
@@ -542,7 +548,7 @@ _HUB_REQ_BAY_USED = Struct("<HBBBB")
 class HubReqBayUsed(FramedMessage):
     """``HUB_REQ_BAYUSED`` (0x0065), to the controller, header only; page 24.
 
-    Request: which bay of the hub the addressed T-Cube is fitted in.
+    Requests the hub bay of the unit. Bay of the hub in which the addressed T-Cube is fitted.
 
     Answered by ``HUB_GET_BAYUSED``.
     """
@@ -599,9 +605,9 @@ _HUB_GET_BAY_USED = Struct("<HBBBB")
 class HubGetBayUsed(FramedMessage):
     """``HUB_GET_BAYUSED`` (0x0066), to the host, header only; page 24.
 
-    Report: which bay of the hub the addressed T-Cube is fitted in.
+    Reports the hub bay of the unit. Bay of the hub in which the addressed T-Cube is fitted.
 
-    :param bay_ident: :class:`~.HubBay`; 0 to 255.
+    :param bay_ident: :class:`~.HubBay`; from 0 to 255.
 
     Erratum ``apt-hub-bay-minus-one``: printed -0x01; encoded 0xFF.
     """
@@ -740,12 +746,12 @@ _MOD_SET_CHAN_ENABLE_STATE = Struct("<HBBBB")
 class ModSetChanEnableState(FramedMessage):
     """``MOD_SET_CHANENABLESTATE`` (0x0210), to the controller, header only; page 17.
 
-    Set: enables or disables a drive channel.
+    Sets the channel enable state. Enables or disables a drive channel.
 
     To disable lets a load go that the motor holds; to enable powers the motor.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param enable_state: :class:`~.EnableState`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param enable_state: :class:`~.EnableState`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "enable_state")
@@ -804,13 +810,11 @@ _MOD_REQ_CHAN_ENABLE_STATE = Struct("<HBBBB")
 class ModReqChanEnableState(FramedMessage):
     """``MOD_REQ_CHANENABLESTATE`` (0x0211), to the controller, header only; page 17.
 
-    Request: enables or disables a drive channel.
+    Requests the channel enable state. Enables or disables a drive channel.
 
     Answered by ``MOD_GET_CHANENABLESTATE``.
 
-    To disable lets a load go that the motor holds; to enable powers the motor.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -865,12 +869,10 @@ _MOD_GET_CHAN_ENABLE_STATE = Struct("<HBBBB")
 class ModGetChanEnableState(FramedMessage):
     """``MOD_GET_CHANENABLESTATE`` (0x0212), to the host, header only; pages 17, 18.
 
-    Report: enables or disables a drive channel.
+    Reports the channel enable state. Enables or disables a drive channel.
 
-    To disable lets a load go that the motor holds; to enable powers the motor.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param enable_state: :class:`~.EnableState`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param enable_state: :class:`~.EnableState`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "enable_state")
@@ -931,7 +933,7 @@ class ModIdentify(FramedMessage):
 
     The unit flashes its front panel LEDs so that it can be found.
 
-    The example addresses a bay; that a motherboard takes it, too, is not said.
+    The example addresses a bay; the document does not say whether a motherboard also accepts it.
 
     Erratum ``apt-identify-table-bytes``: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
     Erratum ``apt-identify-tdc001-bay``: printed bay 0 of the TDC001 controller, destination 0x21;
@@ -990,13 +992,14 @@ _RACK_REQ_STATUS_BITS = Struct("<HBBBB")
 class RackReqStatusBits(FramedMessage):
     """``RACK_REQ_STATUSBITS`` (0x0226), to the controller, header only; page 25.
 
-    Request: digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and
-    for card slot controllers with two or three channels such as the BSC103 and BPC202.
+    Requests the rack status bits. Digital inputs of the USER IO connector on the rear panel. Only
+    for the MMR rack and for card slot controllers with two or three channels such as the BSC103 and
+    BPC202.
 
     Answered by ``RACK_GET_STATUSBITS``.
 
     :param status_bits: the table names this byte; what it would carry in a request is not
-        described; reserved, sent as zero; 0 to 255.
+        described; reserved, sent as zero; from 0 to 255.
 
     Erratum ``apt-rack-req-statusbits-id``: printed 28 02; encoded 26 02.
     """
@@ -1053,11 +1056,12 @@ _RACK_GET_STATUS_BITS = Struct("<LBBL")
 class RackGetStatusBits(FramedMessage):
     """``RACK_GET_STATUSBITS`` (0x0227), to the host, 4 bytes of data; page 25.
 
-    Report: digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for
-    card slot controllers with two or three channels such as the BSC103 and BPC202.
+    Reports the rack status bits. Digital inputs of the USER IO connector on the rear panel. Only
+    for the MMR rack and for card slot controllers with two or three channels such as the BSC103 and
+    BPC202.
 
     :param status_bits: what further bits mean depends on the controller; :class:`~.RackStatusBits`;
-        0 to 4294967295.
+        from 0 to 4294967295.
 
     Erratum ``apt-digital-inputs-outputs``: printed Digital output 1 to 4 on page 25, Digital input
         1 to 4 on page 26; encoded inputs on page 25, outputs on page 26.
@@ -1118,12 +1122,14 @@ _RACK_SET_DIG_OUTPUTS = Struct("<HBBBB")
 class RackSetDigOutputs(FramedMessage):
     """``RACK_SET_DIGOUTPUTS`` (0x0228), to the controller, header only; page 26.
 
-    Set: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
-    for card slot controllers with two or three channels such as the BSC103 and BPC202.
+    Sets the digital outputs of the rack. Digital outputs of the USER IO connector on the rear
+    panel. Only for MMR rack modules and for card slot controllers with two or three channels such
+    as the BSC103 and BPC202.
 
-    What the outputs switch is not known to the controller.
+    The controller does not know what the outputs switch.
 
-    :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to 255.
+    :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; from 0 to
+        255.
 
     Erratum ``apt-digital-inputs-outputs``: printed Digital output 1 to 4 on page 25, Digital input
         1 to 4 on page 26; encoded inputs on page 25, outputs on page 26.
@@ -1189,12 +1195,11 @@ _RACK_REQ_DIG_OUTPUTS = Struct("<HBBBB")
 class RackReqDigOutputs(FramedMessage):
     """``RACK_REQ_DIGOUTPUTS`` (0x0229), to the controller, header only; page 26.
 
-    Request: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules
-    and for card slot controllers with two or three channels such as the BSC103 and BPC202.
+    Requests the digital outputs of the rack. Digital outputs of the USER IO connector on the rear
+    panel. Only for MMR rack modules and for card slot controllers with two or three channels such
+    as the BSC103 and BPC202.
 
     Answered by ``RACK_GET_DIGOUTPUTS``.
-
-    What the outputs switch is not known to the controller.
 
     Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
         of the header.
@@ -1252,12 +1257,12 @@ _RACK_GET_DIG_OUTPUTS = Struct("<HBBBB")
 class RackGetDigOutputs(FramedMessage):
     """``RACK_GET_DIGOUTPUTS`` (0x0230), to the host, header only; page 26.
 
-    Report: digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules
-    and for card slot controllers with two or three channels such as the BSC103 and BPC202.
+    Reports the digital outputs of the rack. Digital outputs of the USER IO connector on the rear
+    panel. Only for MMR rack modules and for card slot controllers with two or three channels such
+    as the BSC103 and BPC202.
 
-    What the outputs switch is not known to the controller.
-
-    :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; 0 to 255.
+    :param dig_op: a set writes all four outputs at once; :class:`~.RackDigitalOutputs`; from 0 to
+        255.
 
     Erratum ``apt-digoutputs-integer``: printed a single 32 bit integer parameter; encoded one byte
         of the header.

@@ -123,13 +123,14 @@ _MOT_SET_ENC_COUNTER = Struct("<LBBHl")
 class MotSetEncCounter(FramedMessage):
     """``MOT_SET_ENCCOUNTER`` (0x0409), to the controller, 6 bytes of data; page 29.
 
-    Set: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
-    the counter show the true position.
+    Sets the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
+    after power-up makes the counter show the true position.
 
-    A set moves nothing; from then on the encoder counts from another place.
+    Setting it moves nothing; afterwards, the encoder counts from the new zero.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param encoder_count: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param encoder_count: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
 
     Erratum ``apt-counter-examples-200000``: printed 04 0D 03 00; encoded 40 0D 03 00.
     """
@@ -197,14 +198,12 @@ _MOT_REQ_ENC_COUNTER = Struct("<HBBBB")
 class MotReqEncCounter(FramedMessage):
     """``MOT_REQ_ENCCOUNTER`` (0x040A), to the controller, header only; page 29.
 
-    Request: encoder count. Rarely set on brushless DC controllers, where homing after power-up
-    makes the counter show the true position.
+    Requests the encoder counter. Encoder count. Rarely set on brushless DC controllers, where
+    homing after power-up makes the counter show the true position.
 
     Answered by ``MOT_GET_ENCCOUNTER``.
 
-    A set moves nothing; from then on the encoder counts from another place.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-enccounter-id``: printed 11 04; encoded 0A 04.
     """
@@ -261,13 +260,12 @@ _MOT_GET_ENC_COUNTER = Struct("<LBBHl")
 class MotGetEncCounter(FramedMessage):
     """``MOT_GET_ENCCOUNTER`` (0x040B), to the host, 6 bytes of data; page 29.
 
-    Report: encoder count. Rarely set on brushless DC controllers, where homing after power-up makes
-    the counter show the true position.
+    Reports the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
+    after power-up makes the counter show the true position.
 
-    A set moves nothing; from then on the encoder counts from another place.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param encoder_count: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param encoder_count: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
     """
 
     __slots__ = ("chan_ident", "encoder_count")
@@ -333,13 +331,14 @@ _MOT_SET_POS_COUNTER = Struct("<LBBHl")
 class MotSetPosCounter(FramedMessage):
     """``MOT_SET_POSCOUNTER`` (0x0410), to the controller, 6 bytes of data; page 28.
 
-    Set: live position count. Rarely set on brushless DC controllers, where homing after power-up
-    makes the counter show the true position.
+    Sets the position counter. Live position count. Rarely set on brushless DC controllers, where
+    homing after power-up makes the counter show the true position.
 
-    A set moves nothing; from then on every position counts from another place.
+    Setting it moves nothing; afterwards, every position counts from the new zero.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param position: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
 
     Erratum ``apt-counter-examples-200000``: printed 04 0D 03 00; encoded 40 0D 03 00.
     """
@@ -401,14 +400,12 @@ _MOT_REQ_POS_COUNTER = Struct("<HBBBB")
 class MotReqPosCounter(FramedMessage):
     """``MOT_REQ_POSCOUNTER`` (0x0411), to the controller, header only; page 28.
 
-    Request: live position count. Rarely set on brushless DC controllers, where homing after
-    power-up makes the counter show the true position.
+    Requests the position counter. Live position count. Rarely set on brushless DC controllers,
+    where homing after power-up makes the counter show the true position.
 
     Answered by ``MOT_GET_POSCOUNTER``.
 
-    A set moves nothing; from then on every position counts from another place.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -463,13 +460,12 @@ _MOT_GET_POS_COUNTER = Struct("<LBBHl")
 class MotGetPosCounter(FramedMessage):
     """``MOT_GET_POSCOUNTER`` (0x0412), to the host, 6 bytes of data; page 28.
 
-    Report: live position count. Rarely set on brushless DC controllers, where homing after power-up
-    makes the counter show the true position.
+    Reports the position counter. Live position count. Rarely set on brushless DC controllers, where
+    homing after power-up makes the counter show the true position.
 
-    A set moves nothing; from then on every position counts from another place.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param position: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
     """
 
     __slots__ = ("chan_ident", "position")
@@ -529,14 +525,15 @@ _MOT_SET_VEL_PARAMS = Struct("<LBBHlLL")
 class MotSetVelParams(FramedMessage):
     """``MOT_SET_VELPARAMS`` (0x0413), to the controller, 14 bytes of data; page 30.
 
-    Set: trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
-    counts on DC servos.
+    Sets the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
+    stepper controllers, encoder counts on DC servos.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param min_velocity: Start velocity; always zero at present; raw counts of mm/s, scale by stage;
-        -2147483648 to 2147483647; by default 0.
-    :param acceleration: raw counts of mm/s^2, scale by stage; 0 to 4294967295.
-    :param max_velocity: Final velocity; raw counts of mm/s, scale by stage; 0 to 4294967295.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param min_velocity: Start velocity; always zero at present; in counts; the scale to mm/s
+        depends on the stage; from -2147483648 to 2147483647; by default 0.
+    :param acceleration: in counts; the scale to mm/s^2 depends on the stage; from 0 to 4294967295.
+    :param max_velocity: Final velocity; in counts; the scale to mm/s depends on the stage; from 0
+        to 4294967295.
 
     Erratum ``apt-summary-velparams-id``: printed 0x0414; encoded 0x0413.
     Erratum ``apt-unsigned-long``: printed format long, described as unsigned long; encoded four
@@ -633,12 +630,12 @@ _MOT_REQ_VEL_PARAMS = Struct("<HBBBB")
 class MotReqVelParams(FramedMessage):
     """``MOT_REQ_VELPARAMS`` (0x0414), to the controller, header only; pages 30, 31.
 
-    Request: trapezoidal velocity profile of one channel; micro-steps on stepper controllers,
-    encoder counts on DC servos.
+    Requests the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
+    stepper controllers, encoder counts on DC servos.
 
     Answered by ``MOT_GET_VELPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -693,14 +690,15 @@ _MOT_GET_VEL_PARAMS = Struct("<LBBHlLL")
 class MotGetVelParams(FramedMessage):
     """``MOT_GET_VELPARAMS`` (0x0415), to the host, 14 bytes of data; pages 30, 31.
 
-    Report: trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
-    counts on DC servos.
+    Reports the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
+    stepper controllers, encoder counts on DC servos.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param min_velocity: Start velocity; always zero at present; raw counts of mm/s, scale by stage;
-        -2147483648 to 2147483647; by default 0.
-    :param acceleration: raw counts of mm/s^2, scale by stage; 0 to 4294967295.
-    :param max_velocity: Final velocity; raw counts of mm/s, scale by stage; 0 to 4294967295.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param min_velocity: Start velocity; always zero at present; in counts; the scale to mm/s
+        depends on the stage; from -2147483648 to 2147483647; by default 0.
+    :param acceleration: in counts; the scale to mm/s^2 depends on the stage; from 0 to 4294967295.
+    :param max_velocity: Final velocity; in counts; the scale to mm/s depends on the stage; from 0
+        to 4294967295.
     """
 
     __slots__ = ("acceleration", "chan_ident", "max_velocity", "min_velocity")
@@ -787,18 +785,19 @@ _MOT_SET_JOG_PARAMS = Struct("<LBBHHllllH")
 class MotSetJogParams(FramedMessage):
     """``MOT_SET_JOGPARAMS`` (0x0416), to the controller, 22 bytes of data; page 32.
 
-    Set: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
+    Sets the jog parameters. Settings for MOT_MOVE_JOG, the jog buttons and an external jog signal.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param jog_mode: :class:`~.JogMode`; 0 to 65535.
-    :param jog_step_size: length of a step in SINGLE_STEP mode; raw counts of mm, scale by stage;
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param jog_mode: :class:`~.JogMode`; from 0 to 65535.
+    :param jog_step_size: length of a step in SINGLE_STEP mode; in counts; the scale to mm depends
+        on the stage; from -2147483648 to 2147483647.
+    :param jog_min_velocity: start velocity; always zero at present; in counts; the scale to mm/s
+        depends on the stage; from -2147483648 to 2147483647; by default 0.
+    :param jog_acceleration: in counts; the scale to mm/s^2 depends on the stage; from -2147483648
+        to 2147483647.
+    :param jog_max_velocity: final velocity; in counts; the scale to mm/s depends on the stage; from
         -2147483648 to 2147483647.
-    :param jog_min_velocity: start velocity; always zero at present; raw counts of mm/s, scale by
-        stage; -2147483648 to 2147483647; by default 0.
-    :param jog_acceleration: raw counts of mm/s^2, scale by stage; -2147483648 to 2147483647.
-    :param jog_max_velocity: final velocity; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param jog_stop_mode: :class:`~.StopMode`; 0 to 65535.
+    :param jog_stop_mode: :class:`~.StopMode`; from 0 to 65535.
 
     Erratum ``apt-velocity-units``: printed encoder counts/sec and counts/sec/sec; encoded counts
         per servo cycle × 65536, as section 7.1.
@@ -956,11 +955,12 @@ _MOT_REQ_JOG_PARAMS = Struct("<HBBBB")
 class MotReqJogParams(FramedMessage):
     """``MOT_REQ_JOGPARAMS`` (0x0417), to the controller, header only; pages 32, 33.
 
-    Request: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
+    Requests the jog parameters. Settings for MOT_MOVE_JOG, the jog buttons and an external jog
+    signal.
 
     Answered by ``MOT_GET_JOGPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1015,18 +1015,20 @@ _MOT_GET_JOG_PARAMS = Struct("<LBBHHllllH")
 class MotGetJogParams(FramedMessage):
     """``MOT_GET_JOGPARAMS`` (0x0418), to the host, 22 bytes of data; pages 32, 33.
 
-    Report: what MOT_MOVE_JOG, the jog buttons and an external jog signal do.
+    Reports the jog parameters. Settings for MOT_MOVE_JOG, the jog buttons and an external jog
+    signal.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param jog_mode: :class:`~.JogMode`; 0 to 65535.
-    :param jog_step_size: length of a step in SINGLE_STEP mode; raw counts of mm, scale by stage;
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param jog_mode: :class:`~.JogMode`; from 0 to 65535.
+    :param jog_step_size: length of a step in SINGLE_STEP mode; in counts; the scale to mm depends
+        on the stage; from -2147483648 to 2147483647.
+    :param jog_min_velocity: start velocity; always zero at present; in counts; the scale to mm/s
+        depends on the stage; from -2147483648 to 2147483647; by default 0.
+    :param jog_acceleration: in counts; the scale to mm/s^2 depends on the stage; from -2147483648
+        to 2147483647.
+    :param jog_max_velocity: final velocity; in counts; the scale to mm/s depends on the stage; from
         -2147483648 to 2147483647.
-    :param jog_min_velocity: start velocity; always zero at present; raw counts of mm/s, scale by
-        stage; -2147483648 to 2147483647; by default 0.
-    :param jog_acceleration: raw counts of mm/s^2, scale by stage; -2147483648 to 2147483647.
-    :param jog_max_velocity: final velocity; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param jog_stop_mode: :class:`~.StopMode`; 0 to 65535.
+    :param jog_stop_mode: :class:`~.StopMode`; from 0 to 65535.
     """
 
     __slots__ = (
@@ -1177,20 +1179,21 @@ _MOT_SET_LIM_SWITCH_PARAMS = Struct("<LBBHHHLlH")
 class MotSetLimSwitchParams(FramedMessage):
     """``MOT_SET_LIMSWITCHPARAMS`` (0x0423), to the controller, 16 bytes of data; page 39.
 
-    Set: hardware and software limits of a channel. Not for BBD10x units.
+    Sets the limit switch parameters. Hardware and software limits of a channel. Not for BBD10x
+    units.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; 0 to
-        65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; from 0
+        to 65535.
     :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`;
-        0 to 65535.
+        from 0 to 65535.
     :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for it,
-        which is the MLS203's factor for velocities; raw counts of mm, scale by stage; 0 to
-        4294967295.
-    :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
-    :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; 0 to
-        65535.
+        which is the MLS203's factor for velocities; in counts; the scale to mm depends on the
+        stage; from 0 to 4294967295.
+    :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; in counts; the scale
+        to mm depends on the stage; from -2147483648 to 2147483647.
+    :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; from
+        0 to 65535.
 
     Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
         has the messages.
@@ -1319,11 +1322,12 @@ _MOT_REQ_LIM_SWITCH_PARAMS = Struct("<HBBBB")
 class MotReqLimSwitchParams(FramedMessage):
     """``MOT_REQ_LIMSWITCHPARAMS`` (0x0424), to the controller, header only; pages 39, 40.
 
-    Request: hardware and software limits of a channel. Not for BBD10x units.
+    Requests the limit switch parameters. Hardware and software limits of a channel. Not for BBD10x
+    units.
 
     Answered by ``MOT_GET_LIMSWITCHPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
         has the messages.
@@ -1381,20 +1385,21 @@ _MOT_GET_LIM_SWITCH_PARAMS = Struct("<LBBHHHLlH")
 class MotGetLimSwitchParams(FramedMessage):
     """``MOT_GET_LIMSWITCHPARAMS`` (0x0425), to the host, 16 bytes of data; pages 39, 40.
 
-    Report: hardware and software limits of a channel. Not for BBD10x units.
+    Reports the limit switch parameters. Hardware and software limits of a channel. Not for BBD10x
+    units.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; 0 to
-        65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; from 0
+        to 65535.
     :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`;
-        0 to 65535.
+        from 0 to 65535.
     :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for it,
-        which is the MLS203's factor for velocities; raw counts of mm, scale by stage; 0 to
-        4294967295.
-    :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
-    :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; 0 to
-        65535.
+        which is the MLS203's factor for velocities; in counts; the scale to mm depends on the
+        stage; from 0 to 4294967295.
+    :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; in counts; the scale
+        to mm depends on the stage; from -2147483648 to 2147483647.
+    :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; from
+        0 to 65535.
 
     Erratum ``apt-get-limswitchparams-size``: printed Response structure (20 bytes); encoded 22
         bytes.
@@ -1520,11 +1525,11 @@ _MOT_REQ_STATUS_BITS = Struct("<HBBBB")
 class MotReqStatusBits(FramedMessage):
     """``MOT_REQ_STATUSBITS`` (0x0429), to the controller, header only; page 81.
 
-    Request: status bits alone, without position and velocity.
+    Requests the motor status bits. Status bits alone, without position and velocity.
 
     Answered by ``MOT_GET_STATUSBITS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1579,12 +1584,12 @@ _MOT_GET_STATUS_BITS = Struct("<LBBHL")
 class MotGetStatusBits(FramedMessage):
     """``MOT_GET_STATUSBITS`` (0x042A), to the host, 6 bytes of data; page 81.
 
-    Report: status bits alone, without position and velocity.
+    Reports the motor status bits. Status bits alone, without position and velocity.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param status_bits: The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On
         steppers rely only on the bits that MOT_GET_STATUSUPDATE has under the same names: page 77
-        gives bit 12 another meaning; :class:`~.DcStatusBits`; 0 to 4294967295.
+        gives bit 12 another meaning; :class:`~.DcStatusBits`; from 0 to 4294967295.
     """
 
     __slots__ = ("chan_ident", "status_bits")
@@ -1649,11 +1654,11 @@ _MOT_SET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 class MotSetGenMoveParams(FramedMessage):
     """``MOT_SET_GENMOVEPARAMS`` (0x043A), to the controller, 6 bytes of data; page 34.
 
-    Set: general move settings; at present only the backlash distance.
+    Sets the general move parameters. General move settings; at present only the backlash distance.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param backlash_distance: relative distance of the backlash correction; raw counts of mm, scale
-        by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param backlash_distance: relative distance of the backlash correction; in counts; the scale to
+        mm depends on the stage; from -2147483648 to 2147483647.
     """
 
     __slots__ = ("backlash_distance", "chan_ident")
@@ -1722,11 +1727,12 @@ _MOT_REQ_GEN_MOVE_PARAMS = Struct("<HBBBB")
 class MotReqGenMoveParams(FramedMessage):
     """``MOT_REQ_GENMOVEPARAMS`` (0x043B), to the controller, header only; page 34.
 
-    Request: general move settings; at present only the backlash distance.
+    Requests the general move parameters. General move settings; at present only the backlash
+    distance.
 
     Answered by ``MOT_GET_GENMOVEPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1781,11 +1787,12 @@ _MOT_GET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 class MotGetGenMoveParams(FramedMessage):
     """``MOT_GET_GENMOVEPARAMS`` (0x043C), to the host, 6 bytes of data; page 34.
 
-    Report: general move settings; at present only the backlash distance.
+    Reports the general move parameters. General move settings; at present only the backlash
+    distance.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param backlash_distance: relative distance of the backlash correction; raw counts of mm, scale
-        by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param backlash_distance: relative distance of the backlash correction; in counts; the scale to
+        mm depends on the stage; from -2147483648 to 2147483647.
     """
 
     __slots__ = ("backlash_distance", "chan_ident")
@@ -1854,17 +1861,17 @@ _MOT_SET_HOME_PARAMS = Struct("<LBBHHHLl")
 class MotSetHomeParams(FramedMessage):
     """``MOT_SET_HOMEPARAMS`` (0x0440), to the controller, 14 bytes of data; page 37.
 
-    Set: how a channel homes; the settings belong to the stage, and the MLS203 heeds the velocity
-    only.
+    Sets the homing parameters. Homing settings of a channel; they belong to the stage, and the
+    MLS203 uses the velocity only.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param home_direction: ignored for the MLS203, which homes in positive direction; no values are
-        given; 0 to 65535.
+        given; from 0 to 65535.
     :param limit_switch: ignored for the MLS203, which homes without limit switches; no values are
-        given; 0 to 65535.
-    :param home_velocity: raw counts of mm/s, scale by stage; 0 to 4294967295.
-    :param offset_distance: not used for the MLS203; raw counts of mm, scale by stage; -2147483648
-        to 2147483647.
+        given; from 0 to 65535.
+    :param home_velocity: in counts; the scale to mm/s depends on the stage; from 0 to 4294967295.
+    :param offset_distance: not used for the MLS203; in counts; the scale to mm depends on the
+        stage; from -2147483648 to 2147483647.
 
     Erratum ``apt-homeparams-example-velocity``: printed 33 33 33 00 for 24 mm/s (3355443/134218);
         encoded E9 26 31 00.
@@ -1964,12 +1971,12 @@ _MOT_REQ_HOME_PARAMS = Struct("<HBBBB")
 class MotReqHomeParams(FramedMessage):
     """``MOT_REQ_HOMEPARAMS`` (0x0441), to the controller, header only; pages 37, 38.
 
-    Request: how a channel homes; the settings belong to the stage, and the MLS203 heeds the
-    velocity only.
+    Requests the homing parameters. Homing settings of a channel; they belong to the stage, and the
+    MLS203 uses the velocity only.
 
     Answered by ``MOT_GET_HOMEPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2024,17 +2031,17 @@ _MOT_GET_HOME_PARAMS = Struct("<LBBHHHLl")
 class MotGetHomeParams(FramedMessage):
     """``MOT_GET_HOMEPARAMS`` (0x0442), to the host, 14 bytes of data; pages 37, 38.
 
-    Report: how a channel homes; the settings belong to the stage, and the MLS203 heeds the velocity
-    only.
+    Reports the homing parameters. Homing settings of a channel; they belong to the stage, and the
+    MLS203 uses the velocity only.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param home_direction: ignored for the MLS203, which homes in positive direction; no values are
-        given; 0 to 65535.
+        given; from 0 to 65535.
     :param limit_switch: ignored for the MLS203, which homes without limit switches; no values are
-        given; 0 to 65535.
-    :param home_velocity: raw counts of mm/s, scale by stage; 0 to 4294967295.
-    :param offset_distance: not used for the MLS203; raw counts of mm, scale by stage; -2147483648
-        to 2147483647.
+        given; from 0 to 65535.
+    :param home_velocity: in counts; the scale to mm/s depends on the stage; from 0 to 4294967295.
+    :param offset_distance: not used for the MLS203; in counts; the scale to mm depends on the
+        stage; from -2147483648 to 2147483647.
     """
 
     __slots__ = ("chan_ident", "home_direction", "home_velocity", "limit_switch", "offset_distance")
@@ -2133,7 +2140,7 @@ class MotMoveHome(FramedMessage):
     Completes with ``MOT_MOVE_HOMED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2192,7 +2199,7 @@ class MotMoveHomed(FramedMessage):
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2248,11 +2255,12 @@ _MOT_SET_MOVE_REL_PARAMS = Struct("<LBBHl")
 class MotSetMoveRelParams(FramedMessage):
     """``MOT_SET_MOVERELPARAMS`` (0x0445), to the controller, 6 bytes of data; page 35.
 
-    Set: distance that the controller stores for the next relative move started with the short
-    MOT_MOVE_RELATIVE.
+    Sets the stored relative distance. Distance that the controller stores for the next relative
+    move started with the short MOT_MOVE_RELATIVE.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param relative_distance: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param relative_distance: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
     """
 
     __slots__ = ("chan_ident", "relative_distance")
@@ -2321,12 +2329,12 @@ _MOT_REQ_MOVE_REL_PARAMS = Struct("<HBBBB")
 class MotReqMoveRelParams(FramedMessage):
     """``MOT_REQ_MOVERELPARAMS`` (0x0446), to the controller, header only; page 35.
 
-    Request: distance that the controller stores for the next relative move started with the short
-    MOT_MOVE_RELATIVE.
+    Requests the stored relative distance. Distance that the controller stores for the next relative
+    move started with the short MOT_MOVE_RELATIVE.
 
     Answered by ``MOT_GET_MOVERELPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2381,11 +2389,12 @@ _MOT_GET_MOVE_REL_PARAMS = Struct("<LBBHl")
 class MotGetMoveRelParams(FramedMessage):
     """``MOT_GET_MOVERELPARAMS`` (0x0447), to the host, 6 bytes of data; page 35.
 
-    Report: distance that the controller stores for the next relative move started with the short
-    MOT_MOVE_RELATIVE.
+    Reports the stored relative distance. Distance that the controller stores for the next relative
+    move started with the short MOT_MOVE_RELATIVE.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param relative_distance: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param relative_distance: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
     """
 
     __slots__ = ("chan_ident", "relative_distance")
@@ -2462,7 +2471,7 @@ class MotMoveRelativeHeader(FramedMessage):
 
     Moves by the distance stored with MOT_SET_MOVERELPARAMS.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2523,8 +2532,9 @@ class MotMoveRelative(FramedMessage):
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param relative_distance: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param relative_distance: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
     """
 
     __slots__ = ("chan_ident", "relative_distance")
@@ -2593,11 +2603,12 @@ _MOT_SET_MOVE_ABS_PARAMS = Struct("<LBBHl")
 class MotSetMoveAbsParams(FramedMessage):
     """``MOT_SET_MOVEABSPARAMS`` (0x0450), to the controller, 6 bytes of data; page 36.
 
-    Set: position that the controller stores for the next absolute move started with the short
-    MOT_MOVE_ABSOLUTE.
+    Sets the stored absolute position. Position that the controller stores for the next absolute
+    move started with the short MOT_MOVE_ABSOLUTE.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param absolute_position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param absolute_position: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
     """
 
     __slots__ = ("absolute_position", "chan_ident")
@@ -2666,12 +2677,12 @@ _MOT_REQ_MOVE_ABS_PARAMS = Struct("<HBBBB")
 class MotReqMoveAbsParams(FramedMessage):
     """``MOT_REQ_MOVEABSPARAMS`` (0x0451), to the controller, header only; page 36.
 
-    Request: position that the controller stores for the next absolute move started with the short
-    MOT_MOVE_ABSOLUTE.
+    Requests the stored absolute position. Position that the controller stores for the next absolute
+    move started with the short MOT_MOVE_ABSOLUTE.
 
     Answered by ``MOT_GET_MOVEABSPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2726,11 +2737,12 @@ _MOT_GET_MOVE_ABS_PARAMS = Struct("<LBBHl")
 class MotGetMoveAbsParams(FramedMessage):
     """``MOT_GET_MOVEABSPARAMS`` (0x0452), to the host, 6 bytes of data; page 36.
 
-    Report: position that the controller stores for the next absolute move started with the short
-    MOT_MOVE_ABSOLUTE.
+    Reports the stored absolute position. Position that the controller stores for the next absolute
+    move started with the short MOT_MOVE_ABSOLUTE.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param absolute_position: raw counts of mm, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param absolute_position: in counts; the scale to mm depends on the stage; from -2147483648 to
+        2147483647.
     """
 
     __slots__ = ("absolute_position", "chan_ident")
@@ -2807,7 +2819,7 @@ class MotMoveAbsoluteHeader(FramedMessage):
 
     Moves to the position stored with MOT_SET_MOVEABSPARAMS.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2868,9 +2880,9 @@ class MotMoveAbsolute(FramedMessage):
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param absolute_distance: the position to move to; raw counts of mm, scale by stage; -2147483648
-        to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param absolute_distance: the position to move to; in counts; the scale to mm depends on the
+        stage; from -2147483648 to 2147483647.
     """
 
     __slots__ = ("absolute_distance", "chan_ident")
@@ -2939,8 +2951,8 @@ _MOT_MOVE_VELOCITY = Struct("<HBBBB")
 class MotMoveVelocity(FramedMessage):
     """``MOT_MOVE_VELOCITY`` (0x0457), to the controller, header only; page 48.
 
-    Moves in one direction, with the velocity that MOT_SET_MOVEVELPARAMS is said to set, until a
-    stop command or a limit switch.
+    Moves in one direction, with the velocity that, by the document, MOT_SET_MOVEVELPARAMS sets,
+    until a stop command or a limit switch.
 
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
@@ -2949,8 +2961,8 @@ class MotMoveVelocity(FramedMessage):
     calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a slow move,
     far from both ends of the travel, first.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param direction: :class:`~.MoveDirection`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param direction: :class:`~.MoveDirection`; from 0 to 255.
 
     Erratum ``apt-clockwise-without-sign``: printed 1 is forward and 2 reverse; page 77 calls
         forward clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD
@@ -3020,7 +3032,7 @@ class MotMoveCompletedHeader(FramedMessage):
 
     Without the status, as the byte table prints it; the lines around the table want the data form.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
         00.
@@ -3088,13 +3100,14 @@ class MotMoveCompletedDc(FramedMessage):
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status dc.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param position: position encoder count; raw counts of mm, scale by stage; -2147483648 to
-        2147483647.
-    :param velocity: actual velocity; negative in reverse; raw counts of mm/s, scale by stage;
-        -32768 to 32767.
-    :param reserved: not used at present; reserved, sent as zero; 0 to 65535.
-    :param status_bits: :class:`~.DcStatusBits`; 0 to 4294967295.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param position: position encoder count; in counts; the scale to mm depends on the stage; from
+        -2147483648 to 2147483647.
+    :param velocity: actual velocity; negative in reverse; in counts; the scale to mm/s depends on
+        the stage; from -32768 to 32767.
+    :param reserved: not used at present; reserved, sent as zero; from 0 to 65535.
+    :param status_bits: :class:`~.DcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
         00.
@@ -3203,12 +3216,13 @@ class MotMoveCompletedStepper(FramedMessage):
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status stepper.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
-        of mm, scale by stage; -2147483648 to 2147483647.
-    :param enc_count: encoder count; only for stages with an encoder; raw counts of mm, scale by
-        stage; -2147483648 to 2147483647.
-    :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param position: position count; 25600 counts per mm on the APT stepper controllers; in counts;
+        the scale to mm depends on the stage; from -2147483648 to 2147483647.
+    :param enc_count: encoder count; only for stages with an encoder; in counts; the scale to mm
+        depends on the stage; from -2147483648 to 2147483647.
+    :param status_bits: :class:`~.StepperStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
         00.
@@ -3335,8 +3349,8 @@ class MotMoveStop(FramedMessage):
 
     Completes with ``MOT_MOVE_STOPPED``. Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param stop_mode: :class:`~.StopMode`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param stop_mode: :class:`~.StopMode`; from 0 to 255.
 
     Erratum ``apt-header-parameters-as-word``: printed word; encoded one byte of the header each.
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
@@ -3402,7 +3416,7 @@ class MotMoveStoppedHeader(FramedMessage):
 
     Without the status. The table is headed so, but its third byte is the length of the data form.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
         TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
@@ -3470,13 +3484,14 @@ class MotMoveStoppedDc(FramedMessage):
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status dc.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param position: position encoder count; raw counts of mm, scale by stage; -2147483648 to
-        2147483647.
-    :param velocity: actual velocity; negative in reverse; raw counts of mm/s, scale by stage;
-        -32768 to 32767.
-    :param reserved: not used at present; reserved, sent as zero; 0 to 65535.
-    :param status_bits: :class:`~.DcStatusBits`; 0 to 4294967295.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param position: position encoder count; in counts; the scale to mm depends on the stage; from
+        -2147483648 to 2147483647.
+    :param velocity: actual velocity; negative in reverse; in counts; the scale to mm/s depends on
+        the stage; from -32768 to 32767.
+    :param reserved: not used at present; reserved, sent as zero; from 0 to 65535.
+    :param status_bits: :class:`~.DcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
         TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
@@ -3585,12 +3600,13 @@ class MotMoveStoppedStepper(FramedMessage):
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status stepper.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
-        of mm, scale by stage; -2147483648 to 2147483647.
-    :param enc_count: encoder count; only for stages with an encoder; raw counts of mm, scale by
-        stage; -2147483648 to 2147483647.
-    :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param position: position count; 25600 counts per mm on the APT stepper controllers; in counts;
+        the scale to mm depends on the stage; from -2147483648 to 2147483647.
+    :param enc_count: encoder count; only for stages with an encoder; in counts; the scale to mm
+        depends on the stage; from -2147483648 to 2147483647.
+    :param status_bits: :class:`~.StepperStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
         TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
@@ -3724,8 +3740,8 @@ class MotMoveJog(FramedMessage):
     direction FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on TDC001
     and KDC101, so try a small step first.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param direction: :class:`~.MoveDirection`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param direction: :class:`~.MoveDirection`; from 0 to 255.
 
     Erratum ``apt-clockwise-without-sign``: printed 1 is forward and 2 reverse; page 77 calls
         forward clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD
@@ -3909,7 +3925,7 @@ class MotReqStatusUpdate(FramedMessage):
 
     Answered by ``MOT_GET_STATUSUPDATE``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-statusupdate-table-id``: printed 90 04; encoded 80 04.
     """
@@ -3968,12 +3984,13 @@ class MotGetStatusUpdate(FramedMessage):
 
     Position and status of a stepper channel, on request or periodically after HW_START_UPDATEMSGS.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param position: position count; 25600 counts per mm on the APT stepper controllers; raw counts
-        of mm, scale by stage; -2147483648 to 2147483647.
-    :param enc_count: encoder count; only for stages with an encoder; raw counts of mm, scale by
-        stage; -2147483648 to 2147483647.
-    :param status_bits: :class:`~.StepperStatusBits`; 0 to 4294967295.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param position: position count; 25600 counts per mm on the APT stepper controllers; in counts;
+        the scale to mm depends on the stage; from -2147483648 to 2147483647.
+    :param enc_count: encoder count; only for stages with an encoder; in counts; the scale to mm
+        depends on the stage; from -2147483648 to 2147483647.
+    :param status_bits: :class:`~.StepperStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
         the notes say what the page says.
@@ -4056,7 +4073,7 @@ class MotReqDcStatusUpdate(FramedMessage):
 
     Answered by ``MOT_GET_DCSTATUSUPDATE``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4114,13 +4131,14 @@ class MotGetDcStatusUpdate(FramedMessage):
     Position, velocity and status of a DC servo channel, on request or periodically after
     HW_START_UPDATEMSGS.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param position: position encoder count; raw counts of mm, scale by stage; -2147483648 to
-        2147483647.
-    :param velocity: actual velocity; negative in reverse; raw counts of mm/s, scale by stage;
-        -32768 to 32767.
-    :param reserved: not used at present; reserved, sent as zero; 0 to 65535.
-    :param status_bits: :class:`~.DcStatusBits`; 0 to 4294967295.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param position: position encoder count; in counts; the scale to mm depends on the stage; from
+        -2147483648 to 2147483647.
+    :param velocity: actual velocity; negative in reverse; in counts; the scale to mm/s depends on
+        the stage; from -32768 to 32767.
+    :param reserved: not used at present; reserved, sent as zero; from 0 to 65535.
+    :param status_bits: :class:`~.DcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-dcstatus-velocity-word``: printed word; encoded short.
     Erratum ``apt-list-tdc001-dcstatus``: printed MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE;
@@ -4283,18 +4301,19 @@ _MOT_SET_DC_PID_PARAMS = Struct("<LBBHllllH")
 class MotSetDcPidParams(FramedMessage):
     """``MOT_SET_DCPIDPARAMS`` (0x04A0), to the controller, 20 bytes of data; page 51.
 
-    Set: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
-    sheet of that chip has the details.
+    Sets the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so far
+    the TDC001 only; the data sheet of that chip has the details.
 
-    A set starts no move; a channel that holds its position holds it by the new values at once.
+    Setting them starts no move; a channel that holds its position uses the new values at once.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param proportional: proportional gain; 0 to 32767.
-    :param integral: integral gain; 0 to 32767.
-    :param differential: differential gain; 0 to 32767.
-    :param integral_limit: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
-    :param filter_control: One bit for each of the four parameters above, set if it is applied;
-        which bit is whose is not said; 0 to 65535; by default 15.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param proportional: proportional gain; from 0 to 32767.
+    :param integral: integral gain; from 0 to 32767.
+    :param differential: differential gain; from 0 to 32767.
+    :param integral_limit: cap on the integral sum; 0 switches the integral term off; from 0 to
+        32767.
+    :param filter_control: One bit for each of the four parameters above, set if it is applied; the
+        document does not say which bit belongs to which; from 0 to 65535; by default 15.
 
     Erratum ``apt-dcpidparams-example-short``: printed 41 00 AF 00 58 02: gains of two bytes, 14
         bytes of packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes
@@ -4407,14 +4426,12 @@ _MOT_REQ_DC_PID_PARAMS = Struct("<HBBBB")
 class MotReqDcPidParams(FramedMessage):
     """``MOT_REQ_DCPIDPARAMS`` (0x04A1), to the controller, header only; pages 51, 52.
 
-    Request: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
-    sheet of that chip has the details.
+    Requests the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
+    far the TDC001 only; the data sheet of that chip has the details.
 
     Answered by ``MOT_GET_DCPIDPARAMS``.
 
-    A set starts no move; a channel that holds its position holds it by the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
     """
@@ -4471,18 +4488,17 @@ _MOT_GET_DC_PID_PARAMS = Struct("<LBBHllllH")
 class MotGetDcPidParams(FramedMessage):
     """``MOT_GET_DCPIDPARAMS`` (0x04A2), to the host, 20 bytes of data; pages 51, 52.
 
-    Report: position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
-    sheet of that chip has the details.
+    Reports the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
+    far the TDC001 only; the data sheet of that chip has the details.
 
-    A set starts no move; a channel that holds its position holds it by the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param proportional: proportional gain; 0 to 32767.
-    :param integral: integral gain; 0 to 32767.
-    :param differential: differential gain; 0 to 32767.
-    :param integral_limit: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
-    :param filter_control: One bit for each of the four parameters above, set if it is applied;
-        which bit is whose is not said; 0 to 65535; by default 15.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param proportional: proportional gain; from 0 to 32767.
+    :param integral: integral gain; from 0 to 32767.
+    :param differential: differential gain; from 0 to 32767.
+    :param integral_limit: cap on the integral sum; 0 switches the integral term off; from 0 to
+        32767.
+    :param filter_control: One bit for each of the four parameters above, set if it is applied; the
+        document does not say which bit belongs to which; from 0 to 65535; by default 15.
 
     Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
     """
@@ -4593,22 +4609,23 @@ _MOT_SET_POT_PARAMS = Struct("<LBBHHlHlHlHl")
 class MotSetPotParams(FramedMessage):
     """``MOT_SET_POTPARAMS`` (0x04B0), to the controller, 26 bytes of data; page 55.
 
-    Set: four speeds of the potentiometer slider and the deflections beyond which they apply, the
-    same in both directions. Each deflection must be greater than the one before it; equal speeds
-    are allowed.
+    Sets the potentiometer parameters. Four speeds of the potentiometer slider and the deflections
+    beyond which they apply, the same in both directions. Each deflection must be greater than the
+    one before it; equal speeds are allowed.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param zero_wnd: deflection in ADC counts before motion starts; 0 to 127.
-    :param vel1: speed from zero_wnd to wnd1; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param wnd1: deflection where vel1 ends; above zero_wnd; 0 to 127.
-    :param vel2: speed from wnd1 to wnd2; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param wnd2: deflection where vel2 ends; above wnd1; 0 to 127.
-    :param vel3: speed from wnd2 to wnd3; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param wnd3: deflection where vel3 ends; above wnd2; 0 to 127.
-    :param vel4: speed beyond wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
+    :param vel1: speed from zero_wnd to wnd1; in counts; the scale to mm/s depends on the stage;
+        from -2147483648 to 2147483647.
+    :param wnd1: deflection where vel1 ends; above zero_wnd; from 0 to 127.
+    :param vel2: speed from wnd1 to wnd2; in counts; the scale to mm/s depends on the stage; from
+        -2147483648 to 2147483647.
+    :param wnd2: deflection where vel2 ends; above wnd1; from 0 to 127.
+    :param vel3: speed from wnd2 to wnd3; in counts; the scale to mm/s depends on the stage; from
+        -2147483648 to 2147483647.
+    :param wnd3: deflection where vel3 ends; above wnd2; from 0 to 127.
+    :param vel4: speed beyond wnd3; in counts; the scale to mm/s depends on the stage; from
+        -2147483648 to 2147483647.
 
     Erratum ``apt-potparams-deflection-rows``: printed Wnd1 is the deflection to apply Vel1, Wnd2
         Vel2 and Wnd3 Vel3; encoded at Wnd1 Vel2 takes over from Vel1, at Wnd2 Vel3, at Wnd3 Vel4.
@@ -4731,13 +4748,13 @@ _MOT_REQ_POT_PARAMS = Struct("<HBBBB")
 class MotReqPotParams(FramedMessage):
     """``MOT_REQ_POTPARAMS`` (0x04B1), to the controller, header only; pages 55, 57.
 
-    Request: four speeds of the potentiometer slider and the deflections beyond which they apply,
-    the same in both directions. Each deflection must be greater than the one before it; equal
-    speeds are allowed.
+    Requests the potentiometer parameters. Four speeds of the potentiometer slider and the
+    deflections beyond which they apply, the same in both directions. Each deflection must be
+    greater than the one before it; equal speeds are allowed.
 
     Answered by ``MOT_GET_POTPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-potparams-table-id``: printed 17 04; encoded B1 04.
     """
@@ -4794,22 +4811,23 @@ _MOT_GET_POT_PARAMS = Struct("<LBBHHlHlHlHl")
 class MotGetPotParams(FramedMessage):
     """``MOT_GET_POTPARAMS`` (0x04B2), to the host, 26 bytes of data; pages 55, 57.
 
-    Report: four speeds of the potentiometer slider and the deflections beyond which they apply, the
-    same in both directions. Each deflection must be greater than the one before it; equal speeds
-    are allowed.
+    Reports the potentiometer parameters. Four speeds of the potentiometer slider and the
+    deflections beyond which they apply, the same in both directions. Each deflection must be
+    greater than the one before it; equal speeds are allowed.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param zero_wnd: deflection in ADC counts before motion starts; 0 to 127.
-    :param vel1: speed from zero_wnd to wnd1; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param wnd1: deflection where vel1 ends; above zero_wnd; 0 to 127.
-    :param vel2: speed from wnd1 to wnd2; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param wnd2: deflection where vel2 ends; above wnd1; 0 to 127.
-    :param vel3: speed from wnd2 to wnd3; raw counts of mm/s, scale by stage; -2147483648 to
-        2147483647.
-    :param wnd3: deflection where vel3 ends; above wnd2; 0 to 127.
-    :param vel4: speed beyond wnd3; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param zero_wnd: deflection in ADC counts before motion starts; from 0 to 127.
+    :param vel1: speed from zero_wnd to wnd1; in counts; the scale to mm/s depends on the stage;
+        from -2147483648 to 2147483647.
+    :param wnd1: deflection where vel1 ends; above zero_wnd; from 0 to 127.
+    :param vel2: speed from wnd1 to wnd2; in counts; the scale to mm/s depends on the stage; from
+        -2147483648 to 2147483647.
+    :param wnd2: deflection where vel2 ends; above wnd1; from 0 to 127.
+    :param vel3: speed from wnd2 to wnd3; in counts; the scale to mm/s depends on the stage; from
+        -2147483648 to 2147483647.
+    :param wnd3: deflection where vel3 ends; above wnd2; from 0 to 127.
+    :param vel4: speed beyond wnd3; in counts; the scale to mm/s depends on the stage; from
+        -2147483648 to 2147483647.
 
     Erratum ``apt-get-potparams-size``: printed 28 bytes, 22 byte data packet; encoded 32 bytes, 26
         byte data packet.
@@ -4928,10 +4946,11 @@ _MOT_SET_AV_MODES = Struct("<LBBHH")
 class MotSetAvModes(FramedMessage):
     """``MOT_SET_AVMODES`` (0x04B3), to the controller, 4 bytes of data; page 53.
 
-    Set: which events the LED on the control keypad shows, for rooms where stray light disturbs.
+    Sets the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
+    stray light disturbs.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode_bits: :class:`~.LedMode`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode_bits: :class:`~.LedMode`; from 0 to 65535.
 
     Erratum ``apt-avmodes-decimal``: printed the hex value; '11' for all modes; encoded 0x0B.
     """
@@ -4998,11 +5017,12 @@ _MOT_REQ_AV_MODES = Struct("<HBBBB")
 class MotReqAvModes(FramedMessage):
     """``MOT_REQ_AVMODES`` (0x04B4), to the controller, header only; pages 53, 54.
 
-    Request: which events the LED on the control keypad shows, for rooms where stray light disturbs.
+    Requests the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
+    stray light disturbs.
 
     Answered by ``MOT_GET_AVMODES``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-avmodes-table-id``: printed 11 04; encoded B4 04.
     """
@@ -5059,10 +5079,11 @@ _MOT_GET_AV_MODES = Struct("<LBBHH")
 class MotGetAvModes(FramedMessage):
     """``MOT_GET_AVMODES`` (0x04B5), to the host, 4 bytes of data; pages 53, 54.
 
-    Report: which events the LED on the control keypad shows, for rooms where stray light disturbs.
+    Reports the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
+    stray light disturbs.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode_bits: :class:`~.LedMode`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode_bits: :class:`~.LedMode`; from 0 to 65535.
     """
 
     __slots__ = ("chan_ident", "mode_bits")
@@ -5127,17 +5148,17 @@ _MOT_SET_BUTTON_PARAMS = Struct("<LBBHHllHH")
 class MotSetButtonParams(FramedMessage):
     """``MOT_SET_BUTTONPARAMS`` (0x04B6), to the controller, 16 bytes of data; page 58.
 
-    Set: what the two buttons on the front panel do.
+    Sets the button parameters. Function of the two buttons on the front panel.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode: :class:`~.ButtonMode`; 0 to 65535.
-    :param position1: position of the top button; only in GO_TO_POSITION mode; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
-    :param position2: position of the bottom button; only in GO_TO_POSITION mode; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode: :class:`~.ButtonMode`; from 0 to 65535.
+    :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; the scale
+        to mm depends on the stage; from -2147483648 to 2147483647.
+    :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts; the
+        scale to mm depends on the stage; from -2147483648 to 2147483647.
     :param time_out: How long both buttons are held to home, or one to store the present position,
-        in either mode; raw counts of ms, ms_per_count 1; 0 to 65535.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
+        in either mode; in counts of 1 ms; from 0 to 65535.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-buttonparams-example-bytes``: printed C0 12 and zeros, a packet of 14 bytes;
         encoded both positions and the time out, a packet of 16 bytes.
@@ -5242,11 +5263,11 @@ _MOT_REQ_BUTTON_PARAMS = Struct("<HBBBB")
 class MotReqButtonParams(FramedMessage):
     """``MOT_REQ_BUTTONPARAMS`` (0x04B7), to the controller, header only; pages 58, 59.
 
-    Request: what the two buttons on the front panel do.
+    Requests the button parameters. Function of the two buttons on the front panel.
 
     Answered by ``MOT_GET_BUTTONPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-buttonparams-table-id``: printed DB 04; encoded B7 04.
     """
@@ -5303,17 +5324,17 @@ _MOT_GET_BUTTON_PARAMS = Struct("<LBBHHllHH")
 class MotGetButtonParams(FramedMessage):
     """``MOT_GET_BUTTONPARAMS`` (0x04B8), to the host, 16 bytes of data; pages 58, 59.
 
-    Report: what the two buttons on the front panel do.
+    Reports the button parameters. Function of the two buttons on the front panel.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode: :class:`~.ButtonMode`; 0 to 65535.
-    :param position1: position of the top button; only in GO_TO_POSITION mode; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
-    :param position2: position of the bottom button; only in GO_TO_POSITION mode; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode: :class:`~.ButtonMode`; from 0 to 65535.
+    :param position1: position of the top button; only in GO_TO_POSITION mode; in counts; the scale
+        to mm depends on the stage; from -2147483648 to 2147483647.
+    :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts; the
+        scale to mm depends on the stage; from -2147483648 to 2147483647.
     :param time_out: How long both buttons are held to home, or one to store the present position,
-        in either mode; raw counts of ms, ms_per_count 1; 0 to 65535.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
+        in either mode; in counts of 1 ms; from 0 to 65535.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-buttonparams-length``: printed 0E 00 in both tables; 20 bytes for the GET; encoded
         10 00; 22 bytes.
@@ -5414,10 +5435,11 @@ _MOT_SET_EEPROM_PARAMS = Struct("<LBBHH")
 class MotSetEepromParams(FramedMessage):
     """``MOT_SET_EEPROMPARAMS`` (0x04B9), to the controller, 4 bytes of data; page 60.
 
-    Set: saves the parameters that one message has set, in the EEPROM as the name says.
+    Sets the parameters in EEPROM. Saves the parameters that one message has set, in the EEPROM as
+    the name says.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param msg_id: id of the message whose parameters are saved; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
     """
 
     __slots__ = ("chan_ident", "msg_id")
@@ -5477,19 +5499,20 @@ _MOT_SET_PMD_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 class MotSetPmdCurrentLoopParams(FramedMessage):
     """``MOT_SET_PMDCURRENTLOOPPARAMS`` (0x04D4), to the controller, 18 bytes of data; page 71.
 
-    Set: PI current loop of the phase windings on the BBD controllers.
+    Sets the current loop parameters. PI current loop of the phase windings on the BBD controllers.
 
-    A set starts no move; the currents of an enabled channel follow the new values at once.
+    Setting them starts no move; the currents of an enabled channel follow the new values at once.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param phase: :class:`~.CurrentPhase`; 0 to 65535.
-    :param kp_current: proportional gain; 0 to 32767.
-    :param ki_current: integral gain; 0 to 32767.
-    :param i_lim_current: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
-    :param i_dead_band: error below which only the proportional term acts; 0 to 32767.
-    :param kff: feed-forward added to the output of the filter; 0 to 32767.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param phase: :class:`~.CurrentPhase`; from 0 to 65535.
+    :param kp_current: proportional gain; from 0 to 32767.
+    :param ki_current: integral gain; from 0 to 32767.
+    :param i_lim_current: cap on the integral sum; 0 switches the integral term off; from 0 to
+        32767.
+    :param i_dead_band: error below which only the proportional term acts; from 0 to 32767.
+    :param kff: feed-forward added to the output of the filter; from 0 to 32767.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
     """
 
     __slots__ = (
@@ -5627,13 +5650,12 @@ _MOT_REQ_PMD_CURRENT_LOOP_PARAMS = Struct("<HBBBB")
 class MotReqPmdCurrentLoopParams(FramedMessage):
     """``MOT_REQ_PMDCURRENTLOOPPARAMS`` (0x04D5), to the controller, header only; pages 71, 72.
 
-    Request: PI current loop of the phase windings on the BBD controllers.
+    Requests the current loop parameters. PI current loop of the phase windings on the BBD
+    controllers.
 
     Answered by ``MOT_GET_PMDCURRENTLOOPPARAMS``.
 
-    A set starts no move; the currents of an enabled channel follow the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-current-loop-table-id``: printed D8 04; encoded D5 04.
     """
@@ -5696,19 +5718,19 @@ _MOT_GET_PMD_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 class MotGetPmdCurrentLoopParams(FramedMessage):
     """``MOT_GET_PMDCURRENTLOOPPARAMS`` (0x04D6), to the host, 18 bytes of data; pages 71, 72.
 
-    Report: PI current loop of the phase windings on the BBD controllers.
+    Reports the current loop parameters. PI current loop of the phase windings on the BBD
+    controllers.
 
-    A set starts no move; the currents of an enabled channel follow the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param phase: :class:`~.CurrentPhase`; 0 to 65535.
-    :param kp_current: proportional gain; 0 to 32767.
-    :param ki_current: integral gain; 0 to 32767.
-    :param i_lim_current: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
-    :param i_dead_band: error below which only the proportional term acts; 0 to 32767.
-    :param kff: feed-forward added to the output of the filter; 0 to 32767.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param phase: :class:`~.CurrentPhase`; from 0 to 65535.
+    :param kp_current: proportional gain; from 0 to 32767.
+    :param ki_current: integral gain; from 0 to 32767.
+    :param i_lim_current: cap on the integral sum; 0 switches the integral term off; from 0 to
+        32767.
+    :param i_dead_band: error below which only the proportional term acts; from 0 to 32767.
+    :param kff: feed-forward added to the output of the filter; from 0 to 32767.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
     """
 
     __slots__ = (
@@ -5846,26 +5868,27 @@ _MOT_SET_PMD_POSITION_LOOP_PARAMS = Struct("<LBBHHHLHHHHHLHH")
 class MotSetPmdPositionLoopParams(FramedMessage):
     """``MOT_SET_PMDPOSITIONLOOPPARAMS`` (0x04D7), to the controller, 28 bytes of data; page 61.
 
-    Set: PID position loop of the BBD controllers.
+    Sets the position loop parameters. PID position loop of the BBD controllers.
 
-    A set starts no move; a channel that holds its position holds it by the new values at once.
+    Setting them starts no move; a channel that holds its position uses the new values at once.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param proportional: proportional gain; 0 to 32767.
-    :param integral: integral gain; 0 to 32767.
-    :param integral_limit: Cap on the integral sum; 0 switches the integral term off; 0 to
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param proportional: proportional gain; from 0 to 32767.
+    :param integral: integral gain; from 0 to 32767.
+    :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
         2147483647.
-    :param differential: differential gain; 0 to 32767.
-    :param kd_time_pos: The derivative term is computed once in this number of servo cycles; raw
-        counts of us, us_per_count 512/5; 1 to 32767.
-    :param kout_pos: scales the output of the loop; raw counts of percent, counts_per_percent
-        13107/20; 0 to 65535.
-    :param kvff_pos: velocity feed-forward; 0 to 32767.
-    :param kaff_pos: acceleration feed-forward; 0 to 32767.
+    :param differential: differential gain; from 0 to 32767.
+    :param kd_time_pos: The derivative term is computed once in this number of servo cycles; in
+        counts of 512/5 us; from 1 to 32767.
+    :param kout_pos: scales the output of the loop; in counts, 13107/20 per percent; from 0 to
+        65535.
+    :param kvff_pos: velocity feed-forward; from 0 to 32767.
+    :param kaff_pos: acceleration feed-forward; from 0 to 32767.
     :param pos_err_lim: A greater position error stops the axis and sets motion_error; the maximum
-        is printed as 7FFFFFF; raw counts of mm, scale by stage; 0 to 2147483647.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+        is printed as 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to
+        2147483647.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-pmdpositionloop-example-short``: printed 26 bytes of packet, one unused word;
         encoded 28 bytes, two unused words.
@@ -6040,13 +6063,11 @@ _MOT_REQ_PMD_POSITION_LOOP_PARAMS = Struct("<HBBBB")
 class MotReqPmdPositionLoopParams(FramedMessage):
     """``MOT_REQ_PMDPOSITIONLOOPPARAMS`` (0x04D8), to the controller, header only; pages 61, 63.
 
-    Request: PID position loop of the BBD controllers.
+    Requests the position loop parameters. PID position loop of the BBD controllers.
 
     Answered by ``MOT_GET_PMDPOSITIONLOOPPARAMS``.
 
-    A set starts no move; a channel that holds its position holds it by the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6107,26 +6128,25 @@ _MOT_GET_PMD_POSITION_LOOP_PARAMS = Struct("<LBBHHHLHHHHHLHH")
 class MotGetPmdPositionLoopParams(FramedMessage):
     """``MOT_GET_PMDPOSITIONLOOPPARAMS`` (0x04D9), to the host, 28 bytes of data; pages 61, 63.
 
-    Report: PID position loop of the BBD controllers.
+    Reports the position loop parameters. PID position loop of the BBD controllers.
 
-    A set starts no move; a channel that holds its position holds it by the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param proportional: proportional gain; 0 to 32767.
-    :param integral: integral gain; 0 to 32767.
-    :param integral_limit: Cap on the integral sum; 0 switches the integral term off; 0 to
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param proportional: proportional gain; from 0 to 32767.
+    :param integral: integral gain; from 0 to 32767.
+    :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
         2147483647.
-    :param differential: differential gain; 0 to 32767.
-    :param kd_time_pos: The derivative term is computed once in this number of servo cycles; raw
-        counts of us, us_per_count 512/5; 1 to 32767.
-    :param kout_pos: scales the output of the loop; raw counts of percent, counts_per_percent
-        13107/20; 0 to 65535.
-    :param kvff_pos: velocity feed-forward; 0 to 32767.
-    :param kaff_pos: acceleration feed-forward; 0 to 32767.
+    :param differential: differential gain; from 0 to 32767.
+    :param kd_time_pos: The derivative term is computed once in this number of servo cycles; in
+        counts of 512/5 us; from 1 to 32767.
+    :param kout_pos: scales the output of the loop; in counts, 13107/20 per percent; from 0 to
+        65535.
+    :param kvff_pos: velocity feed-forward; from 0 to 32767.
+    :param kaff_pos: acceleration feed-forward; from 0 to 32767.
     :param pos_err_lim: A greater position error stops the axis and sets motion_error; the maximum
-        is printed as 7FFFFFF; raw counts of mm, scale by stage; 0 to 2147483647.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+        is printed as 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to
+        2147483647.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
     """
 
     __slots__ = (
@@ -6297,24 +6317,24 @@ _MOT_SET_PMD_MOTOR_OUTPUT_PARAMS = Struct("<LBBHHHHhHH")
 class MotSetPmdMotorOutputParams(FramedMessage):
     """``MOT_SET_PMDMOTOROUTPUTPARAMS`` (0x04DA), to the controller, 14 bytes of data; page 64.
 
-    Set: limits and bias of the motor drive signal.
+    Sets the motor output parameters. Limits and bias of the motor drive signal.
 
-    A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
-    may let a load sink.
+    Setting them changes the motor drive signal: the bias is output at once, and a lower limit may
+    let a load sink.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum
-        is set in the factory and cannot be changed; raw counts of percent, counts_per_percent
-        32767/100; 0 to 32767.
+        is set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
+        32767.
     :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which the
         current is held to cont_current_lim and motor_current_limit is set, until the energy is down
-        to 0 again; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
-    :param motor_lim: the drive signal is cut to plus or minus this; raw counts of percent,
-        counts_per_percent 32767/100; 0 to 32767.
+        to 0 again; in counts, 32767/100 per percent; from 0 to 32767.
+    :param motor_lim: the drive signal is cut to plus or minus this; in counts, 32767/100 per
+        percent; from 0 to 32767.
     :param motor_bias: Constant added to the output against a constant force such as gravity;
-        applied while the position loop is on; -32767 to 32767; by default 0.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+        applied while the position loop is on; from -32767 to 32767; by default 0.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-motor-bias-range``: printed -32767 to 32768, format word; encoded -32767 to 32767,
         two bytes signed.
@@ -6445,14 +6465,11 @@ _MOT_REQ_PMD_MOTOR_OUTPUT_PARAMS = Struct("<HBBBB")
 class MotReqPmdMotorOutputParams(FramedMessage):
     """``MOT_REQ_PMDMOTOROUTPUTPARAMS`` (0x04DB), to the controller, header only; pages 64, 65.
 
-    Request: limits and bias of the motor drive signal.
+    Requests the motor output parameters. Limits and bias of the motor drive signal.
 
     Answered by ``MOT_GET_PMDMOTOROUTPUTPARAMS``.
 
-    A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
-    may let a load sink.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6513,24 +6530,21 @@ _MOT_GET_PMD_MOTOR_OUTPUT_PARAMS = Struct("<LBBHHHHhHH")
 class MotGetPmdMotorOutputParams(FramedMessage):
     """``MOT_GET_PMDMOTOROUTPUTPARAMS`` (0x04DC), to the host, 14 bytes of data; pages 64, 65.
 
-    Report: limits and bias of the motor drive signal.
+    Reports the motor output parameters. Limits and bias of the motor drive signal.
 
-    A set changes what the motor gets: the bias is put out as soon as it is set, and a lower limit
-    may let a load sink.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum
-        is set in the factory and cannot be changed; raw counts of percent, counts_per_percent
-        32767/100; 0 to 32767.
+        is set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
+        32767.
     :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which the
         current is held to cont_current_lim and motor_current_limit is set, until the energy is down
-        to 0 again; raw counts of percent, counts_per_percent 32767/100; 0 to 32767.
-    :param motor_lim: the drive signal is cut to plus or minus this; raw counts of percent,
-        counts_per_percent 32767/100; 0 to 32767.
+        to 0 again; in counts, 32767/100 per percent; from 0 to 32767.
+    :param motor_lim: the drive signal is cut to plus or minus this; in counts, 32767/100 per
+        percent; from 0 to 32767.
     :param motor_bias: Constant added to the output against a constant force such as gravity;
-        applied while the position loop is on; -32767 to 32767; by default 0.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+        applied while the position loop is on; from -32767 to 32767; by default 0.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
     """
 
     __slots__ = (
@@ -6656,19 +6670,18 @@ _MOT_SET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 class MotSetPmdTrackSettleParams(FramedMessage):
     """``MOT_SET_PMDTRACKSETTLEPARAMS`` (0x04E0), to the controller, 12 bytes of data; pages 66, 67.
 
-    Set: when an axis counts as settled and as tracking. A move ends only when the axis has settled,
-    so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it with the
-    profile.
+    Sets the tracking and settling parameters. When an axis counts as settled and as tracking. A
+    move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
+    ever; a settle time of 0 ends it with the profile.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param time: settle time; 0 switches settling off; raw counts of us, us_per_count 512/5; 0 to
-        32767.
-    :param settle_window: position error that counts as settled; raw counts of mm, scale by stage; 0
-        to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param time: settle time; 0 switches settling off; in counts of 512/5 us; from 0 to 32767.
+    :param settle_window: position error that counts as settled; in counts; the scale to mm depends
+        on the stage; from 0 to 65535.
     :param track_window: Position error beyond which the tracking bit is cleared; the axis is not
-        stopped; raw counts of mm, scale by stage; 0 to 65535.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+        stopped; in counts; the scale to mm depends on the stage; from 0 to 65535.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-tracksettle-example-long``: printed 14 bytes of packet; encoded 12 bytes.
     Erratum ``apt-tracksettle-example-percentages``: printed 20%, 14% and 100%; encoded 0 cycles, 20
@@ -6769,13 +6782,13 @@ _MOT_REQ_PMD_TRACK_SETTLE_PARAMS = Struct("<HBBBB")
 class MotReqPmdTrackSettleParams(FramedMessage):
     """``MOT_REQ_PMDTRACKSETTLEPARAMS`` (0x04E1), to the controller, header only; pages 66, 68.
 
-    Request: when an axis counts as settled and as tracking. A move ends only when the axis has
-    settled, so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it
-    with the profile.
+    Requests the tracking and settling parameters. When an axis counts as settled and as tracking. A
+    move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
+    ever; a settle time of 0 ends it with the profile.
 
     Answered by ``MOT_GET_PMDTRACKSETTLEPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -6836,19 +6849,18 @@ _MOT_GET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 class MotGetPmdTrackSettleParams(FramedMessage):
     """``MOT_GET_PMDTRACKSETTLEPARAMS`` (0x04E2), to the host, 12 bytes of data; pages 66, 68.
 
-    Report: when an axis counts as settled and as tracking. A move ends only when the axis has
-    settled, so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it
-    with the profile.
+    Reports the tracking and settling parameters. When an axis counts as settled and as tracking. A
+    move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
+    ever; a settle time of 0 ends it with the profile.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param time: settle time; 0 switches settling off; raw counts of us, us_per_count 512/5; 0 to
-        32767.
-    :param settle_window: position error that counts as settled; raw counts of mm, scale by stage; 0
-        to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param time: settle time; 0 switches settling off; in counts of 512/5 us; from 0 to 32767.
+    :param settle_window: position error that counts as settled; in counts; the scale to mm depends
+        on the stage; from 0 to 65535.
     :param track_window: Position error beyond which the tracking bit is cleared; the axis is not
-        stopped; raw counts of mm, scale by stage; 0 to 65535.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+        stopped; in counts; the scale to mm depends on the stage; from 0 to 65535.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-contents-get-tracksettle-id``: printed 0x04E1; encoded 0x04E2.
     """
@@ -6947,14 +6959,14 @@ _MOT_SET_PMD_PROFILE_MODE_PARAMS = Struct("<LBBHHLHH")
 class MotSetPmdProfileModeParams(FramedMessage):
     """``MOT_SET_PMDPROFILEMODEPARAMS`` (0x04E3), to the controller, 12 bytes of data; page 69.
 
-    Set: shape of the velocity profile and its jerk.
+    Sets the profile mode parameters. Shape of the velocity profile and its jerk.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode: :class:`~.ProfileMode`; 0 to 65535.
-    :param jerk: limit on the change of acceleration; S_CURVE only; raw counts of mm/s^3, scale by
-        stage; 0 to 4294967295.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode: :class:`~.ProfileMode`; from 0 to 65535.
+    :param jerk: limit on the change of acceleration; S_CURVE only; in counts; the scale to mm/s^3
+        depends on the stage; from 0 to 4294967295.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-jerk-unit``: printed specified in mm/s³; encoded 92.2337 units per mm/s³.
     """
@@ -7046,11 +7058,11 @@ _MOT_REQ_PMD_PROFILE_MODE_PARAMS = Struct("<HBBBB")
 class MotReqPmdProfileModeParams(FramedMessage):
     """``MOT_REQ_PMDPROFILEMODEPARAMS`` (0x04E4), to the controller, header only; pages 69, 70.
 
-    Request: shape of the velocity profile and its jerk.
+    Requests the profile mode parameters. Shape of the velocity profile and its jerk.
 
     Answered by ``MOT_GET_PMDPROFILEMODEPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -7111,14 +7123,14 @@ _MOT_GET_PMD_PROFILE_MODE_PARAMS = Struct("<LBBHHLHH")
 class MotGetPmdProfileModeParams(FramedMessage):
     """``MOT_GET_PMDPROFILEMODEPARAMS`` (0x04E5), to the host, 12 bytes of data; pages 69, 70.
 
-    Report: shape of the velocity profile and its jerk.
+    Reports the profile mode parameters. Shape of the velocity profile and its jerk.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode: :class:`~.ProfileMode`; 0 to 65535.
-    :param jerk: limit on the change of acceleration; S_CURVE only; raw counts of mm/s^3, scale by
-        stage; 0 to 4294967295.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode: :class:`~.ProfileMode`; from 0 to 65535.
+    :param jerk: limit on the change of acceleration; S_CURVE only; in counts; the scale to mm/s^3
+        depends on the stage; from 0 to 4294967295.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
     """
 
     __slots__ = ("chan_ident", "jerk", "mode", "not_used_1", "not_used_2")
@@ -7208,18 +7220,19 @@ _MOT_SET_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 class MotSetPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04E9), to the controller, 18 bytes of data; page 73.
 
-    Set: current loop settings that apply only while the axis is settled, against noise and
-    vibration at the demanded position.
+    Sets the current loop parameters of a settled axis. Current loop settings that apply only while
+    the axis is settled, against noise and vibration at the demanded position.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param phase: :class:`~.CurrentPhase`; 0 to 65535.
-    :param kp_settled: proportional gain; 0 to 32767.
-    :param ki_settled: integral gain; 0 to 32767.
-    :param i_lim_settled: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
-    :param i_dead_band_settled: error below which only the proportional term acts; 0 to 32767.
-    :param kff_settled: feed-forward added to the output of the filter; 0 to 32767.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param phase: :class:`~.CurrentPhase`; from 0 to 65535.
+    :param kp_settled: proportional gain; from 0 to 32767.
+    :param ki_settled: integral gain; from 0 to 32767.
+    :param i_lim_settled: cap on the integral sum; 0 switches the integral term off; from 0 to
+        32767.
+    :param i_dead_band_settled: error below which only the proportional term acts; from 0 to 32767.
+    :param kff_settled: feed-forward added to the output of the filter; from 0 to 32767.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
     """
 
     __slots__ = (
@@ -7363,12 +7376,12 @@ _MOT_REQ_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<HBBBB")
 class MotReqPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04EA), to the controller, header only; pages 73, 74.
 
-    Request: current loop settings that apply only while the axis is settled, against noise and
-    vibration at the demanded position.
+    Requests the current loop parameters of a settled axis. Current loop settings that apply only
+    while the axis is settled, against noise and vibration at the demanded position.
 
     Answered by ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-req-settled-current-loop-table-id``: printed D8 04; encoded EA 04.
     """
@@ -7431,18 +7444,19 @@ _MOT_GET_PMD_SETTLED_CURRENT_LOOP_PARAMS = Struct("<LBBHHHHHHHHH")
 class MotGetPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04EB), to the host, 18 bytes of data; pages 73, 74.
 
-    Report: current loop settings that apply only while the axis is settled, against noise and
-    vibration at the demanded position.
+    Reports the current loop parameters of a settled axis. Current loop settings that apply only
+    while the axis is settled, against noise and vibration at the demanded position.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param phase: :class:`~.CurrentPhase`; 0 to 65535.
-    :param kp_settled: proportional gain; 0 to 32767.
-    :param ki_settled: integral gain; 0 to 32767.
-    :param i_lim_settled: cap on the integral sum; 0 switches the integral term off; 0 to 32767.
-    :param i_dead_band_settled: error below which only the proportional term acts; 0 to 32767.
-    :param kff_settled: feed-forward added to the output of the filter; 0 to 32767.
-    :param not_used_1: reserved, sent as zero; 0 to 65535.
-    :param not_used_2: reserved, sent as zero; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param phase: :class:`~.CurrentPhase`; from 0 to 65535.
+    :param kp_settled: proportional gain; from 0 to 32767.
+    :param ki_settled: integral gain; from 0 to 32767.
+    :param i_lim_settled: cap on the integral sum; 0 switches the integral term off; from 0 to
+        32767.
+    :param i_dead_band_settled: error below which only the proportional term acts; from 0 to 32767.
+    :param kff_settled: feed-forward added to the output of the filter; from 0 to 32767.
+    :param not_used_1: reserved, sent as zero; from 0 to 65535.
+    :param not_used_2: reserved, sent as zero; from 0 to 65535.
     """
 
     __slots__ = (
@@ -7586,34 +7600,35 @@ _MOT_SET_PMD_STAGE_AXIS_PARAMS = Struct("<LBBHHH16sLLlllllHHHHLLLL")
 class MotSetPmdStageAxisParams(FramedMessage):
     """``MOT_SET_PMDSTAGEAXISPARAMS`` (0x04F0), to the controller, 74 bytes of data; page 75.
 
-    Set: what the controller knows about the stage it drives. Most of it is fixed; a set can only
-    raise the minimum and lower the maximum position, to shorten the travel.
+    Sets the stage axis parameters. Data of the stage that the controller drives. Most of it is
+    fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param stage_id: stage and axis; :class:`~.StageAxis`; 0 to 65535.
-    :param axis_id: not used by the BBD controllers; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param stage_id: stage and axis; :class:`~.StageAxis`; from 0 to 65535.
+    :param axis_id: not used by the BBD controllers; from 0 to 65535.
     :param part_no_axis: text naming the stage type and the axis; text of at most 16 characters.
-    :param serial_num: serial number of the stage; 0 to 4294967295.
-    :param cnts_per_unit: encoder counts per millimetre or per degree; 0 to 4294967295.
-    :param min_pos: minimum position, typically zero; a set can only raise it; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
-    :param max_pos: maximum position in encoder counts; a set can only lower it; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
+    :param serial_num: serial number of the stage; from 0 to 4294967295.
+    :param cnts_per_unit: encoder counts per millimetre or per degree; from 0 to 4294967295.
+    :param min_pos: minimum position, typically zero; a set can only raise it; in counts; the scale
+        to mm depends on the stage; from -2147483648 to 2147483647.
+    :param max_pos: maximum position in encoder counts; a set can only lower it; in counts; the
+        scale to mm depends on the stage; from -2147483648 to 2147483647.
     :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
-        numbers are those times 65536; raw counts of mm/s^2, scale by stage; -2147483648 to
-        2147483647.
-    :param max_dec: maximum deceleration; scaled as max_accn; raw counts of mm/s^2, scale by stage;
+        numbers are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
         -2147483648 to 2147483647.
+    :param max_dec: maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends
+        on the stage; from -2147483648 to 2147483647.
     :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
-        times 65536; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
-    :param reserved_1: reserved, sent as zero; 0 to 65535.
-    :param reserved_2: reserved, sent as zero; 0 to 65535.
-    :param reserved_3: reserved, sent as zero; 0 to 65535.
-    :param reserved_4: reserved, sent as zero; 0 to 65535.
-    :param reserved_5: reserved, sent as zero; 0 to 4294967295.
-    :param reserved_6: reserved, sent as zero; 0 to 4294967295.
-    :param reserved_7: reserved, sent as zero; 0 to 4294967295.
-    :param reserved_8: reserved, sent as zero; 0 to 4294967295.
+        times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+        2147483647.
+    :param reserved_1: reserved, sent as zero; from 0 to 65535.
+    :param reserved_2: reserved, sent as zero; from 0 to 65535.
+    :param reserved_3: reserved, sent as zero; from 0 to 65535.
+    :param reserved_4: reserved, sent as zero; from 0 to 65535.
+    :param reserved_5: reserved, sent as zero; from 0 to 4294967295.
+    :param reserved_6: reserved, sent as zero; from 0 to 4294967295.
+    :param reserved_7: reserved, sent as zero; from 0 to 4294967295.
+    :param reserved_8: reserved, sent as zero; from 0 to 4294967295.
     """
 
     __slots__ = (
@@ -7850,12 +7865,12 @@ _MOT_REQ_PMD_STAGE_AXIS_PARAMS = Struct("<HBBBB")
 class MotReqPmdStageAxisParams(FramedMessage):
     """``MOT_REQ_PMDSTAGEAXISPARAMS`` (0x04F1), to the controller, header only; page 75.
 
-    Request: what the controller knows about the stage it drives. Most of it is fixed; a set can
-    only raise the minimum and lower the maximum position, to shorten the travel.
+    Requests the stage axis parameters. Data of the stage that the controller drives. Most of it is
+    fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
 
     Answered by ``MOT_GET_PMDSTAGEAXISPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -7916,34 +7931,35 @@ _MOT_GET_PMD_STAGE_AXIS_PARAMS = Struct("<LBBHHH16sLLlllllHHHHLLLL")
 class MotGetPmdStageAxisParams(FramedMessage):
     """``MOT_GET_PMDSTAGEAXISPARAMS`` (0x04F2), to the host, 74 bytes of data; page 75.
 
-    Report: what the controller knows about the stage it drives. Most of it is fixed; a set can only
-    raise the minimum and lower the maximum position, to shorten the travel.
+    Reports the stage axis parameters. Data of the stage that the controller drives. Most of it is
+    fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param stage_id: stage and axis; :class:`~.StageAxis`; 0 to 65535.
-    :param axis_id: not used by the BBD controllers; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param stage_id: stage and axis; :class:`~.StageAxis`; from 0 to 65535.
+    :param axis_id: not used by the BBD controllers; from 0 to 65535.
     :param part_no_axis: text naming the stage type and the axis; text of at most 16 characters.
-    :param serial_num: serial number of the stage; 0 to 4294967295.
-    :param cnts_per_unit: encoder counts per millimetre or per degree; 0 to 4294967295.
-    :param min_pos: minimum position, typically zero; a set can only raise it; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
-    :param max_pos: maximum position in encoder counts; a set can only lower it; raw counts of mm,
-        scale by stage; -2147483648 to 2147483647.
+    :param serial_num: serial number of the stage; from 0 to 4294967295.
+    :param cnts_per_unit: encoder counts per millimetre or per degree; from 0 to 4294967295.
+    :param min_pos: minimum position, typically zero; a set can only raise it; in counts; the scale
+        to mm depends on the stage; from -2147483648 to 2147483647.
+    :param max_pos: maximum position in encoder counts; a set can only lower it; in counts; the
+        scale to mm depends on the stage; from -2147483648 to 2147483647.
     :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
-        numbers are those times 65536; raw counts of mm/s^2, scale by stage; -2147483648 to
-        2147483647.
-    :param max_dec: maximum deceleration; scaled as max_accn; raw counts of mm/s^2, scale by stage;
+        numbers are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
         -2147483648 to 2147483647.
+    :param max_dec: maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends
+        on the stage; from -2147483648 to 2147483647.
     :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
-        times 65536; raw counts of mm/s, scale by stage; -2147483648 to 2147483647.
-    :param reserved_1: reserved, sent as zero; 0 to 65535.
-    :param reserved_2: reserved, sent as zero; 0 to 65535.
-    :param reserved_3: reserved, sent as zero; 0 to 65535.
-    :param reserved_4: reserved, sent as zero; 0 to 65535.
-    :param reserved_5: reserved, sent as zero; 0 to 4294967295.
-    :param reserved_6: reserved, sent as zero; 0 to 4294967295.
-    :param reserved_7: reserved, sent as zero; 0 to 4294967295.
-    :param reserved_8: reserved, sent as zero; 0 to 4294967295.
+        times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+        2147483647.
+    :param reserved_1: reserved, sent as zero; from 0 to 65535.
+    :param reserved_2: reserved, sent as zero; from 0 to 65535.
+    :param reserved_3: reserved, sent as zero; from 0 to 65535.
+    :param reserved_4: reserved, sent as zero; from 0 to 65535.
+    :param reserved_5: reserved, sent as zero; from 0 to 4294967295.
+    :param reserved_6: reserved, sent as zero; from 0 to 4294967295.
+    :param reserved_7: reserved, sent as zero; from 0 to 4294967295.
+    :param reserved_8: reserved, sent as zero; from 0 to 4294967295.
 
     Erratum ``apt-stage-id-order``: printed 00, 10 and 00, 11; encoded 10 00 and 11 00.
     Erratum ``apt-stageaxis-example-addresses``: printed A2 01; encoded 81 22.

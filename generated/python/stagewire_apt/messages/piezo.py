@@ -82,12 +82,13 @@ _PZ_SET_POS_CONTROL_MODE = Struct("<HBBBB")
 class PzSetPosControlMode(FramedMessage):
     """``PZ_SET_POSCONTROLMODE`` (0x0640), to the controller, header only; page 94.
 
-    Set: open or closed loop. Closed loop needs an actuator with position sensing.
+    Sets the position control mode. Open or closed loop. Closed loop needs an actuator with position
+    sensing.
 
     The actuator moves when the loop is closed or opened.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param mode: :class:`~.PositionControlMode`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param mode: :class:`~.PositionControlMode`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "mode")
@@ -140,13 +141,12 @@ _PZ_REQ_POS_CONTROL_MODE = Struct("<HBBBB")
 class PzReqPosControlMode(FramedMessage):
     """``PZ_REQ_POSCONTROLMODE`` (0x0641), to the controller, header only; page 94.
 
-    Request: open or closed loop. Closed loop needs an actuator with position sensing.
+    Requests the position control mode. Open or closed loop. Closed loop needs an actuator with
+    position sensing.
 
     Answered by ``PZ_GET_POSCONTROLMODE``.
 
-    The actuator moves when the loop is closed or opened.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -201,12 +201,11 @@ _PZ_GET_POS_CONTROL_MODE = Struct("<HBBBB")
 class PzGetPosControlMode(FramedMessage):
     """``PZ_GET_POSCONTROLMODE`` (0x0642), to the host, header only; pages 94, 95.
 
-    Report: open or closed loop. Closed loop needs an actuator with position sensing.
+    Reports the position control mode. Open or closed loop. Closed loop needs an actuator with
+    position sensing.
 
-    The actuator moves when the loop is closed or opened.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param mode: :class:`~.PositionControlMode`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param mode: :class:`~.PositionControlMode`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "mode")
@@ -259,11 +258,12 @@ _PZ_SET_OUTPUT_VOLTS = Struct("<LBBHh")
 class PzSetOutputVolts(FramedMessage):
     """``PZ_SET_OUTPUTVOLTS`` (0x0643), to the controller, 4 bytes of data; page 96.
 
-    Set: output voltage of a channel in open loop; a set is ignored in closed loop.
+    Sets the output voltage. Output voltage of a channel in open loop; a set is ignored in closed
+    loop.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param voltage: Share of the maximum output voltage that is set, 32767 for 100 %; raw counts of
-        V, scale by maximum_volts; -32768 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param voltage: Share of the maximum output voltage that is set, 32767 for 100 %; in counts; the
+        scale to V depends on maximum_volts; from -32768 to 32767.
 
     Erratum ``apt-signed-range-7fff``: printed -32768 to 32767 (-7FFF to 7FFF); encoded -32768 to
         32767, with 32767 for 100%.
@@ -326,11 +326,12 @@ _PZ_REQ_OUTPUT_VOLTS = Struct("<HBBBB")
 class PzReqOutputVolts(FramedMessage):
     """``PZ_REQ_OUTPUTVOLTS`` (0x0644), to the controller, header only; page 96.
 
-    Request: output voltage of a channel in open loop; a set is ignored in closed loop.
+    Requests the output voltage. Output voltage of a channel in open loop; a set is ignored in
+    closed loop.
 
     Answered by ``PZ_GET_OUTPUTVOLTS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -385,11 +386,12 @@ _PZ_GET_OUTPUT_VOLTS = Struct("<LBBHh")
 class PzGetOutputVolts(FramedMessage):
     """``PZ_GET_OUTPUTVOLTS`` (0x0645), to the host, 4 bytes of data; page 96.
 
-    Report: output voltage of a channel in open loop; a set is ignored in closed loop.
+    Reports the output voltage. Output voltage of a channel in open loop; a set is ignored in closed
+    loop.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param voltage: Share of the maximum output voltage that is set, 32767 for 100 %; raw counts of
-        V, scale by maximum_volts; -32768 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param voltage: Share of the maximum output voltage that is set, 32767 for 100 %; in counts; the
+        scale to V depends on maximum_volts; from -32768 to 32767.
     """
 
     __slots__ = ("chan_ident", "voltage")
@@ -449,12 +451,12 @@ _PZ_SET_OUTPUT_POS = Struct("<LBBHH")
 class PzSetOutputPos(FramedMessage):
     """``PZ_SET_OUTPUTPOS`` (0x0646), to the controller, 4 bytes of data; page 97.
 
-    Set: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
-    set is ignored in open loop.
+    Sets the output position. Position of the actuator in closed loop, counted from the zero that
+    PZ_SET_ZERO takes; a set is ignored in open loop.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param position_sw: Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by
-        maximum_travel; 0 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param position_sw: Share of the maximum travel, 32767 for 100 %; in counts; the scale to um
+        depends on maximum_travel; from 0 to 32767.
 
     Erratum ``apt-outputpos-example-position``: printed 66 26 for 15 µm of 100 µm; encoded 33 13.
     """
@@ -516,12 +518,12 @@ _PZ_REQ_OUTPUT_POS = Struct("<HBBBB")
 class PzReqOutputPos(FramedMessage):
     """``PZ_REQ_OUTPUTPOS`` (0x0647), to the controller, header only; page 97.
 
-    Request: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes;
-    a set is ignored in open loop.
+    Requests the output position. Position of the actuator in closed loop, counted from the zero
+    that PZ_SET_ZERO takes; a set is ignored in open loop.
 
     Answered by ``PZ_GET_OUTPUTPOS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -576,12 +578,12 @@ _PZ_GET_OUTPUT_POS = Struct("<LBBHH")
 class PzGetOutputPos(FramedMessage):
     """``PZ_GET_OUTPUTPOS`` (0x0648), to the host, 4 bytes of data; page 97.
 
-    Report: position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a
-    set is ignored in open loop.
+    Reports the output position. Position of the actuator in closed loop, counted from the zero that
+    PZ_SET_ZERO takes; a set is ignored in open loop.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param position_sw: Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by
-        maximum_travel; 0 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param position_sw: Share of the maximum travel, 32767 for 100 %; in counts; the scale to um
+        depends on maximum_travel; from 0 to 32767.
     """
 
     __slots__ = ("chan_ident", "position_sw")
@@ -641,12 +643,12 @@ _PZ_REQ_MAX_TRAVEL = Struct("<HBBBB")
 class PzReqMaxTravel(FramedMessage):
     """``PZ_REQ_MAXTRAVEL`` (0x0650), to the controller, header only; page 118.
 
-    Request: travel of the connected actuator, if it has position sensing; read from the actuator
-    itself.
+    Requests the maximum travel. Travel of the connected actuator, if it has position sensing; read
+    from the actuator itself.
 
     Answered by ``PZ_GET_MAXTRAVEL``.
 
-    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
@@ -703,12 +705,11 @@ _PZ_GET_MAX_TRAVEL = Struct("<LBBHH")
 class PzGetMaxTravel(FramedMessage):
     """``PZ_GET_MAXTRAVEL`` (0x0651), to the host, 4 bytes of data; page 118.
 
-    Report: travel of the connected actuator, if it has position sensing; read from the actuator
-    itself.
+    Reports the maximum travel. Travel of the connected actuator, if it has position sensing; read
+    from the actuator itself.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param travel: in steps of 100 nm; no format is printed; raw counts of um, um_per_count 1/10; 0
-        to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param travel: in steps of 100 nm; no format is printed; in counts of 1/10 um; from 0 to 65535.
 
     Erratum ``apt-list-bpc30x-maxtravel``: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL;
         encoded PZ_GET_MAXTRAVEL, too.
@@ -775,13 +776,14 @@ _PZ_SET_INPUT_VOLTS_SRC = Struct("<LBBHH")
 class PzSetInputVoltsSrc(FramedMessage):
     """``PZ_SET_INPUTVOLTSSRC`` (0x0652), to the controller, 4 bytes of data; page 98.
 
-    Set: which inputs drive the high-voltage amplifier besides the voltage set by software.
+    Sets the input voltage sources. Inputs that drive the high-voltage amplifier besides the voltage
+    set by software.
 
-    A set changes the voltage at once by what the chosen inputs carry.
+    Setting them changes the voltage at once by what the chosen inputs carry.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`; 0
-        to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
+        from 0 to 65535.
     """
 
     __slots__ = ("chan_ident", "volt_src")
@@ -846,13 +848,12 @@ _PZ_REQ_INPUT_VOLTS_SRC = Struct("<HBBBB")
 class PzReqInputVoltsSrc(FramedMessage):
     """``PZ_REQ_INPUTVOLTSSRC`` (0x0653), to the controller, header only; page 98.
 
-    Request: which inputs drive the high-voltage amplifier besides the voltage set by software.
+    Requests the input voltage sources. Inputs that drive the high-voltage amplifier besides the
+    voltage set by software.
 
     Answered by ``PZ_GET_INPUTVOLTSSRC``.
 
-    A set changes the voltage at once by what the chosen inputs carry.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -907,13 +908,12 @@ _PZ_GET_INPUT_VOLTS_SRC = Struct("<LBBHH")
 class PzGetInputVoltsSrc(FramedMessage):
     """``PZ_GET_INPUTVOLTSSRC`` (0x0654), to the host, 4 bytes of data; pages 98, 99.
 
-    Report: which inputs drive the high-voltage amplifier besides the voltage set by software.
+    Reports the input voltage sources. Inputs that drive the high-voltage amplifier besides the
+    voltage set by software.
 
-    A set changes the voltage at once by what the chosen inputs carry.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`; 0
-        to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`;
+        from 0 to 65535.
     """
 
     __slots__ = ("chan_ident", "volt_src")
@@ -978,13 +978,14 @@ _PZ_SET_PI_CONSTS = Struct("<LBBHHH")
 class PzSetPiConsts(FramedMessage):
     """``PZ_SET_PICONSTS`` (0x0655), to the controller, 6 bytes of data; page 100.
 
-    Set: proportional and integral term of the position loop; they matter in closed loop only.
+    Sets the position loop constants. Proportional and integral term of the position loop; they
+    matter in closed loop only.
 
-    A set starts no move; a closed loop works by the new values at once.
+    Setting them starts no move; a closed loop uses the new values at once.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param prop_const: proportional term; 0 to 255.
-    :param int_const: integral term; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param prop_const: proportional term; from 0 to 255.
+    :param int_const: integral term; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "int_const", "prop_const")
@@ -1049,13 +1050,12 @@ _PZ_REQ_PI_CONSTS = Struct("<HBBBB")
 class PzReqPiConsts(FramedMessage):
     """``PZ_REQ_PICONSTS`` (0x0656), to the controller, header only; page 100.
 
-    Request: proportional and integral term of the position loop; they matter in closed loop only.
+    Requests the position loop constants. Proportional and integral term of the position loop; they
+    matter in closed loop only.
 
     Answered by ``PZ_GET_PICONSTS``.
 
-    A set starts no move; a closed loop works by the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1110,13 +1110,12 @@ _PZ_GET_PI_CONSTS = Struct("<LBBHHH")
 class PzGetPiConsts(FramedMessage):
     """``PZ_GET_PICONSTS`` (0x0657), to the host, 6 bytes of data; page 100.
 
-    Report: proportional and integral term of the position loop; they matter in closed loop only.
+    Reports the position loop constants. Proportional and integral term of the position loop; they
+    matter in closed loop only.
 
-    A set starts no move; a closed loop works by the new values at once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param prop_const: proportional term; 0 to 255.
-    :param int_const: integral term; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param prop_const: proportional term; from 0 to 255.
+    :param int_const: integral term; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "int_const", "prop_const")
@@ -1184,7 +1183,7 @@ class PzSetZero(FramedMessage):
     Puts zero volts on the actuator and takes the position read there as zero from then on; part of
     setting the actuator up.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1239,11 +1238,11 @@ _PZ_REQ_PZ_STATUS_BITS = Struct("<HBBBB")
 class PzReqPzStatusBits(FramedMessage):
     """``PZ_REQ_PZSTATUSBITS`` (0x065B), to the controller, header only; page 101.
 
-    Request: status bits of a channel alone, without voltage and position.
+    Requests the piezo status bits. Status bits of a channel alone, without voltage and position.
 
     Answered by ``PZ_GET_PZSTATUSBITS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
         TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
@@ -1303,11 +1302,11 @@ _PZ_GET_PZ_STATUS_BITS = Struct("<LBBHL")
 class PzGetPzStatusBits(FramedMessage):
     """``PZ_GET_PZSTATUSBITS`` (0x065C), to the host, 6 bytes of data; page 101.
 
-    Report: status bits of a channel alone, without voltage and position.
+    Reports the piezo status bits. Status bits of a channel alone, without voltage and position.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
-        the BPC series only; :class:`~.BpcStatusBits`; 0 to 4294967295.
+        the BPC series only; :class:`~.BpcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
         TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
@@ -1383,13 +1382,14 @@ class PzGetPzStatusUpdate(FramedMessage):
     Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. No message
     that asks for one is documented.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param op_voltage: Share of the maximum output voltage that is set, 32767 for 100 %; raw counts
-        of V, scale by maximum_volts; -32768 to 32767.
-    :param position: Share of the maximum travel, 32767 for 100 %; raw counts of um, scale by
-        maximum_travel; 0 to 32767.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param op_voltage: Share of the maximum output voltage that is set, 32767 for 100 %; in counts;
+        the scale to V depends on maximum_volts; from -32768 to 32767.
+    :param position: Share of the maximum travel, 32767 for 100 %; in counts; the scale to um
+        depends on maximum_travel; from 0 to 32767.
     :param status_bits: The meaning depends on the controller; tables are printed for the TPZ001 and
-        the BPC series only; :class:`~.BpcStatusBits`; 0 to 4294967295.
+        the BPC series only; :class:`~.BpcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
         the notes say what the page says.
@@ -1539,17 +1539,19 @@ _PZ_SET_IO_SETTINGS = Struct("<LBBHHHHH")
 class PzSetIoSettings(FramedMessage):
     """``PZ_SET_IOSETTINGS`` (0x0670), to the controller, 10 bytes of data; page 119.
 
-    Set: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
+    Sets the input and output settings. Current limit, output filter and rear panel connectors.
+    PZ_SET_EEPROMPARAMS saves them.
 
-    A set changes what the amplifier and the BNC connectors put out.
+    Setting them changes the output of the amplifier and of the BNC connectors.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param amp_current_lim: :class:`~.AmpCurrentLimit`; 0 to 65535.
-    :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`; 0 to
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param amp_current_lim: :class:`~.AmpCurrentLimit`; from 0 to 65535.
+    :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`; from 0 to
         65535.
     :param feedback_sig: for future use, locked at AC (strain gauge); no format is printed;
-        reserved, sent as zero; 0 to 65535.
-    :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; 0 to 65535.
+        reserved, sent as zero; from 0 to 65535.
+    :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; from 0 to 65535.
 
     Erratum ``apt-always-chan1``: printed the channel is always P_MOD_CHAN1; encoded channel 1 or 2;
         the notes say what the page says.
@@ -1669,13 +1671,12 @@ _PZ_REQ_IO_SETTINGS = Struct("<HBBBB")
 class PzReqIoSettings(FramedMessage):
     """``PZ_REQ_IOSETTINGS`` (0x0671), to the controller, header only; pages 119, 120.
 
-    Request: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
+    Requests the input and output settings. Current limit, output filter and rear panel connectors.
+    PZ_SET_EEPROMPARAMS saves them.
 
     Answered by ``PZ_GET_IOSETTINGS``.
 
-    A set changes what the amplifier and the BNC connectors put out.
-
-    :param chan_ident: the scan of the table has lost this byte; :class:`~.Channel`; 0 to 255.
+    :param chan_ident: the scan of the table has lost this byte; :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -1730,17 +1731,17 @@ _PZ_GET_IO_SETTINGS = Struct("<LBBHHHHH")
 class PzGetIoSettings(FramedMessage):
     """``PZ_GET_IOSETTINGS`` (0x0672), to the host, 10 bytes of data; pages 119, 120.
 
-    Report: current limit, output filter and rear panel connectors. PZ_SET_EEPROMPARAMS saves them.
+    Reports the input and output settings. Current limit, output filter and rear panel connectors.
+    PZ_SET_EEPROMPARAMS saves them.
 
-    A set changes what the amplifier and the BNC connectors put out.
-
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param amp_current_lim: :class:`~.AmpCurrentLimit`; 0 to 65535.
-    :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`; 0 to
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param amp_current_lim: :class:`~.AmpCurrentLimit`; from 0 to 65535.
+    :param amp_lp_filter: for all channels; chan_ident is ignored; :class:`~.AmpLpFilter`; from 0 to
         65535.
     :param feedback_sig: for future use, locked at AC (strain gauge); no format is printed;
-        reserved, sent as zero; 0 to 65535.
-    :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; 0 to 65535.
+        reserved, sent as zero; from 0 to 65535.
+    :param bnc_trig_or_lv_out: no format is printed; :class:`~.BncMode`; from 0 to 65535.
 
     Erratum ``apt-iosettings-length``: printed 0E 00; encoded 0A 00.
     """
@@ -1856,18 +1857,20 @@ _PZ_SET_OUTPUT_MAX_VOLTS = Struct("<LBBHHH")
 class PzSetOutputMaxVolts(FramedMessage):
     """``PZ_SET_OUTPUTMAXVOLTS`` (0x0680), to the controller, 6 bytes of data; page 121.
 
-    Set: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
-    controller report the new maximum voltage and the new maximum travel by itself.
+    Sets the maximum output voltage. Maximum output voltage, which must suit the actuator (75, 100
+    or 150 V). A set makes the controller report the new maximum voltage and the new maximum travel
+    by itself.
 
     Announces ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_GET_MAXTRAVEL``.
 
-    Voltages are shares of it, so a set may change what is put out; too high a value may damage the
+    Voltages are shares of it, so setting it may change the output; too high a value may damage the
     actuator.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
-        v_per_count 1/10; 0 to 1500.
-    :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default 0.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of 1/10
+        V; from 0 to 1500.
+    :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; from 0 to 65535; by default
+        0.
 
     Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; 08, 00 in both worked examples, which no
         row of the table has; encoded 0x08.
@@ -1943,15 +1946,13 @@ _PZ_REQ_OUTPUT_MAX_VOLTS = Struct("<HBBBB")
 class PzReqOutputMaxVolts(FramedMessage):
     """``PZ_REQ_OUTPUTMAXVOLTS`` (0x0681), to the controller, header only; page 121.
 
-    Request: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes
-    the controller report the new maximum voltage and the new maximum travel by itself.
+    Requests the maximum output voltage. Maximum output voltage, which must suit the actuator (75,
+    100 or 150 V). A set makes the controller report the new maximum voltage and the new maximum
+    travel by itself.
 
     Answered by ``PZ_GET_OUTPUTMAXVOLTS``.
 
-    Voltages are shares of it, so a set may change what is put out; too high a value may damage the
-    actuator.
-
-    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
@@ -2008,16 +2009,15 @@ _PZ_GET_OUTPUT_MAX_VOLTS = Struct("<LBBHHH")
 class PzGetOutputMaxVolts(FramedMessage):
     """``PZ_GET_OUTPUTMAXVOLTS`` (0x0682), to the host, 6 bytes of data; pages 121, 122.
 
-    Report: maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
-    controller report the new maximum voltage and the new maximum travel by itself.
+    Reports the maximum output voltage. Maximum output voltage, which must suit the actuator (75,
+    100 or 150 V). A set makes the controller report the new maximum voltage and the new maximum
+    travel by itself.
 
-    Voltages are shares of it, so a set may change what is put out; too high a value may damage the
-    actuator.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); raw counts of V,
-        v_per_count 1/10; 0 to 1500.
-    :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; 0 to 65535; by default 0.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of 1/10
+        V; from 0 to 1500.
+    :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`; from 0 to 65535; by default
+        0.
 
     Erratum ``apt-outputmaxvolts-flag-150v``: printed 0x05; 08, 00 in both worked examples, which no
         row of the table has; encoded 0x08.
@@ -2096,14 +2096,14 @@ _PZ_SET_TPZ_SLEW_RATES = Struct("<LBBHHH")
 class PzSetTpzSlewRates(FramedMessage):
     """``PZ_SET_TPZ_SLEWRATES`` (0x0683), to the controller, 6 bytes of data; page 123.
 
-    Set: limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
-    bring their own, so that normally nothing has to be set.
+    Sets the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
+    stages. Newer stages bring their own, so that normally nothing has to be set.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param slew_open: open loop; 0 for no limit, 1 is the slowest; raw counts of V/ms, scale by
-        maximum_volts; 0 to 32767.
-    :param slew_closed: closed loop; values as in open loop; raw counts of V/ms, scale by
-        maximum_volts; 0 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; the scale to V/ms
+        depends on maximum_volts; from 0 to 32767.
+    :param slew_closed: closed loop; values as in open loop; in counts; the scale to V/ms depends on
+        maximum_volts; from 0 to 32767.
 
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
         TSG001 with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive
@@ -2174,12 +2174,12 @@ _PZ_REQ_TPZ_SLEW_RATES = Struct("<HBBBB")
 class PzReqTpzSlewRates(FramedMessage):
     """``PZ_REQ_TPZ_SLEWRATES`` (0x0684), to the controller, header only; pages 123, 124.
 
-    Request: limits on the rate of change of the drive voltage, to protect delicate stages. Newer
-    stages bring their own, so that normally nothing has to be set.
+    Requests the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
+    stages. Newer stages bring their own, so that normally nothing has to be set.
 
     Answered by ``PZ_GET_TPZ_SLEWRATES``.
 
-    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
@@ -2236,14 +2236,14 @@ _PZ_GET_TPZ_SLEW_RATES = Struct("<LBBHHH")
 class PzGetTpzSlewRates(FramedMessage):
     """``PZ_GET_TPZ_SLEWRATES`` (0x0685), to the host, 6 bytes of data; pages 123, 124.
 
-    Report: limits on the rate of change of the drive voltage, to protect delicate stages. Newer
-    stages bring their own, so that normally nothing has to be set.
+    Reports the slew rates. Limits on the rate of change of the drive voltage, to protect delicate
+    stages. Newer stages bring their own, so that normally nothing has to be set.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param slew_open: open loop; 0 for no limit, 1 is the slowest; raw counts of V/ms, scale by
-        maximum_volts; 0 to 32767.
-    :param slew_closed: closed loop; values as in open loop; raw counts of V/ms, scale by
-        maximum_volts; 0 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; the scale to V/ms
+        depends on maximum_volts; from 0 to 32767.
+    :param slew_closed: closed loop; values as in open loop; in counts; the scale to V/ms depends on
+        maximum_volts; from 0 to 32767.
     """
 
     __slots__ = ("chan_ident", "slew_closed", "slew_open")
@@ -2310,9 +2310,9 @@ class MotSetPzStageParamDefaults(FramedMessage):
 
     Sets the parameters back to the defaults in the EEPROM, for a system that has become unstable.
 
-    Which parameters come back, is not said; those of the output may be among them.
+    The document does not say which parameters it restores; those of the output may be among them.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-pzstageparamdefaults-table-id``: printed 58 06; encoded 86 06.
     """
@@ -2375,16 +2375,18 @@ _PZ_SET_OUTPUT_LUT = Struct("<LBBHHh")
 class PzSetOutputLut(FramedMessage):
     """``PZ_SET_OUTPUTLUT`` (0x0700), to the controller, 6 bytes of data; page 106.
 
-    Set: one sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
-    They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it says
-    which before they are loaded. A request names the channel and no index.
+    Sets the waveform table. One sample of the waveform table. Only as many samples need to be
+    loaded as one cycle uses. They are volts in open and positions in closed loop; where there is
+    PZ_SET_LUTVALUETYPE, it says which before they are loaded. A request names the channel and no
+    index.
 
-    A set puts nothing out by itself; a waveform that is being put out may take the new sample.
+    Setting a sample outputs nothing by itself; a waveform that is being output may use the new
+    sample.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999.
-    :param output: Share of the maximum output voltage, 32767 for 100 %. How positions are scaled is
-        not said; raw counts of unit by setting, scale by lut_value_type; -32768 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+    :param output: Share of the maximum output voltage, 32767 for 100 %. The scale of positions is
+        not documented; in counts; unit and scale depend on lut_value_type; from -32768 to 32767.
 
     Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
         4 kHz for TPZ.
@@ -2456,15 +2458,14 @@ _PZ_REQ_OUTPUT_LUT = Struct("<HBBBB")
 class PzReqOutputLut(FramedMessage):
     """``PZ_REQ_OUTPUTLUT`` (0x0701), to the controller, header only; pages 106, 107.
 
-    Request: one sample of the waveform table. Only as many samples need to be loaded as one cycle
-    uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE,
-    it says which before they are loaded. A request names the channel and no index.
+    Requests the waveform table. One sample of the waveform table. Only as many samples need to be
+    loaded as one cycle uses. They are volts in open and positions in closed loop; where there is
+    PZ_SET_LUTVALUETYPE, it says which before they are loaded. A request names the channel and no
+    index.
 
     Answered by ``PZ_GET_OUTPUTLUT``.
 
-    A set puts nothing out by itself; a waveform that is being put out may take the new sample.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2519,16 +2520,15 @@ _PZ_GET_OUTPUT_LUT = Struct("<LBBHHh")
 class PzGetOutputLut(FramedMessage):
     """``PZ_GET_OUTPUTLUT`` (0x0702), to the host, 6 bytes of data; pages 106, 107.
 
-    Report: one sample of the waveform table. Only as many samples need to be loaded as one cycle
-    uses. They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE,
-    it says which before they are loaded. A request names the channel and no index.
+    Reports the waveform table. One sample of the waveform table. Only as many samples need to be
+    loaded as one cycle uses. They are volts in open and positions in closed loop; where there is
+    PZ_SET_LUTVALUETYPE, it says which before they are loaded. A request names the channel and no
+    index.
 
-    A set puts nothing out by itself; a waveform that is being put out may take the new sample.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; 0 to 7999.
-    :param output: Share of the maximum output voltage, 32767 for 100 %. How positions are scaled is
-        not said; raw counts of unit by setting, scale by lut_value_type; -32768 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+    :param output: Share of the maximum output voltage, 32767 for 100 %. The scale of positions is
+        not documented; in counts; unit and scale depend on lut_value_type; from -32768 to 32767.
     """
 
     __slots__ = ("chan_ident", "index", "output")
@@ -2593,27 +2593,32 @@ _PZ_SET_OUTPUT_LUT_PARAMS = Struct("<LBBHHHllllHlH")
 class PzSetOutputLutParams(FramedMessage):
     """``PZ_SET_OUTPUTLUTPARAMS`` (0x0703), to the controller, 30 bytes of data; page 108.
 
-    Set: how the waveform table is put out by PZ_START_LUTOUTPUT.
+    Sets the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the waveform
+    table.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode: the bits may be combined; :class:`~.LutOutputMode`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode: the bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535.
     :param cycle_length: Samples in a cycle, not more than have been loaded; 0 to 512 on the TPZ001;
-        0 to 7999.
-    :param num_cycles: Cycles to put out in fixed mode; ignored in continuous mode. The maximum is
-        printed one higher; 1 to 2147483647.
+        from 0 to 7999.
+    :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum is
+        printed one higher; from 1 to 2147483647.
     :param delay_time: Additional delay after each sample; it stretches the waveform. Range from
-        page 110, printed one higher; raw counts of ms, scale by unit; 1 to 2147483647.
+        page 110, printed one higher; in counts; the scale to ms depends on the unit; from 1 to
+        2147483647.
     :param pre_cycle_rest: How long the first sample is held before a cycle, whatever delay_time
-        says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+        says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
+        from 0 to 2147483647.
     :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
-        says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+        says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
+        from 0 to 2147483647.
     :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length; only
-        with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; 0 to 8000.
-    :param op_trig_width: width of the output trigger; raw counts of ms, scale by unit; -2147483648
-        to 2147483647.
+        with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; from 0 to
+        8000.
+    :param op_trig_width: width of the output trigger; in counts; the scale to ms depends on the
+        unit; from -2147483648 to 2147483647.
     :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
         Above cycle_length no trigger repeats within a cycle. Only with outputlut_outputtrig_repeat;
-        0 to 7999.
+        from 0 to 7999.
 
     Erratum ``apt-lut-bandwidth``: printed 7KHz for all units; encoded 7 kHz for MPZ, 1 kHz for BPC,
         4 kHz for TPZ.
@@ -2803,11 +2808,12 @@ _PZ_REQ_OUTPUT_LUT_PARAMS = Struct("<HBBBB")
 class PzReqOutputLutParams(FramedMessage):
     """``PZ_REQ_OUTPUTLUTPARAMS`` (0x0704), to the controller, header only; pages 108, 111.
 
-    Request: how the waveform table is put out by PZ_START_LUTOUTPUT.
+    Requests the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the
+    waveform table.
 
     Answered by ``PZ_GET_OUTPUTLUTPARAMS``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -2862,27 +2868,32 @@ _PZ_GET_OUTPUT_LUT_PARAMS = Struct("<LBBHHHllllHlH")
 class PzGetOutputLutParams(FramedMessage):
     """``PZ_GET_OUTPUTLUTPARAMS`` (0x0705), to the host, 30 bytes of data; pages 108, 111.
 
-    Report: how the waveform table is put out by PZ_START_LUTOUTPUT.
+    Reports the waveform output parameters. Settings with which PZ_START_LUTOUTPUT outputs the
+    waveform table.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param mode: the bits may be combined; :class:`~.LutOutputMode`; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param mode: the bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535.
     :param cycle_length: Samples in a cycle, not more than have been loaded; 0 to 512 on the TPZ001;
-        0 to 7999.
-    :param num_cycles: Cycles to put out in fixed mode; ignored in continuous mode. The maximum is
-        printed one higher; 1 to 2147483647.
+        from 0 to 7999.
+    :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum is
+        printed one higher; from 1 to 2147483647.
     :param delay_time: Additional delay after each sample; it stretches the waveform. Range from
-        page 110, printed one higher; raw counts of ms, scale by unit; 1 to 2147483647.
+        page 110, printed one higher; in counts; the scale to ms depends on the unit; from 1 to
+        2147483647.
     :param pre_cycle_rest: How long the first sample is held before a cycle, whatever delay_time
-        says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+        says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
+        from 0 to 2147483647.
     :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
-        says. The maximum is printed one higher; raw counts of ms, scale by unit; 0 to 2147483647.
+        says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
+        from 0 to 2147483647.
     :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length; only
-        with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; 0 to 8000.
-    :param op_trig_width: width of the output trigger; raw counts of ms, scale by unit; -2147483648
-        to 2147483647.
+        with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; from 0 to
+        8000.
+    :param op_trig_width: width of the output trigger; in counts; the scale to ms depends on the
+        unit; from -2147483648 to 2147483647.
     :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
         Above cycle_length no trigger repeats within a cycle. Only with outputlut_outputtrig_repeat;
-        0 to 7999.
+        from 0 to 7999.
 
     Erratum ``apt-get-outputlutparams-table-id``: printed 03 07; encoded 05 07.
     """
@@ -3061,7 +3072,7 @@ class PzStartLutOutput(FramedMessage):
     Starts the output of the waveform table, or arms it if outputlut_inputtrig is set in
     PZ_SET_OUTPUTLUTPARAMS.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3118,7 +3129,7 @@ class PzStopLutOutput(FramedMessage):
 
     Stops the output of the waveform table.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -3173,10 +3184,11 @@ _PZ_SET_LUT_VALUE_TYPE = Struct("<HBBBB")
 class PzSetLutValueType(FramedMessage):
     """``PZ_SET_LUTVALUETYPE`` (0x0708), to the controller, header only; page 126.
 
-    Set: whether the samples of the waveform table are volts or positions. They are scaled while
-    they are loaded, so this comes first, and after a change they must be loaded again.
+    Sets the type of the waveform values. Whether the samples of the waveform table are volts or
+    positions. They are scaled while they are loaded, so this comes first, and after a change they
+    must be loaded again.
 
-    :param lut_type: :class:`~.LutValueType`; 0 to 255.
+    :param lut_type: :class:`~.LutValueType`; from 0 to 255.
 
     Erratum ``apt-lut-meaning``: printed decided by the loop mode at output; encoded decided by
         PZ_SET_LUTVALUETYPE before the download.
@@ -3234,10 +3246,11 @@ _PZ_SET_EEPROM_PARAMS = Struct("<LBBHH")
 class PzSetEepromParams(FramedMessage):
     """``PZ_SET_EEPROMPARAMS`` (0x07D0), to the controller, 4 bytes of data; page 113.
 
-    Set: saves the present parameters of one message so that they outlast power-off.
+    Sets the parameters in EEPROM. Saves the present parameters of one message so that they outlast
+    power-off.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param msg_id: id of the message whose parameters are saved; 0 to 65535.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
     """
 
     __slots__ = ("chan_ident", "msg_id")
@@ -3297,10 +3310,9 @@ _PZ_SET_TPZ_DISP_SETTINGS = Struct("<LBBH")
 class PzSetTpzDispSettings(FramedMessage):
     """``PZ_SET_TPZ_DISPSETTINGS`` (0x07D1), to the controller, 2 bytes of data; page 114.
 
-    Set: how bright the front display of a TPZ001 is.
+    Sets the display settings. Brightness of the front display of a TPZ001.
 
-    :param disp_intensity: 0 off, 255 brightest; raw counts of percent, counts_per_percent 51/20; 0
-        to 255.
+    :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
 
     Erratum ``apt-dispsettings-percent``: printed 100 (40%); encoded 100 (39%).
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
@@ -3361,11 +3373,11 @@ _PZ_REQ_TPZ_DISP_SETTINGS = Struct("<HBBBB")
 class PzReqTpzDispSettings(FramedMessage):
     """``PZ_REQ_TPZ_DISPSETTINGS`` (0x07D2), to the controller, header only; page 114.
 
-    Request: how bright the front display of a TPZ001 is.
+    Requests the display settings. Brightness of the front display of a TPZ001.
 
     Answered by ``PZ_GET_TPZ_DISPSETTINGS``.
 
-    :param param1: always 0x01; 0 to 255.
+    :param param1: always 0x01; from 0 to 255.
     """
 
     __slots__ = ("param1", "param2")
@@ -3421,10 +3433,9 @@ _PZ_GET_TPZ_DISP_SETTINGS = Struct("<LBBH")
 class PzGetTpzDispSettings(FramedMessage):
     """``PZ_GET_TPZ_DISPSETTINGS`` (0x07D3), to the host, 2 bytes of data; page 114.
 
-    Report: how bright the front display of a TPZ001 is.
+    Reports the display settings. Brightness of the front display of a TPZ001.
 
-    :param disp_intensity: 0 off, 255 brightest; raw counts of percent, counts_per_percent 51/20; 0
-        to 255.
+    :param disp_intensity: 0 off, 255 brightest; in counts, 51/20 per percent; from 0 to 255.
     """
 
     __slots__ = ("disp_intensity",)
@@ -3479,17 +3490,19 @@ _PZ_SET_TPZ_IO_SETTINGS = Struct("<LBBHHHHH")
 class PzSetTpzIoSettings(FramedMessage):
     """``PZ_SET_TPZ_IOSETTINGS`` (0x07D4), to the controller, 10 bytes of data; page 115.
 
-    Set: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
+    Sets the input and output settings. Voltage limit and feedback path of a TPZ001.
+    PZ_SET_EEPROMPARAMS saves them.
 
-    A set changes what is put out: the range that voltages are shares of, and the feedback that a
+    Setting them changes the output: the range that voltages are shares of, and the feedback that a
     closed loop follows.
 
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; 0 to 65535.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; from 0 to 65535.
     :param hub_analog_input: where the feedback signal of a TSG001 comes from;
-        :class:`~.HubAnalogueInput`; 0 to 65535.
-    :param future_use_1: reserved, sent as zero; 0 to 65535.
-    :param future_use_2: reserved, sent as zero; 0 to 65535.
+        :class:`~.HubAnalogueInput`; from 0 to 65535.
+    :param future_use_1: reserved, sent as zero; from 0 to 65535.
+    :param future_use_2: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-future-use-rows-missing``: printed no rows for Future Use; encoded two reserved
         fields at the end of each.
@@ -3591,14 +3604,12 @@ _PZ_REQ_TPZ_IO_SETTINGS = Struct("<HBBBB")
 class PzReqTpzIoSettings(FramedMessage):
     """``PZ_REQ_TPZ_IOSETTINGS`` (0x07D5), to the controller, header only; pages 115, 116.
 
-    Request: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
+    Requests the input and output settings. Voltage limit and feedback path of a TPZ001.
+    PZ_SET_EEPROMPARAMS saves them.
 
     Answered by ``PZ_GET_TPZ_IOSETTINGS``.
 
-    A set changes what is put out: the range that voltages are shares of, and the feedback that a
-    closed loop follows.
-
-    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
@@ -3655,17 +3666,16 @@ _PZ_GET_TPZ_IO_SETTINGS = Struct("<LBBHHHHH")
 class PzGetTpzIoSettings(FramedMessage):
     """``PZ_GET_TPZ_IOSETTINGS`` (0x07D6), to the host, 10 bytes of data; pages 115, 116.
 
-    Report: voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them.
+    Reports the input and output settings. Voltage limit and feedback path of a TPZ001.
+    PZ_SET_EEPROMPARAMS saves them.
 
-    A set changes what is put out: the range that voltages are shares of, and the feedback that a
-    closed loop follows.
-
-    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; 0 to 65535.
-    :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; 0 to 65535.
+    :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
+        65535.
+    :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`; from 0 to 65535.
     :param hub_analog_input: where the feedback signal of a TSG001 comes from;
-        :class:`~.HubAnalogueInput`; 0 to 65535.
-    :param future_use_1: reserved, sent as zero; 0 to 65535.
-    :param future_use_2: reserved, sent as zero; 0 to 65535.
+        :class:`~.HubAnalogueInput`; from 0 to 65535.
+    :param future_use_1: reserved, sent as zero; from 0 to 65535.
+    :param future_use_2: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-get-tpz-iosettings-table-id``: printed D4 07; encoded D6 07.
     Erratum ``apt-tpz-iosettings-length``: printed 0E 00; encoded 0A 00.
@@ -3764,20 +3774,20 @@ _PZ_SET_TSG_IO_SETTINGS = Struct("<LBBHHHHHL")
 class PzSetTsgIoSettings(FramedMessage):
     """``PZ_SET_TSG_IOSETTINGS`` (0x07DA), to the controller, 14 bytes of data; page 127.
 
-    Set: feedback path, display and force calibration of a TSG001.
+    Sets the strain gauge settings. Feedback path, display and force calibration of a TSG001.
 
-    A set changes where the feedback goes that the closed loop of a TPZ001 follows.
+    Setting them changes the feedback path that the closed loop of a TPZ001 follows.
 
-    :param chan_ident: always CHAN1; :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: always CHAN1; :class:`~.Channel`; from 0 to 65535.
     :param hub_analogue_output: where the feedback signal for a TPZ001 goes;
-        :class:`~.HubAnalogueOutput`; 0 to 65535.
-    :param display_mode: also the unit of the readings; :class:`~.DisplayMode`; 0 to 65535.
+        :class:`~.HubAnalogueOutput`; from 0 to 65535.
+    :param display_mode: also the unit of the readings; :class:`~.DisplayMode`; from 0 to 65535.
     :param force_calib: Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the
-        FSC102. The page prints a range of 1 to 1000, which its own default and example exceed; raw
-        counts of N, n_per_count 1/1000; 1 to 65535; by default 30000.
-    :param future_use_1: reserved, sent as zero; 0 to 65535.
+        FSC102. The page prints a range of 1 to 1000, which its own default and example exceed; in
+        counts of 1/1000 N; from 1 to 65535; by default 30000.
+    :param future_use_1: reserved, sent as zero; from 0 to 65535.
     :param future_use_2: The table gives the last six bytes to two cells and does not show where the
-        first ends; reserved, sent as zero; 0 to 4294967295.
+        first ends; reserved, sent as zero; from 0 to 4294967295.
 
     Erratum ``apt-force-calib-range``: printed between 1 and 1000; encoded from 1 on, as far as a
         word goes (65535).
@@ -3900,13 +3910,11 @@ _PZ_REQ_TSG_IO_SETTINGS = Struct("<HBBBB")
 class PzReqTsgIoSettings(FramedMessage):
     """``PZ_REQ_TSG_IOSETTINGS`` (0x07DB), to the controller, header only; pages 127, 128.
 
-    Request: feedback path, display and force calibration of a TSG001.
+    Requests the strain gauge settings. Feedback path, display and force calibration of a TSG001.
 
     Answered by ``PZ_GET_TSG_IOSETTINGS``.
 
-    A set changes where the feedback goes that the closed loop of a TPZ001 follows.
-
-    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; 0 to 255.
+    :param chan_ident: the table prints a fixed 01; :class:`~.Channel`; from 0 to 255.
 
     Erratum ``apt-request-channel-fixed``: printed 01 in byte 2; encoded Chan Ident in byte 2.
     """
@@ -3963,20 +3971,18 @@ _PZ_GET_TSG_IO_SETTINGS = Struct("<LBBHHHHHL")
 class PzGetTsgIoSettings(FramedMessage):
     """``PZ_GET_TSG_IOSETTINGS`` (0x07DC), to the host, 14 bytes of data; pages 127, 128.
 
-    Report: feedback path, display and force calibration of a TSG001.
+    Reports the strain gauge settings. Feedback path, display and force calibration of a TSG001.
 
-    A set changes where the feedback goes that the closed loop of a TPZ001 follows.
-
-    :param chan_ident: always CHAN1; :class:`~.Channel`; 0 to 65535.
+    :param chan_ident: always CHAN1; :class:`~.Channel`; from 0 to 65535.
     :param hub_analogue_output: where the feedback signal for a TPZ001 goes;
-        :class:`~.HubAnalogueOutput`; 0 to 65535.
-    :param display_mode: also the unit of the readings; :class:`~.DisplayMode`; 0 to 65535.
+        :class:`~.HubAnalogueOutput`; from 0 to 65535.
+    :param display_mode: also the unit of the readings; :class:`~.DisplayMode`; from 0 to 65535.
     :param force_calib: Full scale of a force sensor in steps of 0.001 N; 30000 (30 N) suits the
-        FSC102. The page prints a range of 1 to 1000, which its own default and example exceed; raw
-        counts of N, n_per_count 1/1000; 1 to 65535; by default 30000.
-    :param future_use_1: reserved, sent as zero; 0 to 65535.
+        FSC102. The page prints a range of 1 to 1000, which its own default and example exceed; in
+        counts of 1/1000 N; from 1 to 65535; by default 30000.
+    :param future_use_1: reserved, sent as zero; from 0 to 65535.
     :param future_use_2: The table gives the last six bytes to two cells and does not show where the
-        first ends; reserved, sent as zero; 0 to 4294967295.
+        first ends; reserved, sent as zero; from 0 to 4294967295.
 
     Erratum ``apt-get-tsg-iosettings-size``: printed 16 bytes, 10 byte data packet; encoded 20
         bytes, 14 byte data packet.
@@ -4096,12 +4102,12 @@ _PZ_REQ_TSG_READING = Struct("<HBBBB")
 class PzReqTsgReading(FramedMessage):
     """``PZ_REQ_TSG_READING`` (0x07DD), to the controller, header only; page 129.
 
-    Request: reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS
-    selects; sampled at 500 Hz.
+    Requests the strain gauge reading. Reading of the strain gauge, in the unit that the display
+    mode of PZ_SET_TSG_IOSETTINGS selects; sampled at 500 Hz.
 
     Answered by ``PZ_GET_TSG_READING``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -4156,14 +4162,14 @@ _PZ_GET_TSG_READING = Struct("<LBBHhH")
 class PzGetTsgReading(FramedMessage):
     """``PZ_GET_TSG_READING`` (0x07DE), to the host, 6 bytes of data; page 129.
 
-    Report: reading of the strain gauge, in the unit that the display mode of PZ_SET_TSG_IOSETTINGS
-    selects; sampled at 500 Hz.
+    Reports the strain gauge reading. Reading of the strain gauge, in the unit that the display mode
+    of PZ_SET_TSG_IOSETTINGS selects; sampled at 500 Hz.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param reading: Micrometres, volts or newtons. The maximum is printed as 32768; raw counts of
-        unit by setting, scale by display_mode; -32767 to 32767.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param reading: Micrometres, volts or newtons. The maximum is printed as 32768; in counts; unit
+        and scale depend on display_mode; from -32767 to 32767.
     :param smoothed: Smoothed reading; neither range nor unit is printed, and as a word it holds no
-        negative reading; 0 to 65535.
+        negative reading; from 0 to 65535.
 
     Erratum ``apt-tsg-reading-columns``: printed StatusBits in bytes 8 to 11; encoded Reading in
         bytes 8 and 9, Smoothed in bytes 10 and 11.

@@ -39,13 +39,13 @@ _MOT_SET_SOL_OPERATING_MODE = Struct("<HBBBB")
 class MotSetSolOperatingMode(FramedMessage):
     """``MOT_SET_SOL_OPERATINGMODE`` (0x04C0), to the controller, header only; page 85.
 
-    Set: operating mode of the solenoid driver.
+    Sets the solenoid operating mode. Operating mode of the solenoid driver.
 
-    A set hands the solenoid over to another master, such as the trigger input, which may open it at
-    once.
+    Setting it gives control of the solenoid to another source, such as the trigger input, which may
+    open it at once.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param operating_mode: :class:`~.SolenoidOperatingMode`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param operating_mode: :class:`~.SolenoidOperatingMode`; from 0 to 255.
 
     Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
     """
@@ -106,14 +106,11 @@ _MOT_REQ_SOL_OPERATING_MODE = Struct("<HBBBB")
 class MotReqSolOperatingMode(FramedMessage):
     """``MOT_REQ_SOL_OPERATINGMODE`` (0x04C1), to the controller, header only; pages 85, 86.
 
-    Request: operating mode of the solenoid driver.
+    Requests the solenoid operating mode. Operating mode of the solenoid driver.
 
     Answered by ``MOT_GET_SOL_OPERATINGMODE``.
 
-    A set hands the solenoid over to another master, such as the trigger input, which may open it at
-    once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -168,13 +165,10 @@ _MOT_GET_SOL_OPERATING_MODE = Struct("<HBBBB")
 class MotGetSolOperatingMode(FramedMessage):
     """``MOT_GET_SOL_OPERATINGMODE`` (0x04C2), to the host, header only; pages 85, 86.
 
-    Report: operating mode of the solenoid driver.
+    Reports the solenoid operating mode. Operating mode of the solenoid driver.
 
-    A set hands the solenoid over to another master, such as the trigger input, which may open it at
-    once.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param operating_mode: :class:`~.SolenoidOperatingMode`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param operating_mode: :class:`~.SolenoidOperatingMode`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "operating_mode")
@@ -233,17 +227,16 @@ _MOT_SET_SOL_CYCLE_PARAMS = Struct("<LBBHlll")
 class MotSetSolCycleParams(FramedMessage):
     """``MOT_SET_SOL_CYCLEPARAMS`` (0x04C3), to the controller, 14 bytes of data; page 87.
 
-    Set: times and number of cycles for every operating mode but the manual one.
+    Sets the solenoid cycle parameters. Times and number of cycles for every operating mode but the
+    manual one.
 
-    A set opens nothing; cycles that run already may take the new times.
+    Setting them opens nothing; cycles that are running may use the new times.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param on_time: active time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
-        40000000.
-    :param off_time: inactive time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
-        40000000.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
+    :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
     :param num_cycles: 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has
-        SOLENOID_TRIGGER use it; 0 to 1000000.
+        SOLENOID_TRIGGER use it; from 0 to 1000000.
 
     Erratum ``apt-sol-numcycles-trigger``: printed ignored outside Auto mode (page 87); carried out
         at a trigger (page 85); encoded sent in every mode; the note names both statements.
@@ -316,13 +309,12 @@ _MOT_REQ_SOL_CYCLE_PARAMS = Struct("<HBBBB")
 class MotReqSolCycleParams(FramedMessage):
     """``MOT_REQ_SOL_CYCLEPARAMS`` (0x04C4), to the controller, header only; pages 87, 88.
 
-    Request: times and number of cycles for every operating mode but the manual one.
+    Requests the solenoid cycle parameters. Times and number of cycles for every operating mode but
+    the manual one.
 
     Answered by ``MOT_GET_SOL_CYCLEPARAMS``.
 
-    A set opens nothing; cycles that run already may take the new times.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -377,17 +369,14 @@ _MOT_GET_SOL_CYCLE_PARAMS = Struct("<LBBHlll")
 class MotGetSolCycleParams(FramedMessage):
     """``MOT_GET_SOL_CYCLEPARAMS`` (0x04C5), to the host, 14 bytes of data; pages 87, 88.
 
-    Report: times and number of cycles for every operating mode but the manual one.
+    Reports the solenoid cycle parameters. Times and number of cycles for every operating mode but
+    the manual one.
 
-    A set opens nothing; cycles that run already may take the new times.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 65535.
-    :param on_time: active time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
-        40000000.
-    :param off_time: inactive time, 100 ms to 10,000 s; raw counts of ms, ms_per_count 1/4; 400 to
-        40000000.
+    :param chan_ident: :class:`~.Channel`; from 0 to 65535.
+    :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
+    :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
     :param num_cycles: 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has
-        SOLENOID_TRIGGER use it; 0 to 1000000.
+        SOLENOID_TRIGGER use it; from 0 to 1000000.
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
@@ -457,12 +446,13 @@ _MOT_SET_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 class MotSetSolInterlockMode(FramedMessage):
     """``MOT_SET_SOL_INTERLOCKMODE`` (0x04C6), to the controller, header only; page 89.
 
-    Set: whether the hardware interlock must be fitted before the driver operates.
+    Sets the solenoid interlock mode. Whether the hardware interlock must be fitted before the
+    driver operates.
 
-    A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
+    SOLENOID_DISABLED removes the protection that keeps the solenoid from opening.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param interlock_mode: :class:`~.SolenoidInterlockMode`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param interlock_mode: :class:`~.SolenoidInterlockMode`; from 0 to 255.
 
     Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
     """
@@ -523,13 +513,12 @@ _MOT_REQ_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 class MotReqSolInterlockMode(FramedMessage):
     """``MOT_REQ_SOL_INTERLOCKMODE`` (0x04C7), to the controller, header only; pages 89, 90.
 
-    Request: whether the hardware interlock must be fitted before the driver operates.
+    Requests the solenoid interlock mode. Whether the hardware interlock must be fitted before the
+    driver operates.
 
     Answered by ``MOT_GET_SOL_INTERLOCKMODE``.
 
-    A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -584,12 +573,11 @@ _MOT_GET_SOL_INTERLOCK_MODE = Struct("<HBBBB")
 class MotGetSolInterlockMode(FramedMessage):
     """``MOT_GET_SOL_INTERLOCKMODE`` (0x04C8), to the host, header only; pages 89, 90.
 
-    Report: whether the hardware interlock must be fitted before the driver operates.
+    Reports the solenoid interlock mode. Whether the hardware interlock must be fitted before the
+    driver operates.
 
-    A set to SOLENOID_DISABLED takes away what keeps the solenoid from opening.
-
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param interlock_mode: :class:`~.SolenoidInterlockMode`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param interlock_mode: :class:`~.SolenoidInterlockMode`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "interlock_mode")
@@ -648,10 +636,10 @@ _MOT_SET_SOL_STATE = Struct("<HBBBB")
 class MotSetSolState(FramedMessage):
     """``MOT_SET_SOL_STATE`` (0x04CB), to the controller, header only; page 91.
 
-    Set: output state of the solenoid; a set overrides the settings in force.
+    Sets the solenoid state. Output state of the solenoid; a set overrides the settings in force.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param state: :class:`~.SolenoidState`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param state: :class:`~.SolenoidState`; from 0 to 255.
 
     Erratum ``apt-four-bit-integer``: printed a 4 bit integer; encoded one byte.
     """
@@ -706,11 +694,12 @@ _MOT_REQ_SOL_STATE = Struct("<HBBBB")
 class MotReqSolState(FramedMessage):
     """``MOT_REQ_SOL_STATE`` (0x04CC), to the controller, header only; pages 91, 92.
 
-    Request: output state of the solenoid; a set overrides the settings in force.
+    Requests the solenoid state. Output state of the solenoid; a set overrides the settings in
+    force.
 
     Answered by ``MOT_GET_SOL_STATE``.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -765,10 +754,10 @@ _MOT_GET_SOL_STATE = Struct("<HBBBB")
 class MotGetSolState(FramedMessage):
     """``MOT_GET_SOL_STATE`` (0x04CD), to the host, header only; pages 91, 92.
 
-    Report: output state of the solenoid; a set overrides the settings in force.
+    Reports the solenoid state. Output state of the solenoid; a set overrides the settings in force.
 
-    :param chan_ident: :class:`~.Channel`; 0 to 255.
-    :param state: :class:`~.SolenoidState`; 0 to 255.
+    :param chan_ident: :class:`~.Channel`; from 0 to 255.
+    :param state: :class:`~.SolenoidState`; from 0 to 255.
     """
 
     __slots__ = ("chan_ident", "state")

@@ -52,7 +52,7 @@ class MFC2000(
     gives the setup commands to both controllers, and section 2 the low-level format; the sections
     of the commands name the MS-2000 only.
 
-    The document names it beside the MS-2000 and says nothing else of it.
+    The document names it along with the MS-2000 and says nothing else about it.
     """
 
     facts = FACTS

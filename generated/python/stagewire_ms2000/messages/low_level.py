@@ -114,7 +114,7 @@ class ReadStatusReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param status: :class:`~.Busy`; 0 to 255.
+    :param status: :class:`~.Busy`; from 0 to 255.
     """
 
     __slots__ = ("status",)
@@ -197,7 +197,7 @@ class WriteMotorPosition(Command):
 
     Section Write Motor Position. Typed as ``A``.
 
-    :param position: raw counts of um, counts_per_um 10; -8388608 to 8388607.
+    :param position: in counts, 10 per um; from -8388608 to 8388607.
 
     Erratum ``ms2000-reverse-conversion-remainder``: printed mb = remainder of 100,000 / 256 / 256,
         msb = remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's
@@ -294,7 +294,7 @@ class WriteIncrementValue(Command):
     Section Write Increment Value. Typed as ``D``.
 
     :param increment: a distance, though the text calls it a position; a negative one exchanges up
-        and down; raw counts of um, counts_per_um 10; -8388608 to 8388607.
+        and down; in counts, 10 per um; from -8388608 to 8388607.
 
     Erratum ``ms2000-reverse-conversion-remainder``: printed mb = remainder of 100,000 / 256 / 256,
         msb = remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's
@@ -403,7 +403,7 @@ class JoystickEnable(Command):
 class JoystickDisable(Command):
     """``JOYSTICK_DISABLE`` (0x4B), no data, size 0.
 
-    Cuts joystick or knob off, so that nobody interferes with moves of the host.
+    Disables the joystick or knob, so that it cannot interfere with moves of the host.
 
     The document allows the command with the size slot and without it.
 
@@ -443,7 +443,7 @@ class WriteRampingTime(Command):
 
     Section Write Ramping Time. Typed as ``Q``.
 
-    :param ramp_time: raw counts of ms, counts_per_ms 1; 1 to 255.
+    :param ramp_time: in counts, 1 per ms; from 1 to 255.
 
     Erratum ``ms2000-ramp-from-start-speed``: printed a ramp lasts from start speed to maximum
         speed; reading and writing the start speed are dummies; encoded acceleration is top speed
@@ -506,7 +506,7 @@ class WriteStartSpeed(Command):
 
     Section Write Start Speed. Typed as ``R``.
 
-    :param start_speed: the document gives neither sign nor unit; 0 to 65535.
+    :param start_speed: the document gives neither sign nor unit; from 0 to 65535.
 
     Erratum ``ms2000-dummy-data``: printed Data Size 2, and nothing of what the two bytes are;
         encoded a number of two bytes without unit and sign.
@@ -561,12 +561,12 @@ class WriteTopSpeed(Command):
 
     Sets the top speed of moves; nothing moves.
 
-    It changes the acceleration, too, which is top speed divided by ramp time. READ_MAXIMUM_SPEED
+    It also changes the acceleration, which is top speed divided by ramp time. READ_MAXIMUM_SPEED
     reads it.
 
     Section Write Top Speed. Typed as ``S``.
 
-    :param top_speed: raw counts of um/s, counts_per_um_per_s 1; 0 to 65535.
+    :param top_speed: in counts, 1 per um/s; from 0 to 65535.
 
     Erratum ``ms2000-twos-complement``: printed data in two's complement; further down mostly in
         two's complement; encoded signed positions, distances and current speed; unsigned ramp
@@ -617,12 +617,13 @@ class WriteTargetPosition(Command):
 
     Moves the axis to a position.
 
-    The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS tells when
-    it is over, since nothing comes unasked. After 255 the same byte is WHERE_IN_TENTHS.
+    The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS reports
+    when it is over, since the controller sends nothing unsolicited. After 255 the same byte is
+    WHERE_IN_TENTHS.
 
     Section Write Target Position (move). Typed as ``T``.
 
-    :param target_position: raw counts of um, counts_per_um 10; -8388608 to 8388607.
+    :param target_position: in counts, 10 per um; from -8388608 to 8388607.
 
     Erratum ``ms2000-reverse-conversion-remainder``: printed mb = remainder of 100,000 / 256 / 256,
         msb = remainder of 100,000 / 256 / 256 / 256; encoded bytes of the number in two's
@@ -687,15 +688,15 @@ class WriteVectorSpeed(Command):
 
     Ramps the axis to a speed at once and keeps it moving.
 
-    There is no target: the axis moves until it is told otherwise. STOP_MOTOR stops and disables the
-    motor; whether a speed of 0 ends the movement is not said. Ramp time and top speed set the
-    acceleration.
+    There is no target: the axis moves until another command stops it. STOP_MOTOR stops and disables
+    the motor; whether a speed of 0 ends the movement is not documented. Ramp time and top speed set
+    the acceleration.
 
     Section Write Vector Speed. Typed as ``^``.
 
     :param vector_speed: Not said to be signed or unsigned. Up to 32767 both readings agree; beyond,
-        the stage might move the other way. How to move backwards is not described; raw counts of
-        um/s, counts_per_um_per_s 1; 0 to 32767.
+        the stage might move the other way. How to move backwards is not described; in counts, 1 per
+        um/s; from 0 to 32767.
 
     Erratum ``ms2000-vector-speed-sign``: printed a two-byte value, a binary number; encoded
         unsigned, from 0 to 32767.
@@ -745,7 +746,7 @@ class ReadMotorPositionReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param position: raw counts of um, counts_per_um 10; -8388608 to 8388607.
+    :param position: in counts, 10 per um; from -8388608 to 8388607.
     """
 
     __slots__ = ("position",)
@@ -790,8 +791,8 @@ class ReadMotorPosition(Command):
 
     Asks for the present position.
 
-    Its reply is as long as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION; only what was
-    asked tells them apart.
+    Its reply is as long as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION; only the request
+    tells which of them it is.
 
     Section Read Motor Position. Typed as ``a``.
     """
@@ -817,8 +818,7 @@ class ReadIncrementValueReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param increment: a distance, not a place; raw counts of um, counts_per_um 10; -8388608 to
-        8388607.
+    :param increment: a distance, not a place; in counts, 10 per um; from -8388608 to 8388607.
     """
 
     __slots__ = ("increment",)
@@ -969,8 +969,8 @@ class ReadMotorPositionAndStatusReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param position: raw counts of um, counts_per_um 10; -8388608 to 8388607.
-    :param status: as READ_STATUS_BYTE returns it; :class:`~.StatusBits`; 0 to 255.
+    :param position: in counts, 10 per um; from -8388608 to 8388607.
+    :param status: as READ_STATUS_BYTE returns it; :class:`~.StatusBits`; from 0 to 255.
 
     Erratum ``ms2000-position-status-example-bytes``: printed lsb:10, mb:1, msb:2; encoded 160, 134,
         1.
@@ -1067,8 +1067,7 @@ class ReadCurrentSpeedReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param speed: signed, unlike the other speeds; raw counts of um/s, counts_per_um_per_s 1; -32768
-        to 32767.
+    :param speed: signed, unlike the other speeds; in counts, 1 per um/s; from -32768 to 32767.
     """
 
     __slots__ = ("speed",)
@@ -1135,7 +1134,7 @@ class ReadRampTimeReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param ramp_time: raw counts of ms, counts_per_ms 1; 1 to 255.
+    :param ramp_time: in counts, 1 per ms; from 1 to 255.
     """
 
     __slots__ = ("ramp_time",)
@@ -1209,7 +1208,7 @@ class ReadStartSpeedReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param start_speed: the document gives neither sign nor unit; 0 to 65535.
+    :param start_speed: the document gives neither sign nor unit; from 0 to 65535.
 
     Erratum ``ms2000-dummy-data``: printed Data Size 2, and nothing of what the two bytes are;
         encoded a number of two bytes without unit and sign.
@@ -1288,7 +1287,7 @@ class ReadMaximumSpeedReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param maximum_speed: raw counts of um/s, counts_per_um_per_s 1; 0 to 65535.
+    :param maximum_speed: in counts, 1 per um/s; from 0 to 65535.
     """
 
     __slots__ = ("maximum_speed",)
@@ -1362,7 +1361,7 @@ class ReadTargetPositionReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param target_position: raw counts of um, counts_per_um 10; -8388608 to 8388607.
+    :param target_position: in counts, 10 per um; from -8388608 to 8388607.
     """
 
     __slots__ = ("target_position",)
@@ -1439,7 +1438,7 @@ class ReadStatusByteReply(Reply):
 
     It has no frame: only the command that was sent says what its bytes are.
 
-    :param status: :class:`~.StatusBits`; 0 to 255.
+    :param status: :class:`~.StatusBits`; from 0 to 255.
 
     Erratum ``ms2000-servo-always-on``: printed servos cannot be turned off; 66 turns a motor off;
         encoded both, the bit as the table has it and the command as its section has it.

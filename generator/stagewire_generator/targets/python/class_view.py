@@ -1,4 +1,4 @@
-"""What the template of a message class needs, whatever the framing of its protocol."""
+"""View of a message class for its template, for all framings."""
 
 from __future__ import annotations
 

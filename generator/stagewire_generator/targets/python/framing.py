@@ -1,4 +1,4 @@
-"""What a package looks like by the framing of its protocol: its classes, and the protocol object."""
+"""The features of a package that depend on the framing: its classes, and the protocol object."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stagewire_generator.targets.python.source import literal
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """What differs between packages by their framing.
+    """The features of packages that depend on the framing.
 
     :param class_views: makes the views of the classes that a message becomes.
     :param message_base: the class that all of them have in common.

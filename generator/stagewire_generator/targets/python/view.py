@@ -239,6 +239,6 @@ def _check_syntax(modules: dict[str, str]) -> None:
             compile(text, path, "exec", dont_inherit=True)
         except (SyntaxError, ValueError) as error:
             line = getattr(error, "lineno", None) or 1
-            problems.append(f"{path}:{line}: the templates make what is no Python: {error}")
+            problems.append(f"{path}:{line}: the templates produce invalid Python: {error}")
     if problems:
         raise TemplatesError("\n".join(problems))

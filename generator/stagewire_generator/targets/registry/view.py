@@ -119,7 +119,7 @@ def render(protocol: Protocol) -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def registry_text(protocol: Protocol) -> str:
-    """Return the resolved registry as canonical JSON; the Python package carries it, too."""
+    """Return the resolved registry as canonical JSON, which the Python package also contains."""
     return canonical(_registry_json(protocol))
 
 
@@ -290,11 +290,15 @@ def _message(message: Message) -> Json:
         "errata": list(message.errata),
         **_from(message),
     }
-    told = {"addressee": message.addressee, "tells": message.tells, "call": message.call}
-    data |= {key: value for key, value in told.items() if value}
+    optional = {
+        "title": message.title,
+        "addressee": message.addressee,
+        "tells": message.tells,
+        "call": message.call,
+    }
+    data |= {key: value for key, value in optional.items() if value}
     if message.kind != "message":
         data |= {
-            "title": message.title,
             "keyboard": message.keyboard,
             "firmware": _firmware(message.firmware),
         }

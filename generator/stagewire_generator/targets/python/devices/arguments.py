@@ -1,4 +1,4 @@
-"""What a caller gives and is given of one message: its fields, raw and in units, and what they are called."""
+"""The arguments and results of one message: its fields, raw and in units, and what they are called."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What docstrings of device classes say of a value, and of a method."""
+"""Docstrings of device classes: values, parts and methods."""
 
 from __future__ import annotations
 
@@ -7,67 +7,84 @@ from decimal import Decimal
 from fractions import Fraction
 
 from stagewire_generator.model import Factor, Field, Message, Protocol
-from stagewire_generator.targets.documentation import errata_of, field_facts, sentence
+from stagewire_generator.targets.documentation import (
+    errata_of,
+    field_facts,
+    sentence,
+    title_of,
+)
 from stagewire_generator.targets.python.devices.arguments import Argument, Way
 from stagewire_generator.targets.python.devices.plan import Call
 from stagewire_generator.targets.python.source import MARKUP, docstring, paragraph, where
 
 _FIRST = {
     "get_": "Read the {}.",
-    "set_": "Write the {}: every value, in one frame.",
-    "change_": "Change some of the {}.",
+    "set_": "Set the {}.",
+    "change_": "Change the {}.",
 }
-_WAITS = {
-    "action": "Waits for the end.",
-    "halt": "Goes before whatever waits to be sent.",
-    "query": "Waits for the answer.",
+_HOW = {
+    "get_": "",
+    "set_": "All values are written in one frame.",
+    "change_": (
+        "Reads the current values, changes those that are given, and writes all of them in one frame, under "
+        "one lock. Returns the values that were written."
+    ),
+    "action": "Waits until the motion has ended.",
+    "halt": "Sent before all other requests.",
+    "query": "Waits for the reply.",
+    "start_": "Returns a handle to wait on as soon as the message is sent.",
 }
-_STARTS = "Returns as soon as it is sent, with a handle to wait on."
 _ROLES = {"get_": ("req", "get"), "set_": ("set",), "change_": ("req", "get", "set")}
 
-_VALUE = "MissingFieldError, OutOfRangeError, BadValueError and UnknownScaleError"
-_LINK = "TransportLostError and SessionClosedError when there is no line (any more)"
-_WRONG = (
-    f"{_VALUE}, before a byte is sent, for a value that is not given, out of range, no number, or in a "
-    "unit whose scale is not known"
-)
-_BUSY = "MotionUnderWayError, before a byte is sent, while something moves"
-_OUTSIDE = "LimitError, before it moves, for a target outside a travel that is known"
-_LATE = "ReplyTimeoutError when no answer came in time"
-_MISSED = "TargetNotReachedError when it ended elsewhere"
-_FAULT = "ControllerFaultError when the controller reported a fault"
-_ENDS = (
-    "MotionStoppedError when it was stopped; MotionTimeoutError when no end came in time, and then it may "
-    "still be moving"
-)
-_CHANGED = (
-    f"{_VALUE}, before anything is written, for a value that is out of range (also one that was only "
-    "read), no number, or in a unit whose scale is not known"
-)
-_CHANGE = "Reads, changes what is given, writes all in one frame, under one lock; returns what was written."
+_VALUES = {
+    "MissingFieldError": "if a value is missing; nothing is sent",
+    "OutOfRangeError": "if a value is out of range; nothing is sent",
+    "BadValueError": "if a value is not a number; nothing is sent",
+    "UnknownScaleError": "if a value is in a unit whose scale is unknown; nothing is sent",
+}
+_CHANGED = {
+    "MissingFieldError": "if no value is known for a field; nothing is written",
+    "OutOfRangeError": "if a value is out of range, also one that was only read; nothing is written",
+    "BadValueError": "if a value is not a number; nothing is written",
+    "UnknownScaleError": "if a value is in a unit whose scale is unknown; nothing is written",
+}
+_OUTSIDE = {"LimitError": "if the target is outside a known travel; nothing is sent"}
+_BUSY = {"MotionUnderWayError": "if something is moving; nothing is sent"}
+_LATE = {"ReplyTimeoutError": "if no reply arrives in time"}
+_NO_END = {"ReplyTimeoutError": "if the end of the motion is not reported in time"}
+_MISSED = {"TargetNotReachedError": "if the motion ends at another position"}
+_FAULT = {"ControllerFaultError": "if the controller reports a fault"}
+_ENDS = {
+    "MotionStoppedError": "if the motion is stopped",
+    "MotionTimeoutError": "if the end is not reported in time; the axis may still be moving",
+}
+_LINK = {
+    "TransportLostError": "if the connection is lost",
+    "SessionClosedError": "if the session is closed",
+}
 _PLACES = 10**9
-_TIMEOUT = ":param timeout: in seconds; None for that of the device."
+_TIMEOUT = ":param timeout: in seconds; by default the timeout of the device."
 
 
 def raw_text(field: Field) -> str:
-    """Return what is said of a raw value."""
+    """Return the description of a raw value."""
     return field_facts(field, MARKUP)
 
 
 def unit_text(argument: Argument, way: Way) -> str:
-    """Return what is said of a value in a unit: its range, or what decides on its scale."""
+    """Return the description of a value in a unit: its range, or what its scale depends on."""
     field, quantity = argument.field, argument.field.quantity
     assert quantity
-    case = f", where {quantity.rule['setting']} is {way.case}" if way.case else ""
+    case = f", if {quantity.rule['setting']} is {way.case}" if way.case else ""
     text = f"``{argument.keyword}`` in {way.unit}{case}"
     scale = quantity.factor or quantity.rule
     if way.case:
         scale = quantity.rule["cases"][way.case]["scale"]
     if isinstance(scale, Factor):
         low, high = (_number(n, scale) for n in (field.minimum, field.maximum))
-        return f"{text}; {low} to {high}"
+        return f"{text}; from {low} to {high}"
     if "unknown" in scale:
-        return f"{text}; refused, since its scale is not known: {scale['unknown']}"
+        return f"{text}; refused, because its scale is unknown: {scale['unknown']}"
     decides = {"stage": "the stage on its controller", "unit": "the kind of unit"}
     return f"{text}; its scale depends on {decides.get(scale['by'], scale.get('setting'))}"
 
@@ -84,9 +101,14 @@ def part_doc(protocol: Protocol, call: Call) -> str:
     """Return the docstring of a part, escaped."""
     names = ", ".join(f"``{message.name}``" for message in call.members.values())
     found = where(protocol, _pages(call.members.values()), call.message.overlay)
-    return docstring(
-        f"{' '.join(call.words).capitalize()}.\n\n    {paragraph(f'{names}; {found}.', 4)}\n    "
-    )
+    return docstring(f"{_title(call)}.\n\n    {paragraph(f'{names}; {found}.', 4)}\n    ")
+
+
+def _title(call: Call) -> str:
+    """Return the title of a call as the beginning of a sentence."""
+    title = title_of(call.message) if call.message.kind == "message" else " ".join(call.words)
+    stored = " that the controller has stored" if call.words[-1:] == ("stored",) else ""
+    return title[:1].upper() + title[1:] + stored
 
 
 def method_doc(
@@ -95,62 +117,61 @@ def method_doc(
     """Return the docstring of a method, escaped.
 
     :param arguments: those that the caller may give.
-    :param timeout: whether he may give that, too.
+    :param timeout: whether the caller may give one.
     """
     if call.kind == "set":
-        roles = _ROLES[verb]
-        members = [call.members[role] for role in roles]
-        parts = [_FIRST[verb].format(" ".join(call.words)), *_paragraphs(protocol, call, members)]
+        members = [call.members[role] for role in _ROLES[verb]]
+        first = _FIRST[verb].format(title_of(call.message))
+        parts = [first, *_paragraphs(protocol, call, members, _HOW[verb])]
     else:
-        waits = _STARTS if verb == "start_" else _WAITS.get(call.kind, "")
-        parts = [
-            f"Send ``{call.message.name}``.",
-            *_paragraphs(protocol, call, [call.message], waits),
-        ]
+        start = verb == "start_"
+        first = f"{_title(call)}{' without waiting for the end' if start else ''}."
+        how = _HOW["start_"] if start else _HOW.get(call.kind, "")
+        parts = [first, *_paragraphs(protocol, call, [call.message], how)]
     lines = [paragraph(line, 8, 4) for line in _parameters(arguments)]
     if timeout:
         lines.append(_TIMEOUT)
+    errors = _errors(call, verb, bool(arguments))
+    lines += [paragraph(f":raises {name}: {case}.", 8, 4) for name, case in errors.items()]
     parts.append("\n        ".join(lines))
-    parts.append(paragraph(_errors(call, verb, bool(arguments)), 8))
     return docstring("\n\n        ".join(filter(None, parts)) + "\n        ")
 
 
-def _errors(call: Call, verb: str, given: bool) -> str:
-    """Return which errors a method raises, in which case.
+def _errors(call: Call, verb: str, given: bool) -> dict[str, str]:
+    """Return the errors that a method raises, each with its case.
 
     :param given: whether the caller gives it a value.
     """
-    wrong = [_WRONG] if given else []
+    values = _VALUES if given else {}
     if call.kind == "action":
-        targets = [_OUTSIDE] if any(a.field.target for a in call.arguments) else []
+        targets = _OUTSIDE if any(a.field.target for a in call.arguments) else {}
+        started = values | targets | _BUSY
+        if verb == "start_":
+            return started | _LINK
         exchange = call.message.exchange
-        ended = [_MISSED] if targets or "stored" in exchange else []
-        ended += [_FAULT] if "completes_with" in exchange else []
-        errors = [*wrong, *targets, _BUSY, *([] if verb == "start_" else [*ended, _ENDS])]
-    elif call.kind == "halt":
-        ends = call.message.exchange.get("completes_with")
-        errors = [*wrong, *(["ReplyTimeoutError when no end came in time"] if ends else [])]
-    elif verb == "change_":
-        errors = [_CHANGED, _LATE]
-    else:
-        errors = [*wrong, *([_LATE] if verb == "get_" or call.kind == "query" else [])]
-    text = f"Raises {'; '.join([*errors, _LINK])}."
-    return f"{_CHANGE} {text}" if verb == "change_" else text
+        missed = _MISSED if targets or "stored" in exchange else {}
+        fault = _FAULT if "completes_with" in exchange else {}
+        return started | missed | fault | _ENDS | _LINK
+    if call.kind == "halt":
+        return values | (_NO_END if call.message.exchange.get("completes_with") else {}) | _LINK
+    if verb == "change_":
+        return _CHANGED | _LATE | _LINK
+    return values | (_LATE if verb == "get_" or call.kind == "query" else {}) | _LINK
 
 
 def _paragraphs(
-    protocol: Protocol, call: Call, members: Sequence[Message], waits: str = ""
+    protocol: Protocol, call: Call, members: Sequence[Message], how: str
 ) -> Iterator[str]:
-    """Yield what is said of the messages of a method.
+    """Yield the description of a method: meaning, sequence, messages and pages, notes, errata.
 
-    :param waits: what the method waits for, where its first line names the message.
+    :param members: the messages that it exchanges.
+    :param how: in which way, as sentences.
     """
     found = where(protocol, _pages(members), members[0].overlay)
     names = ", ".join(f"``{member.name}``" for member in members)
-    place = f"{names}, {found}." if call.kind == "set" else sentence(found)
-    text = " ".join(filter(None, (sentence(members[0].summary), waits, place)))
+    text = " ".join(filter(None, (sentence(members[0].summary), how, f"{names}, {found}.")))
     yield paragraph(text, 8)
-    notes = [note for note in (members[0].note, call.layout.note) if note]
+    notes = [note for note in (members[-1].note, call.layout.note) if note]
     yield paragraph(" ".join(map(sentence, notes)), 8)
     slugs = dict.fromkeys(slug for member in members for slug in member.errata)
     errata = [f"``{erratum.id}``" for erratum in errata_of(protocol, slugs)]

@@ -234,7 +234,7 @@ def _kind(message: Message, halting: set[str]) -> str:
 
 
 def _form_words(message: Message, layout: Layout) -> tuple[str, ...]:
-    """Return what tells a form of a message from its plain one; a header beside data uses what is stored."""
+    """Return the words that distinguish a form of a message; a header form uses the stored value."""
     suffix = message_classes(message)[layout.form].removeprefix(message.class_name).lower()
     return () if not suffix else ("stored",) if suffix == "header" else (suffix,)
 
@@ -254,7 +254,7 @@ DEVICE: Final = "device"
 
 @dataclass(frozen=True, slots=True)
 class DeviceFraming:
-    """What differs between device classes by their framing.
+    """The features of device classes that depend on the framing.
 
     :param shape: returns the levels of the classes of a unit, whose entry is given.
     :param addresses: yields where a unit is reached, as arguments of its facts.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.naming import camel, message_classes
-from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.documentation import sentence, title_of
 from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.documentation import raw_text, unit_text
@@ -217,7 +217,12 @@ def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
             members.append(ValueView(made, docstring(paragraph(sentence(text), 4))))
     message = plan.message
     found = where(protocol, message.pages, message.overlay)
-    first = f"What ``{message.name}`` says."
+    reported = f", as ``{message.name}`` reports them"
+    first = (
+        f"Values of ``{message.name}``."
+        if not message.set
+        else f"The {title_of(message)}{reported}."
+    )
     doc = f"{first}\n\n    {paragraph(f'{sentence(message.summary)} {sentence(found)}', 4)}\n    "
     return ValuesView(
         name=plan.name,

@@ -101,7 +101,7 @@ def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
 
 
 def _bays(protocol: Protocol, entry: Json) -> str:
-    """Return where the bays of a rack are: numbered as the document's addresses, from 1 on."""
+    """Return the addresses of the bays of a rack; the first is bay 1, as in the document."""
     known = protocol.units.get("addresses", {}).get("bays")
     if not known:
         return ""
