@@ -68,6 +68,7 @@ test-all: test matrix
 checks: .venv/test/ready
 	.venv/test/bin/ruff check .
 	.venv/test/bin/ruff format --check .
+	.venv/test/bin/codespell
 	.venv/test/bin/lint-imports
 	.venv/test/bin/mypy
 

@@ -30,7 +30,7 @@ _DOCUMENTS = "tests.spec.document."
 
 @dataclass
 class Folder:
-    """What the tests of one folder took."""
+    """Number and duration of the tests of a folder."""
 
     tests: int = 0
     seconds: float = 0.0

@@ -260,8 +260,8 @@ GROUPS: tuple[Group, ...] = (
     ),
     Group(
         "Overlays",
-        "A later issue of a document, laid over a protocol; `docs/overlays.md` explains it. The protocol "
-        "under each overlay is also checked by all rules above.",
+        "A later issue of a document, laid over a protocol; [Overlays](overlays.md) explains it. The "
+        "protocol under each overlay is also checked by all rules above.",
         {
             "SW060": Code(
                 "an overlay replaces an entry and does not say so",
@@ -306,7 +306,7 @@ GROUPS: tuple[Group, ...] = (
     Group(
         "Changes",
         "`stagewire check --against` compares the spec with an earlier one. What changes bytes must say, "
-        "in the same change, how anybody knows; `docs/changes.md` says exactly what counts.",
+        "in the same change, the evidence for it; [Changes](changes.md) says exactly what counts.",
         {
             "SW050": Code(
                 "a change on the wire that nothing in the same change vouches for",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from block_runners import BY_MACHINE, ELSEWHERE, LONG, NOT_RUN, READ_ONLY, documents, here
 from shell import lines
@@ -9,6 +11,9 @@ from test_pages_data import READ_BY
 
 from checkout import ROOT
 from markdown_blocks import blocks
+
+WIDTH = 110
+"""Characters on a line of prose, at most."""
 
 RUN = {"python", "sh"}
 """The languages of which the tests of this folder run every block."""
@@ -49,3 +54,11 @@ def test_every_row_of_the_tables_has_its_block() -> None:
     }
     assert (READ_ONLY.keys() | READ_BY.keys()) - there == set()
     assert READ_ONLY.keys() & READ_BY.keys() == set()
+
+
+@pytest.mark.parametrize("document", documents())
+def test_prose_has_lines_of_at_most_110_characters(document: str) -> None:
+    """Tables and blocks may be wider; the table of all rules has rows of any length."""
+    text = re.sub(r"^ *```.*?^ *```$", "", (ROOT / document).read_text("utf-8"), flags=re.M | re.S)
+    long = [line for line in text.splitlines() if len(line) > WIDTH and line[:1] not in "|<"]
+    assert [line for line in long if " " in line.strip()] == []

@@ -210,7 +210,8 @@ def test_comments_on_members(core: str) -> None:
         "    /** See enum tiny_channel; from 0 to 65535; by default 1. */",
         "    uint16_t chan_ident;",
         "    /**",
-        "     * Always zero at present; in counts; the scale to mm/s depends on the stage; from 0 to 1000; by",
+        "     * Always zero at present; in counts; the scale to mm/s depends on the stage; "
+        "from 0 to 1000; by",
         "     * default 0.",
         "     */",
         "    int32_t min_velocity;",

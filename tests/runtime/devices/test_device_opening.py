@@ -231,7 +231,7 @@ def test_a_device_says_what_it_is() -> None:
     with TDC001.open(RecordingLink(controller), stage="Z8", travel_mm=12) as tdc:
         lines = str(tdc).splitlines()
         assert lines[:4] == [
-            "TDC001: 1 channel T-Cube DC servo driver, at virtual://TDC001",
+            "TDC001: One-channel T-Cube DC servo driver, at virtual://TDC001",
             "  serial number 83000001, model TDC001, firmware 1.0.0",
             "  channel 1: stage Z8",
             "    travel: 0 to 12 mm (as travel_mm says)",

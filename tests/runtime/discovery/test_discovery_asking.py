@@ -168,7 +168,7 @@ def test_the_doctor_is_answered(opens: Callable[[OpenLine], None]) -> None:
         opens(lambda url, **_: SteppedLink(rack))
         told = only(diagnose_line("/dev/ttyUSB0"))
     assert told.verdict is Verdict.FINE
-    assert told.text.startswith("answers: BBD102: 2 channel benchtop")
+    assert told.text.startswith("answers: BBD102: Two-channel benchtop")
     assert told.text.endswith("bays with a module: 1, 2")
 
 

@@ -76,7 +76,9 @@ def test_a_controller_that_may_be_opened_is_fine(
     device.touch()
     show(monkeypatch, linux(str(device), "83828433"))
     [told] = diagnose_computer()
-    assert told == Diagnosis(Verdict.FINE, str(device), "TDC001: 1 channel T-Cube DC servo driver")
+    assert told == Diagnosis(
+        Verdict.FINE, str(device), "TDC001: One-channel T-Cube DC servo driver"
+    )
 
 
 def test_a_port_without_permission_comes_with_group_and_udev_line(

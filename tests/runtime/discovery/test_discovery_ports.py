@@ -42,7 +42,7 @@ def test_a_unit_is_known_by_its_plug_on_every_system(
     [found] = stagewire.discover()
     assert (found.unit, found.serial_number, found.url) == ("TDC001", "83828433", info.device)
     assert found.is_controller
-    assert found.what == "TDC001: 1 channel T-Cube DC servo driver"
+    assert found.what == "TDC001: One-channel T-Cube DC servo driver"
 
 
 def test_a_unit_newer_than_the_document_is_named_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
