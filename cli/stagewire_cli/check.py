@@ -38,7 +38,7 @@ def _explain(code: str | None) -> None:
     if name not in CODES:
         near = " or ".join(difflib.get_close_matches(name, CODES))
         known = f"did you mean {near}?" if near else f"there are {min(CODES)} to {max(CODES)}"
-        raise CalledWronglyError(f"there is no code {code}; {known}")
+        raise CalledWronglyError(f"unknown code {code}; {known}")
     found = CODES[name]
     typer.echo(f"{name}: {found.title}\ncause: {found.cause}\ncure: {found.hint}\n{anchor(name)}")
     raise typer.Exit(OK)
@@ -64,8 +64,8 @@ def check(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Check several overlays laid over together, too, but not with --against; "
-            "each by itself is always checked.",
+            help="Also check several overlays combined; not with --against. "
+            "Each overlay on its own is always checked.",
         ),
     ] = None,
     format: Annotated[
@@ -136,7 +136,7 @@ def _compared(
 
 
 def _show(report: Report, format: ReportFormat, out: Path | None) -> None:
-    """Write the report; what it comes to is told on standard error, unless the text says it."""
+    """Write the report, and its summary to standard error unless the report has one."""
     with output(out) as stream:
         stream.write(written(report, format))
     if report.diagnostics or format is not ReportFormat.TEXT:

@@ -72,12 +72,12 @@ def decode(
     ] = None,
     format: Annotated[
         Format | None,
-        typer.Option("--format", case_sensitive=False, help="What to write.  [default: table]"),
+        typer.Option("--format", case_sensitive=False, help="Output format.  [default: table]"),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="The same as --format jsonl.")] = False,
     target: Annotated[
         Path | None,
-        typer.Option("--output", metavar="FILE", help="Where to write; needed for Parquet."),
+        typer.Option("--output", metavar="FILE", help="File to write; required for Parquet."),
     ] = None,
 ) -> None:
     """Decode one frame in hex, or a stream from a file or standard input.
@@ -97,12 +97,12 @@ def decode(
     beginning. An output file that is there already is replaced, once all is written.
 
     Exit code 1 means that a frame was refused, or that a stream held garbage, a packet too short
-    for its message, or an end that is incomplete. An unknown message in a stream is no fault: newer
-    controllers send more than is known. As the only frame, or in JSON captures, it is refused.
+    for its message, or an incomplete end. An unknown message in a stream is not an error, because newer
+    controllers send messages that the registry lacks. As the only frame, or in a JSON capture, it is.
     """
     wanted = _format(format, as_json)
     if wanted is Format.PARQUET and target is None:
-        raise CalledWronglyError("Parquet is no text; say where to write it by --output FILE")
+        raise CalledWronglyError("Parquet is binary: give --output FILE")
     given = _given(source)
     if target is not None:
         check_output(target, given if isinstance(given, Path) else None)
@@ -116,7 +116,7 @@ def decode(
         with (
             output(target, binary=wanted is Format.PARQUET) as out,
             writing(wanted, task, out) as made,
-            # What scrolls by on a terminal shows by itself how far it is.
+            # Output that scrolls on a terminal needs no progress line.
             progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
         ):
             Decoding(task, made, end, total, say).of(read)

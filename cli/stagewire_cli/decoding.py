@@ -20,7 +20,7 @@ from stagewire_cli.inputs import Source, captures, chunks, heading, is_json, ope
 from stagewire_cli.output import Progress
 from stagewire_conformance.framings import EVENT_NAMES
 
-# An unknown message is none of these: newer controllers send more than is known.
+# Unknown messages are not errors: newer controllers send messages that the registry lacks.
 _WRONG = ("refused", "garbage", "bad_length")
 
 
@@ -63,7 +63,7 @@ class Counts:
 
     @property
     def summary(self) -> str:
-        """What came, in one line."""
+        """A summary of the events, in one line."""
         found = [f"{number} {kind}" for kind, number in sorted(self.counts.items())]
         found += [f"{self._pending} bytes incomplete"] * bool(self._pending)
         return f"{self.read} bytes: {', '.join(found) or 'nothing'}"
@@ -75,11 +75,11 @@ _WAYS = {Direction.TO_CONTROLLER: "to_controller", Direction.TO_HOST: "to_host"}
 
 @dataclass(frozen=True)
 class Input:
-    """What was opened.
+    """An opened input.
 
     :param source: a file or standard input; None for bytes on the command line.
     :param block: its first block, or those bytes.
-    :param text: that as text; None when it is none.
+    :param text: the same as text; None if it is not text.
     """
 
     source: Source | None
@@ -88,7 +88,7 @@ class Input:
 
     @cached_property
     def heading(self) -> Heading | None:
-        """What the first line says of a recorded session; None when it is none."""
+        """The header of a recorded session; None for any other input."""
         return heading(self.text)
 
 

@@ -37,11 +37,11 @@ Stage = Annotated[
 ]
 
 Travel = float | tuple[float, float]
-"""A length from 0 on, or the two ends, in mm."""
+"""A length from 0, or both ends, in mm."""
 
 
 def travel_in_mm(text: str) -> Travel:
-    """Read a travel that was typed; raises :class:`CalledWronglyError` for what is none."""
+    """Parse a travel; raises :class:`CalledWronglyError` if it is invalid."""
     try:
         ends = tuple(float(end) for end in text.split(","))
     except ValueError:
@@ -54,7 +54,7 @@ def travel_in_mm(text: str) -> Travel:
 
 
 def seconds_above_0(text: str | float) -> float:
-    """Read a time that was typed; raises :class:`typer.BadParameter` for what is none."""
+    """Parse a time; raises :class:`typer.BadParameter` if it is invalid."""
     try:
         seconds = float(text)
     except ValueError:
@@ -80,10 +80,10 @@ def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any
     """Open a controller for a block, ready to take commands.
 
     :param unit: its name; None: it is found out.
-    :param bay: where it stands in its rack, if it is a module.
+    :param bay: its bay in the rack, if it is a module.
     :param options: of its class; those that are None were not given.
 
-    Raises :class:`CalledWronglyError` for a unit or a stage that nobody knows, and
+    Raises :class:`CalledWronglyError` for an unknown unit or stage, and
     :class:`~stagewire.errors.StagewireError` for a line that cannot be opened.
     """
     from stagewire.discovery import device_class, model_option, unit_at

@@ -66,8 +66,8 @@ def diff(
     """Show what changed between two specs: on the wire, in generated source, in the documentation.
 
     OLD and NEW are folders that hold protocols, or revisions of the git repository of the current folder.
-    Every overlay is compared, too, as the protocol with it laid over; a change that the protocol makes
-    as well is shown once.
+    Every overlay is also compared, combined with its protocol; a change of the protocol itself is shown
+    only once.
     """
     if not spec.strip():
         raise CalledWronglyError("the name of the folder after --spec is empty")

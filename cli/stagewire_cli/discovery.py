@@ -1,4 +1,4 @@
-"""``stagewire list`` and ``stagewire doctor``: ports and the controllers behind them.
+"""``stagewire list`` and ``stagewire doctor``: ports and the controllers connected to them.
 
 The first lists the serial ports of this computer; the second says why no controller is found, or why one
 does not answer.
@@ -118,13 +118,13 @@ def doctor(
 ) -> None:
     """Say what is wrong with ports and controllers, and what to do about it.
 
-    Looks for missing ports and permissions, and for drivers that give no port. What is asked of a
-    controller, when it is, changes nothing: its identity, at the documented baud rates if need be.
+    Looks for missing ports and permissions, and for drivers that provide no port. A controller is only asked
+    for its identity, if necessary at each documented baud rate; this changes nothing.
     """
     from stagewire.discovery import Verdict, diagnose_computer, diagnose_line
 
     if url is None and unit is not None:
-        raise CalledWronglyError(f"--unit {unit}: on which line? give its URL, too")
+        raise CalledWronglyError(f"--unit {unit} needs the URL of a line")
     with progress() as say:
         if url is None:
             say("looking at ports")

@@ -1,10 +1,10 @@
-"""What ends a command: exit codes, and being called wrongly."""
+"""Exit codes, and the error for wrong arguments."""
 
 from __future__ import annotations
 
 OK = 0
 WRONG = 1
-"""What the command checked is wrong."""
+"""Exit code: the checked input is wrong."""
 CALLED_WRONGLY = 2
 INTERRUPTED = 130
 """By Ctrl-C or SIGTERM; what shells say of a program that Ctrl-C ended."""

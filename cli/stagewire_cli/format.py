@@ -37,8 +37,8 @@ def format_files(
 ) -> None:
     """Bring the files of a spec into canonical form, or check that they are in it.
 
-    With a folder come the worked examples and captures beside it. A file that is not readable YAML is
-    reported and left alone.
+    A folder includes the worked examples and captures next to it. A file that is not valid YAML is
+    reported and left unchanged.
     """
     with generator_extra():
         from stagewire_generator.formatting import format_file
@@ -83,7 +83,7 @@ def _files(paths: Sequence[Path]) -> list[Path]:
         elif path.exists() or path.is_symlink():
             found[path] = None
         else:
-            raise CalledWronglyError(f"there is no file or folder {path}")
+            raise CalledWronglyError(f"{path} does not exist; give a file or folder")
     return list(found)
 
 

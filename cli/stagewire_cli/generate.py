@@ -1,7 +1,6 @@
 """``stagewire generate`` and ``stagewire schemas``: files made from the spec.
 
-The first makes every binding; the second writes the JSON Schemas for editors to a folder beside somebody's
-own spec.
+The first generates all bindings; the second writes the JSON Schemas for editors to a folder next to a spec.
 """
 
 from __future__ import annotations
@@ -84,7 +83,7 @@ def generate(
             "--templates",
             parser=folder,
             metavar="FOLDER",
-            help="Folder of templates that stand in for ours of the same file name.",
+            help="Folder of templates that replace ours of the same file name.",
         ),
     ] = None,
     list_outputs: Annotated[
@@ -121,11 +120,11 @@ def generate(
     folders = spec or [Path("spec")]
     for name in target or []:
         if name not in TARGETS:
-            raise CalledWronglyError(f"there is no target {name} (there are: {', '.join(TARGETS)})")
+            raise CalledWronglyError(f"unknown target {name} (choose from {', '.join(TARGETS)})")
     if package is not None and (why := why_no_project(package)):
         raise CalledWronglyError(f"--package {package}: {why}")
     if templates is not None and not templates.is_dir():
-        raise CalledWronglyError(f"{templates} is no folder; give one that holds templates")
+        raise CalledWronglyError(f"{templates} is not a folder; give a folder of templates")
     rendered = functools.partial(
         _render, folders, target, templates, package or "", overlays=overlay or []
     )
@@ -197,7 +196,7 @@ def _render(
 
 
 def _list_inputs(folders: Sequence[Path], templates: Path | None) -> None:
-    """List what decides on the output; a spec that is wrong has files, too."""
+    """List the input files, also those of an invalid spec."""
     from stagewire_generator.pipeline import inputs
 
     specs = find(folders)

@@ -45,7 +45,7 @@ def relative_path(path: Path) -> str:
 
 
 def folder(text: str | Path) -> Path:
-    """Return the folder that an option names; an empty name, as of an unset variable, is none."""
+    """Return the folder that an option names; an empty name, as of an unset variable, is refused."""
     if not str(text).strip():
         raise typer.BadParameter("the name of a folder is empty")
     return Path(text)
@@ -74,19 +74,19 @@ def generator_extra() -> Iterator[None]:
 
 
 def find(folders: Sequence[Path]) -> list[SpecFolder]:
-    """Return the files of every spec; raise :class:`CalledWronglyError` for one that is no folder."""
+    """Return the files of every spec; raise :class:`CalledWronglyError` if one is not a folder."""
     with generator_extra():
         from stagewire_generator.reader import find_spec
     for folder in folders:
         if not folder.is_dir():
             raise CalledWronglyError(
-                f"{folder} is no folder; give one that holds protocols, such as ./spec"
+                f"{folder} is not a folder; give one that holds protocols, such as ./spec"
             )
     return [find_spec(folder) for folder in folders]
 
 
 def _check_overlays(specs: Sequence[SpecFolder], overlays: Sequence[str]) -> None:
-    """Raise :class:`CalledWronglyError` for an overlay that is nowhere, or that is asked for twice."""
+    """Raise :class:`CalledWronglyError` for an overlay that is unknown or given twice."""
     known = sorted(
         f"{protocol.path.name}/{overlay.path.name}"
         for spec in specs
@@ -95,8 +95,8 @@ def _check_overlays(specs: Sequence[SpecFolder], overlays: Sequence[str]) -> Non
     )
     for name in overlays:
         if name not in known:
-            there = f"there are: {printable(', '.join(known))}" if known else "there are none"
-            raise CalledWronglyError(f"there is no overlay {name} ({there})")
+            there = f"choose from {printable(', '.join(known))}" if known else "the spec has none"
+            raise CalledWronglyError(f"unknown overlay {name} ({there})")
         if overlays.count(name) > 1:
             raise CalledWronglyError(f"--overlay {name} is given twice")
 
@@ -150,7 +150,7 @@ def load(
 def show_diagnostics(error: SpecError, folders: Sequence[Path], *, err: bool = False) -> None:
     """Print every diagnostic, and on standard error how many the folders gave.
 
-    :param err: whether the diagnostics, too, go to standard error, where output is for programs.
+    :param err: whether diagnostics also go to standard error, because the output is for programs.
     """
     for diagnostic in error.diagnostics:
         typer.echo(str(diagnostic), err=err)
@@ -162,8 +162,8 @@ def show_diagnostics(error: SpecError, folders: Sequence[Path], *, err: bool = F
 def write_files(out: Path, files: Mapping[str, str], *, partial: bool) -> int:
     """Write files to a folder, name those that were not there as they are now, and return how many.
 
-    :param partial: what else stands in the folder belongs to others.
-    Says what is in the way, and ends with 1, where a file of somebody else would be lost.
+    :param partial: whether other files in the folder belong to others.
+    Reports the obstacle and exits with 1 if a file of the user would be lost.
     """
     from stagewire_generator.output import OutputError, write
 
@@ -199,7 +199,7 @@ def compared_spec(label: str, name: str, spec: str, *, quiet: bool = False) -> I
             yield _loaded(label, name, extracted.spec, extracted, quiet=quiet)
     except RevisionError as error:
         raise CalledWronglyError(
-            f"{label}, {name}, is no folder, and as a revision it cannot be read: {error}"
+            f"{label}, {name}, is not a folder, and as a revision it cannot be read: {error}"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""What ``stagewire decode`` reads: text of hex, recorded sessions, JSON, or raw bytes; in blocks."""
+"""Input of ``stagewire decode``: hex text, recorded sessions, JSON, or raw bytes; in blocks."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 _JSON = re.compile(r'\s*(?:\{|\[\s*(?:["{\[\]]|\Z))')
 
 Capture = tuple[str, bytes]
-"""What names an entry, and its bytes."""
+"""The name of an entry, and its bytes."""
 
 
 class Source:
     """A stream that is read in blocks.
 
-    ``read`` counts its bytes so far; ``size`` is how many there are, None where nobody knows.
+    ``read`` counts its bytes so far; ``size`` is their number, None if unknown.
     """
 
     def __init__(self, stream: BinaryIO) -> None:
@@ -79,7 +79,7 @@ def opening(source: Source) -> tuple[bytes, str | None]:
 
 
 def heading(text: str | None) -> Heading | None:
-    """Return what the first line of a recorded session says; None for a text that is none.
+    """Return the header of a recorded session; None for any other text.
 
     The line is there as a whole in the first block: it is short, and written at once.
     """
@@ -198,7 +198,7 @@ def _whole(first: str, lines: Iterator[tuple[int, str]], error: ValueError) -> A
         if size > _MAXIMUM_JSON:
             raise CalledWronglyError(
                 f"a JSON list of over {_MAXIMUM_JSON // _MIB} MiB; give one object per line, hex text "
-                f"or raw bytes (as one object per line it is none: {error})"
+                f"or raw bytes (it is not valid as one object per line: {error})"
             )
     try:
         return _loaded(1, "\n".join(parts))
@@ -240,7 +240,7 @@ def _capture(entry: Any, number: int) -> Capture:
     if isinstance(entry, dict):
         text = entry.get("hex", entry.get("printed"))
     if not isinstance(text, str):
-        raise CalledWronglyError(f'entry {number} is no hex text and has none under "hex"')
+        raise CalledWronglyError(f'entry {number} is not hex text and has none under "hex"')
     try:
         return f"entry {number}", parse_hex(text)
     except ValueError as error:

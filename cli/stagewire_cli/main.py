@@ -154,7 +154,7 @@ def _warn(
 
 def _fail(problem: object, code: int) -> int:
     lines = [printable(line) for line in f"stagewire: {problem}".split("\n")]
-    with contextlib.suppress(OSError):  # nobody can be told
+    with contextlib.suppress(OSError):  # no one left to report to
         print("\n".join(lines), file=sys.stderr)
     return code
 

@@ -1,4 +1,4 @@
-"""What ``stagewire monitor`` keeps: the latest status of every part, and how often one comes.
+"""Board of ``stagewire monitor``: the latest status of every part, and the rate of updates.
 
 With ``--plot`` it becomes a picture of position and velocity over time.
 """
@@ -98,9 +98,9 @@ def check_plot(path: Path) -> None:
     if path.suffix.lower() not in _FORMATS:
         raise CalledWronglyError(f"--plot {path}: a picture ends in {' or '.join(_FORMATS)}")
     if not path.absolute().parent.is_dir():
-        raise CalledWronglyError(f"--plot {path}: there is no folder {path.absolute().parent}")
+        raise CalledWronglyError(f"--plot {path}: missing folder {path.absolute().parent}")
     if path.exists() and not path.is_file():
-        raise CalledWronglyError(f"--plot {path}: it is no regular file")
+        raise CalledWronglyError(f"--plot {path}: not a regular file")
     try:
         import matplotlib  # noqa: F401
     except ImportError:

@@ -43,7 +43,7 @@ def watch(
 ) -> None:
     """Watch a controller until Ctrl-C, or for a time.
 
-    :param bay: where it stands in its rack, if it is a module; of a rack, the bay that is watched.
+    :param bay: its bay in the rack, if it is a module; of a rack, the bay that is watched.
     :param picture: file for a picture of what was seen; None: none is drawn.
     :param log: file for a capture; None: none is made.
 
@@ -143,7 +143,7 @@ def _unsolicited_classes(device: Any) -> tuple[type[Message], ...]:
 def _unsolicited(
     device: Any, parts: dict[str, Any], subscription: Any, board: Board
 ) -> Iterator[PartStatus]:
-    """Yield what comes unasked; what had to be dropped is counted on the board."""
+    """Yield unsolicited messages; the board counts those that were dropped."""
     drawn = device.session.now()
     while True:
         try:

@@ -45,9 +45,7 @@ MoveTravel = Annotated[
         help="Travel of the stage, as 12 or as -5,5; positions outside are refused.",
     ),
 ]
-Yes = Annotated[
-    bool, typer.Option("--yes", help="Do not ask; needed where there is no terminal to ask on.")
-]
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask; required without a terminal.")]
 Timeout = Annotated[
     float,
     typer.Option(
@@ -153,8 +151,8 @@ def stop(
 ) -> None:
     """Stop all that moves, or one bay, channel or axis; asks nothing.
 
-    Where the unit is known by --unit or by its USB plug, the stop is the first thing that is sent. Options of
-    move and home are accepted and ignored, so that a command line can be repeated with `stop` in it.
+    If --unit or the USB plug identifies the unit, the stop is sent first. Options of move and home are
+    accepted and ignored, so that you can repeat a command line with `stop` in it.
     """
     from stagewire_cli.motion_session import PartAddress, run_stop
 

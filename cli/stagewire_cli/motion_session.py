@@ -35,20 +35,20 @@ from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
 from stagewire_cli.status import numbers_of, status_of
 
 _PIECE = 0.25  # seconds
-_STOP_TIMEOUT = 10.0  # seconds until a stage that was told to stands still
+_STOP_TIMEOUT = 10.0  # seconds in which a stopped stage must come to rest
 _ENABLE = "; a stop disables the motor: enable it again (start_motor() of the library), then move"
 _OTHERWISE = {
     "start_move_relative": ("start_move_absolute", "--to"),
     "start_move_absolute": ("start_move_relative", "--by"),
 }
-"""What a unit may have in place of a call, and how that is asked for."""
+"""Calls that replace one which a unit lacks, and their options."""
 _IN_UNITS = {"mm": 1, "um": 1000}
 """The keywords by which a call takes a length, and how many of them are a mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartAddress:
-    """What moves: a line, and the part of the controller at its other end."""
+    """The address of a moving part: a line, and the part of its controller."""
 
     url: str
     unit: str | None
@@ -103,7 +103,7 @@ class Target:
 
     @classmethod
     def parse(cls, text: str, *, relative: bool, counts: bool) -> Target:
-        """Read a number; raises :class:`CalledWronglyError` for what is none."""
+        """Read a number; raises :class:`CalledWronglyError` if it is invalid."""
         option = "--by" if relative else "--to"
         try:
             value = exact(text.strip())
@@ -202,7 +202,7 @@ def run_jog(
 
 
 def run_stop(where: PartAddress) -> None:
-    """Stop what moves; all parts are told at once, whatever the others answer."""
+    """Stop everything; the stops of all parts are sent at once, whatever the others answer."""
     with opened(
         where.url, _unit_to_stop(where), bay=where.bay, identify=False, motion_timeout=_STOP_TIMEOUT
     ) as device:
@@ -241,10 +241,10 @@ def _unit_to_stop(where: PartAddress) -> str:
 
 
 def refuse_unattended(yes: bool) -> None:
-    """Refuse, before a line is opened, to move what nobody can be asked about."""
+    """Refuse to move without a confirmation, before a line is opened."""
     if not yes and not sys.stdin.isatty():
         raise CalledWronglyError(
-            "this moves hardware, and there is no terminal to ask on; say --yes if it may"
+            "this moves hardware; without a terminal to confirm it, give --yes"
         )
 
 
@@ -273,7 +273,7 @@ def _act(
 ) -> None:
     """Say what will be done, ask, do it, and wait for its end; Ctrl-C stops it.
 
-    :param there: tells whether it stands where it was sent to, of what may stand there already.
+    :param there: returns whether the part is at its target; for parts that may be there already.
     """
     title = ", ".join(filter(None, (title_of(device), name)))
     if _moves(part):
@@ -306,12 +306,12 @@ def _act(
     if says_nothing and stands == before and not there():
         hint = _ENABLE if hasattr(part, "start_motor") else ""
         why = f" ({missed})" if missed else ""
-        missed = f"it has not moved: it stands at {stands} as before{hint}{why}"
+        missed = f"it has not moved: it is still at {stands}{hint}{why}"
     if missed:
         typer.echo(f"stagewire: {missed}", err=True)
         raise typer.Exit(WRONG)
     assert end is not None
-    typer.echo(f"done after {end.seconds:.2f} s: it stands at {stands}")
+    typer.echo(f"done after {end.seconds:.2f} s: it is at {stands}")
 
 
 def _moves(part: Any) -> bool:
@@ -335,7 +335,7 @@ def _stopped(part: Any) -> str:
     """Stop a part, and say what came of it and where it stands; the stop has longer than a short move."""
     try:
         part.stop(timeout=_STOP_TIMEOUT)
-        return f"stop was sent; it stands at {_position(part)}"
+        return f"stop was sent; it is at {_position(part)}"
     except ReplyTimeoutError as error:
         return f"stop was sent and not answered, so it may still move ({error})"
 

@@ -1,10 +1,10 @@
-"""What commands print and write: tables, progress, files and lists of paths.
+"""Output of commands: tables, progress, files and lists of paths.
 
 A console never cuts columns in a pipe, and text that is printed cannot steer a terminal. Rich is imported on
 use: most commands print plain lines, and would wait for it for nothing.
 
-Progress of what takes longer than two seconds is a status line on a terminal, plain lines elsewhere. Where it
-is known how much there is, a terminal gets a bar.
+The progress of work that takes longer than two seconds is a status line on a terminal, and plain lines
+elsewhere. If the total is known, a terminal shows a bar.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _PIPE_WIDTH = 200
 
 
 def console(*, error: bool = False, file: TextIO | None = None) -> Console:
-    """Return a console on standard output (or error) as it is now; text is printed as it stands.
+    """Return a console on standard output (or error) as it is now; text is printed unchanged.
 
     ``file`` is where to write instead.
     """
@@ -54,7 +54,7 @@ def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
 
 
 def printable(text: str) -> str:
-    """Return text from outside with everything escaped that is no visible character."""
+    """Return text from outside with all invisible characters escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -64,8 +64,8 @@ _PATIENCE = 2.0
 class Progress:
     """Called with what is being done; silent for the first two seconds.
 
-    :param lines: whether to print plain lines where standard error is no terminal.
-    :param quiet: whether to say nothing at all.
+    :param lines: whether to print plain lines if standard error is not a terminal.
+    :param quiet: whether to print nothing at all.
     """
 
     def __init__(self, *, lines: bool = True, quiet: bool = False) -> None:
@@ -133,8 +133,7 @@ def check_output(path: Path, source: Path | None, option: str = "--output") -> N
 
     :param option: by which the file was named.
 
-    A file that is there already is replaced, as by ``cp``; but never the capture itself, and nothing
-    that is no regular file.
+    An existing regular file is replaced, as by ``cp``; the capture itself never is.
     """
     if not path.name:
         raise CalledWronglyError(f"{option}: give the name of a file")
@@ -142,10 +141,10 @@ def check_output(path: Path, source: Path | None, option: str = "--output") -> N
         raise CalledWronglyError(f"{option}: {path} is the capture that is read")
     if path.exists() and not path.is_file():
         instead = "; without --output text goes to standard output" if option == "--output" else ""
-        raise CalledWronglyError(f"{option}: {path} is no regular file{instead}")
+        raise CalledWronglyError(f"{option}: {path} is not a regular file{instead}")
     folder = path.absolute().parent
     if not folder.is_dir():
-        raise CalledWronglyError(f"{option}: there is no folder {folder}")
+        raise CalledWronglyError(f"{option}: missing folder {folder}")
     if not os.access(folder, os.W_OK):
         raise CalledWronglyError(f"{option}: no file can be made in {folder}, which is not yours")
 
@@ -154,7 +153,7 @@ def check_output(path: Path, source: Path | None, option: str = "--output") -> N
 def output(path: Path | None, *, binary: bool = False) -> Iterator[IO[Any]]:
     """Give a stream to write to; a file gets its name when the block ends without an exception.
 
-    Until then it stands beside its place under a temporary name, which is removed if the block fails.
+    Until then it has a temporary name in the same folder; it is removed if the block fails.
     """
     if path is None:
         yield sys.stdout

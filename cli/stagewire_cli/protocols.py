@@ -1,4 +1,4 @@
-"""Which protocol a command works on."""
+"""Choice of the protocol that a command works on."""
 
 from __future__ import annotations
 

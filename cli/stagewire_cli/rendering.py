@@ -1,6 +1,6 @@
 """A frame for people: every field with its offset, raw value and meaning.
 
-Or why bytes are no message: which of them are wrong, and what was expected there.
+Or why bytes are not a message: which of them are wrong, and what was expected.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 ========  =================================================================================================
 text      for people: a line and a hint for each diagnostic, or what was looked at
 json      for programs: one JSON object, as ``spec/schema/diagnostics.schema.json`` describes it
-github    for GitHub Actions: a workflow command for each diagnostic, which becomes a note beside the line
+github    for GitHub Actions: a workflow command for each diagnostic, which becomes a note at the line
 junit     for the test viewers of CI servers: a suite for each protocol, a case for each file that was read
 ========  =================================================================================================
 """
@@ -168,7 +168,7 @@ def as_junit(report: Report) -> str:
 
 
 def _case(protocol: str, name: str, diagnostics: Sequence[Diagnostic]) -> TestCase:
-    """Return a case; viewers show one failure of it, so that all diagnostics stand in one."""
+    """Return a case; viewers show only one failure, so it contains all diagnostics."""
     from junitparser import Failure, TestCase
 
     case = TestCase(printable(name), f"stagewire.{printable(protocol)}")
@@ -182,7 +182,7 @@ def _case(protocol: str, name: str, diagnostics: Sequence[Diagnostic]) -> TestCa
 
 
 class ReportFormat(enum.StrEnum):
-    """What ``--format`` takes."""
+    """Values of ``--format``."""
 
     TEXT = "text"
     JSON = "json"

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 _NOTES = 5
 _WIDE = 130
-"""Columns of a terminal that show everything unfolded; where controllers listen stands above it, too."""
+"""Columns of a terminal that show everything unfolded, with the addresses of controllers above it."""
 
 
 class _Screen:
-    """A table that is drawn anew when it is told to; leaves its last state on the terminal."""
+    """A table that is redrawn on request, and leaves its last state on the terminal."""
 
     def __init__(self) -> None:
         self._console = console()
@@ -43,7 +43,7 @@ class _Screen:
 
 
 class MonitorScreen(_Screen):
-    """What the parts of a controller say.
+    """The states of the parts of a controller.
 
     :param title: what is monitored, in one line.
     :param board: what it shows.
@@ -73,7 +73,7 @@ class MonitorScreen(_Screen):
 
 
 class VirtualScreen(_Screen):
-    """What virtual controllers do.
+    """The activity of virtual controllers.
 
     :param links: what it shows.
     """

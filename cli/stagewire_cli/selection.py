@@ -1,4 +1,4 @@
-"""What the options of ``stagewire decode`` ask for: which protocol, which way, which message."""
+"""Options of ``stagewire decode`` that choose the protocol, the direction and the message."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Selection(Options):
 
 
 def _status(recorded: Heading) -> str | None:
-    """Return the status block that the unit of a capture sends, as far as one has to be told."""
+    """Return the status block that the unit of a capture sends, if a decoder needs to know it."""
     protocol = choose(recorded.protocol, lambda _: True)
     known = codec_of(protocol).contexts.get("status", ())
     units = protocol.registry()["units"]

@@ -46,7 +46,7 @@ _TABLES = {
 def show(
     name: Annotated[str, typer.Argument(help="Name; upper or lower case, or a message id.")],
     protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="As it stands in the registry.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the registry's own JSON.")] = False,
 ) -> None:
     """Show a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum."""
     protocols = {one.name: one for one in one_or_all(protocol)}

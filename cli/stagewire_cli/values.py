@@ -39,7 +39,7 @@ class HexText:
         self._inside = False  # the tail goes on with a word whose beginning was given out
 
     def feed(self, block: str) -> bytes:
-        """Take the next block; raise :class:`ValueError` for what is no hex."""
+        """Take the next block; raise :class:`ValueError` if it is not hex."""
         made = bytearray()
         for number, line in enumerate(block.split("\n")):
             if number:

@@ -1,4 +1,4 @@
-"""``stagewire virtual``: controllers made of software, on TCP or a pty, until they are told to end."""
+"""``stagewire virtual``: virtual controllers on TCP or a pseudo-terminal, until they are stopped."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def virtual(
         typer.Option(
             "--bind",
             metavar="ADDRESS",
-            help="Be reached from the network at this address.  [default: this machine only]",
+            help="Listen on this address.  [default: this machine only]",
         ),
     ] = None,
     stage: Annotated[
@@ -110,7 +110,7 @@ def virtual(
             "--position",
             parser=_whole,
             metavar="COUNTS",
-            help="Where it is at first, from the lower end of its travel.",
+            help="Start position, from the lower end of the travel.",
         ),
     ] = None,
     seed: Annotated[
@@ -162,7 +162,7 @@ def virtual(
         typer.Option(
             "--line",
             metavar="usb|rs232",
-            help="What the controller takes the line for; on USB it wants to be kept alive.  "
+            help="Kind of line that the controller assumes; on USB it needs keep-alives.  "
             "[default: usb]",
         ),
     ] = None,
@@ -218,8 +218,8 @@ def virtual(
 ) -> None:
     """Serve virtual controllers: software that speaks the bytes of real ones.
 
-    Without --tcp or --pty each unit gets a free TCP port. Where they listen is printed, a line each; on a
-    terminal a live table follows. They are reached from this machine alone unless --bind says otherwise.
+    Without --tcp or --pty each unit gets a free TCP port. Each address is printed on a line; on a terminal a
+    live table follows. The ports are reachable from this machine only, unless --bind gives another address.
 
     With several units, options are for all of them; a bench file has options for each. --log writes a
     file for each unit, numbered if there are several.

@@ -25,7 +25,7 @@ from stagewire_conformance.framings import EVENT_NAMES
 from stagewire_virtual.serving.link import Link
 
 Piece = tuple[bytes, str]
-"""Bytes that passed, and what they completed; ``incomplete`` when that was nothing yet."""
+"""Bytes that passed, and the event that they completed, or ``incomplete``."""
 
 
 class Conversation:
@@ -66,7 +66,7 @@ class Conversation:
 
 
 def _raw(kind: str, raw: bytes) -> str:
-    """Name bytes that are no message; what is text all the same, as of a terminal, is shown."""
+    """Describe bytes that are not a message; text, as from a terminal, is shown."""
     text = raw.decode("latin-1")
     is_text = text.isascii() and text.rstrip("\r\n").isprintable() and text.strip()
     return f"{kind} {text!r}" if is_text else kind
@@ -105,14 +105,14 @@ def logs(target: str, links: Sequence[Link], source: Path | None) -> Iterator[di
 
 
 def begin(logs: Iterable[Log]) -> None:
-    """Open all logs; what stood in their files is replaced.
+    """Open all logs, and replace the contents of their files.
 
     Raises :class:`CalledWronglyError` for a file that cannot be written.
     """
     for log in logs:
         try:
             log.begin()
-        except BrokenPipeError:  # nobody reads standard output any more
+        except BrokenPipeError:  # the reader of standard output has gone
             raise
         except OSError as error:
             raise CalledWronglyError(
@@ -162,7 +162,7 @@ class Log:
 
 
 class _Labelled(io.TextIOBase):
-    """Standard output, each line behind the label of the unit that it concerns."""
+    """Standard output, with the label of its unit before each line."""
 
     def __init__(self, label: str) -> None:
         self._label = label
@@ -187,7 +187,7 @@ def _opened(path: Path, stack: ExitStack) -> TextIO:
 
 
 def _close(file: TextIO) -> None:
-    """Close a file; what could not be written was told when it was flushed."""
+    """Close a file; a failure to write was reported when it was flushed."""
     with suppress(OSError):
         file.close()
 

@@ -1,4 +1,4 @@
-"""What ``stagewire virtual`` serves: units by name, a bench file or a recorded session.
+"""Units that ``stagewire virtual`` serves: by name, from a bench file or a recorded session.
 
 Options of the command line become the keys of a bench file, so that one reader checks both.
 """
@@ -87,7 +87,7 @@ def of_replay(
 ) -> list[LinkMaker]:
     """Return the controller's side of a recorded session; see :class:`~stagewire_virtual.replay.Replay`.
 
-    Making it raises :class:`~stagewire.errors.CaptureError` for a file that is no capture.
+    The constructor raises :class:`~stagewire.errors.CaptureError` if the file is not a capture.
     """
     from stagewire_virtual.replay import load_replay
 
@@ -101,7 +101,7 @@ def of_replay(
 
 
 def show_all() -> None:
-    """Print all units, and what can be told of them by name: quirks, strategies and faults."""
+    """Print all units, and the names of their quirks, strategies and faults."""
     from stagewire_apt import PROTOCOL as APT
     from stagewire_virtual.asi_ms2000.instrument import STRATEGIES
     from stagewire_virtual.faults.fault import ACTIONS

@@ -145,7 +145,7 @@ def test_examples_beside_the_spec_are_evidence(stagewire: Stagewire, repository:
     ("arguments", "said"),
     [
         (["spec", "--against", "nowhere"],
-         "--against, nowhere, is no folder, and as a revision it cannot be read: the repository has no"),
+         "--against, nowhere, is not a folder, and as a revision it cannot be read: the repository has no"),
         (["spec", "--against", "HEAD:nowhere"], "the revision HEAD has no folder nowhere"),
         (["spec", "--against", ""], "the name of --against is empty"),
         (["spec", "--against", "-x"], "is no revision"),

@@ -135,7 +135,7 @@ def test_a_failure_that_is_expected_counts_as_passed(stagewire: Stagewire, tmp_p
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ("banner", "is no testee: asked hello: 'Welcome!' is no JSON"),
+        ("banner", "is not a testee: asked hello: 'Welcome!' is no JSON"),
         ("crash_at_once", "has ended with exit status 9"),
         ("other_version", "speaks version 2 of the testee protocol"),
     ],
@@ -171,7 +171,7 @@ def test_interrupted(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "which testee? give its command behind --"),
+        ([], "missing testee: give its command after --"),
         (["--", "no_such_program"], "no_such_program cannot be run: "),
         (["--timeout", "0", *bad("good")], "--timeout is a number of seconds above 0"),
         (["--timeout", "nan", *bad("good")], "--timeout is a number of seconds above 0"),

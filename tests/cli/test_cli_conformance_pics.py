@@ -89,9 +89,9 @@ def test_what_was_filled_in_is_not_written_over(
         (
             ["--from", "virtual://TDC001", "--out", "no/folder/x.toml"],
             2,
-            "--out: there is no folder",
+            "--out: missing folder",
         ),
-        (["--from", "virtual://TDC001", "--out", "-"], 2, "--out: - is no file"),
+        (["--from", "virtual://TDC001", "--out", "-"], 2, "--out: - is not a file"),
         (["--from", "/dev/there-is-none"], 4, "cannot be opened"),
         ([], 2, "--from"),
     ],

@@ -358,7 +358,7 @@ def test_lists_and_lines_of_captures(stagewire: Stagewire, text: str) -> None:
         ('{"hex": "53"}\n{"hex": \n', "not JSON: line 2: "),
         ('{"hex": "53"}\n' + "[" * 100_000, "line 2: nested too deeply"),
         (b'{"hex": "53"}\n' * 9_000 + b'["\xff"]\n', "line 9001: not UTF-8 text: byte 2"),
-        ('{"hex": "53"}\n["53"]\n', "entry 2 is no hex text"),
+        ('{"hex": "53"}\n["53"]\n', "entry 2 is not hex text"),
     ],
     ids=range(6),
 )
@@ -477,12 +477,12 @@ def test_a_disk_that_is_full_leaves_no_file(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--format", "parquet"], "say where to write it by --output FILE"),
+        (["--format", "parquet"], "give --output FILE"),
         (["--format", "xml"], "Invalid value"),
         (["--json", "--format", "csv"], "--json is --format jsonl; it contradicts --format csv"),
-        (["--output", "{tmp}"], "is no regular file"),
-        (["--output", os.devnull], "is no regular file"),
-        (["--output", "{tmp}/no/decoded"], "there is no folder"),
+        (["--output", "{tmp}"], "is not a regular file"),
+        (["--output", os.devnull], "is not a regular file"),
+        (["--output", "{tmp}/no/decoded"], "missing folder"),
         (["--output", "/"], "--output: "),
         (["--message", "MOT_GET_DCSTATUS"], "--message: "),
         (["--message", "MOT_MOVE_ABSOLUTE"], "has several forms; give one of header, data"),

@@ -238,8 +238,14 @@ def test_a_revision_that_is_wrong_names_its_files(stagewire: Stagewire, reposito
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["nowhere", "HEAD"], "OLD, nowhere, is no folder, and as a revision it cannot be read: "),
-        (["HEAD", "nowhere"], "NEW, nowhere, is no folder, and as a revision it cannot be read: "),
+        (
+            ["nowhere", "HEAD"],
+            "OLD, nowhere, is not a folder, and as a revision it cannot be read: ",
+        ),
+        (
+            ["HEAD", "nowhere"],
+            "NEW, nowhere, is not a folder, and as a revision it cannot be read: ",
+        ),
         (["HEAD", "HEAD:nowhere"], "the revision HEAD has no folder nowhere"),
         (["HEAD", "HEAD~1", "--spec", "nowhere"], "the revision HEAD has no folder nowhere"),
         (["HEAD", "HEAD~1", "--spec", " "], "the name of the folder after --spec is empty"),

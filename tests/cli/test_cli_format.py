@@ -107,7 +107,7 @@ def test_what_is_broken_is_reported_and_the_rest_formatted(
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (["format", "nowhere"], 2, "there is no file or folder nowhere"),
+        (["format", "nowhere"], 2, "nowhere does not exist; give a file or folder"),
         (["format", ""], 2, "the name of a folder is empty"),
         (["format", "spec/schema"], 2, "spec/schema holds no file of a spec"),
         (["format", "spec/schema/units.schema.json"], 1, "1 left alone"),

@@ -172,11 +172,11 @@ def test_wrong_templates_write_nothing(stagewire: Stagewire, here: Path, mode: l
             "--list-outputs and --list-inputs exclude each other",
         ),
         (["--list-templates", "--cmake-dir"], "exclude each other"),
-        (["--templates", "nowhere"], "nowhere is no folder; give one that holds templates"),
+        (["--templates", "nowhere"], "nowhere is not a folder; give a folder of templates"),
         (["--templates", ""], "the name of a folder is empty"),
-        (["--spec", "nowhere", "--list-inputs"], "nowhere is no folder"),
+        (["--spec", "nowhere", "--list-inputs"], "nowhere is not a folder"),
         (["--spec", "spec/tiny/messages", "--list-inputs"], "holds no folder with a protocol.yaml"),
-        (["--target", "cobol", "--list-outputs"], "there is no target cobol"),
+        (["--target", "cobol", "--list-outputs"], "unknown target cobol"),
     ],
 )
 def test_called_wrongly(stagewire: Stagewire, here: Path, words: list[str], said: str) -> None:

@@ -105,8 +105,8 @@ def test_a_picture(tmp_path: Path, name: str, begin: bytes) -> None:
     ("file", "said"),
     [
         ("a.jpg", "a picture ends in .png or .svg"),
-        ("nowhere/a.png", "there is no folder"),
-        ("folder.png", "no regular file"),
+        ("nowhere/a.png", "missing folder"),
+        ("folder.png", "not a regular file"),
     ],
 )
 def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_opened(

@@ -63,7 +63,7 @@ def test_a_move_says_from_where_to_where_and_where_it_stands_then(
     first, second = result.out.splitlines()
     assert first.startswith("TDC001, serial number 83")
     assert first.endswith(": moves from 0.0000 mm to 1.5 mm")
-    assert second.endswith("it stands at 1.5000 mm")
+    assert second.endswith("it is at 1.5000 mm")
     assert line.count(*MOVES) == line.count(MOVE_ABSOLUTE) == 1
 
 
@@ -75,7 +75,7 @@ def test_by_a_distance_and_in_counts(stagewire: Stagewire, attach: Attach) -> No
     assert (first.code, second.code) == (0, 0)
     assert "moves from 0 counts by 2000 counts" in first.out
     assert "moves from 2000 counts by -500 counts" in second.out
-    assert second.out.endswith("it stands at 1500 counts\n")
+    assert second.out.endswith("it is at 1500 counts\n")
     assert line.count(MOVE_RELATIVE) == 2
 
 
@@ -127,7 +127,7 @@ def test_an_axis_of_an_ms2000(stagewire: Stagewire, attach: Attach) -> None:
         result = stagewire("move", URL, "--unit", "MS2000", "--axis", "x", "--to", "0.1", "--yes")
     assert result.code == 0, result.err
     assert "axis X: moves from 0.0000 um to 0.1 mm" in result.out
-    assert result.out.endswith("it stands at 100.0000 um\n")
+    assert result.out.endswith("it is at 100.0000 um\n")
 
 
 @pytest.mark.usefixtures("terminal")
@@ -150,7 +150,7 @@ def test_without_a_terminal_and_without_yes_nothing_is_opened(
     monkeypatch.setattr(linking, "open_link", lambda *_: pytest.fail("it was opened"))
     result = stagewire(*words)
     assert result.code == 2
-    assert "say --yes if it may" in result.err
+    assert "give --yes" in result.err
 
 
 @pytest.mark.parametrize(
@@ -208,7 +208,7 @@ def test_a_controller_that_does_not_get_there_is_stopped_and_it_says_so(
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "10", "--timeout", "1", *Z8)
     assert result.code == 1
-    assert "it took longer than 1 s: stop was sent; it stands at" in result.err
+    assert "it took longer than 1 s: stop was sent; it is at" in result.err
     assert line.count(STOP) == 1
 
 
@@ -219,7 +219,7 @@ def test_a_stop_has_longer_to_be_answered_than_a_short_move_had(
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "1", "--timeout", "0.3", *Z8)
     assert result.code == 1
-    assert "it took longer than 0.3 s: stop was sent; it stands at 0." in result.err
+    assert "it took longer than 0.3 s: stop was sent; it is at 0." in result.err
     assert "MOT_MOVE_ABSOLUTE" in result.err.splitlines()[-1]
     assert line.count(STOP) == 1
 
@@ -235,7 +235,7 @@ def test_a_motor_that_a_stop_has_disabled_is_not_said_to_have_moved(
         result = stagewire("move", URL, *x, "--to", "1", "--yes")
         counts = stagewire("move", URL, *x, "--counts", "--to", "5", "--yes")
     assert (there.code, result.code, counts.code) == (0, 1, 1)
-    assert "it has not moved: it stands at 0.0000 um as before; a stop disables" in result.err
+    assert "it has not moved: it is still at 0.0000 um; a stop disables" in result.err
 
 
 def test_ctrl_c_stops_it_and_says_so(
@@ -249,7 +249,7 @@ def test_ctrl_c_stops_it_and_says_so(
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "10", *Z8)
     assert result.code == 130
-    assert "interrupted: stop was sent; it stands at 0." in result.err
+    assert "interrupted: stop was sent; it is at 0." in result.err
     assert line.count(STOP) == 1
 
 
@@ -309,7 +309,7 @@ def test_a_jog_goes_by_the_stored_step(
     assert (
         f"jogs {direction} from 0.0000 mm by the stored step, 0.1000 mm (SINGLE_STEP)" in result.out
     )
-    assert result.out.endswith(f"it stands at {stands} mm\n")
+    assert result.out.endswith(f"it is at {stands} mm\n")
     assert line.count(JOG) == 1
 
 
@@ -326,7 +326,7 @@ def test_a_jog_that_misses_its_target_is_not_done(stagewire: Stagewire, attach: 
     [
         (("forwards", *Z8), "'forwards' is not one of FORWARD, REVERSE"),
         (("3", *Z8), "jog direction '3' is not one of FORWARD, REVERSE"),
-        (("forward", "--unit", "TDC001"), "no terminal to ask on"),
+        (("forward", "--unit", "TDC001"), "without a terminal to confirm it, give --yes"),
         (("forward", "--unit", "MS2000", "--axis", "X", "--yes"), "MS2000 has no jog"),
     ],
 )
@@ -393,7 +393,7 @@ def test_ctrl_c_in_a_process_of_its_own(tmp_path: Path) -> None:
             out, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert "moves from 0.0000 mm to 50 mm" in out
-    assert err.startswith("interrupted: stop was sent; it stands at ")
+    assert err.startswith("interrupted: stop was sent; it is at ")
     assert "Traceback" not in err
     assert "MOT_MOVE_STOPPED" in (tmp_path / "log.txt").read_text()
 

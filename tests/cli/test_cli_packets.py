@@ -128,7 +128,7 @@ def test_a_packet_by_the_name_of_its_message(stagewire: Stagewire) -> None:
     [
         (MOVE[:-1], "truncated", "08", ""),
         (MOVE + STOP, "trailing", STOP.hex(" ").upper(), "several packets in one text are read from"),
-        (b"\x00" + MOVE, "bad_value", "00", "the bytes that begin a packet stand at byte 1"),
+        (b"\x00" + MOVE, "bad_value", "00", "the bytes that begin a packet are at byte 1"),
         (MOVE[:5] + b"\x71" + MOVE[6:], "bad_value", MOVE[11:13].hex(" ").upper(), ""),
         (MOVE[:-1] + b"\x0a", "bad_value", "0A", ""),
         (MOVE[:2] + b"\x40" + MOVE[3:], "bad_length", "40", ""),

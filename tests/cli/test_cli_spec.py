@@ -64,12 +64,12 @@ def test_check_reports_everything(stagewire: Stagewire, spec: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (["check", "nowhere"], 2, "nowhere is no folder"),
-        (["check", ROOT / "pyproject.toml"], 2, "is no folder"),
+        (["check", "nowhere"], 2, "nowhere is not a folder"),
+        (["check", ROOT / "pyproject.toml"], 2, "is not a folder"),
         (["check", SPEC, SPEC], 2, "unexpected extra argument"),
         (["check", Path(__file__).parent], 1, "error"),
-        (["generate", "--spec", "nowhere"], 2, "nowhere is no folder"),
-        (["generate", "--target", "cobol"], 2, "there is no target cobol (there are: "),
+        (["generate", "--spec", "nowhere"], 2, "nowhere is not a folder"),
+        (["generate", "--target", "cobol"], 2, "unknown target cobol (choose from "),
         (["generate", "--spec", SPEC, "--spec", SPEC, "--check"], 2, "from more than one"),
         (["generate", "--all"], 2, "No such option"),
         (["check", ""], 2, "the name of a folder is empty"),

@@ -226,8 +226,8 @@ def test_what_is_generated_is_compared_under_the_overlay(
 @pytest.mark.parametrize(
     ("overlays", "wanted"),
     [
-        (["thorlabs_apt/earlier"], f"there is no overlay thorlabs_apt/earlier (there are: {NAME})"),
-        (["later_issues"], f"there is no overlay later_issues (there are: {NAME})"),
+        (["thorlabs_apt/earlier"], f"unknown overlay thorlabs_apt/earlier (choose from {NAME})"),
+        (["later_issues"], f"unknown overlay later_issues (choose from {NAME})"),
         ([NAME, NAME], f"--overlay {NAME} is given twice"),
     ],
 )
@@ -248,7 +248,7 @@ def test_a_wrong_overlay(
 
 def test_no_overlay_at_all(good_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(good_spec), "--overlay", "tiny/second"]) == 2
-    assert "there is no overlay tiny/second (there are none)" in capsys.readouterr().err
+    assert "unknown overlay tiny/second (the spec has none)" in capsys.readouterr().err
 
 
 def test_check_of_several_together(overlaid_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:

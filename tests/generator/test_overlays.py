@@ -91,7 +91,7 @@ def test_an_overlay_of_a_wrong_protocol_is_not_looked_at(spec: Path) -> None:
     shutil.rmtree(spec / "tiny" / "overlays" / "third" / "messages")
     wrong = said(spec)
     assert not [line for line in wrong if "overlays" in line]
-    assert "tiny/messages/core.yaml:119:3: SW030 POS_ALIVE and LAMP have the id 0x0123" in wrong
+    assert "tiny/messages/core.yaml:120:3: SW030 POS_ALIVE and LAMP have the id 0x0123" in wrong
 
 
 # What is replaced and added

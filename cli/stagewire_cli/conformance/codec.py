@@ -41,7 +41,7 @@ _EVERY = 2.0
 """Seconds between two lines that say how far it is, where there is no terminal."""
 
 _LONGEST = 86_400
-"""Seconds; a system waits for so long, and nobody longer."""
+"""Seconds, at most."""
 
 EXAMPLE = """\b
 Examples:
@@ -63,7 +63,7 @@ Exit status:
 def codec(
     command: Annotated[
         list[str] | None,
-        typer.Argument(metavar="COMMAND...", help="The testee and its arguments, behind --."),
+        typer.Argument(metavar="COMMAND...", help="The testee and its arguments, after --."),
     ] = None,
     protocol: Annotated[
         list[str] | None,
@@ -98,10 +98,10 @@ def codec(
 ) -> None:
     """Ask a codec all that it has to know, and say what it gets wrong.
 
-    COMMAND is a program that reads requests from standard input, one JSON object a line, and writes an answer
-    to each: docs/codec-conformance.md says how. It is asked every example of the documents, every case of
-    the registry, streams cut at every place, and lines that are no requests. Where it crashes or does not
-    answer, it is started again, and the run goes on.
+    COMMAND is a program that reads requests from standard input, one JSON object per line, and answers each
+    of them; docs/codec-conformance.md describes the protocol. The run covers every example of the
+    documents, every case of the registry, streams cut at every byte, and invalid requests. If the program
+    crashes or does not answer, it is restarted and the run continues.
     """
     files = ReportFiles(junit, json, html, others=(("--expected", expected),))
     files.check()
@@ -125,7 +125,7 @@ def codec(
             _show_list(plan)
         return
     if not command:
-        raise CalledWronglyError("which testee? give its command behind --, such as -- ./testee")
+        raise CalledWronglyError("missing testee: give its command after --, such as -- ./testee")
     code = _run(plan, files)
     if code:
         raise typer.Exit(code)
@@ -152,7 +152,7 @@ def _run(plan: Plan, files: ReportFiles) -> int:
     except (NotStartedError, NothingToAskError, ExpectedFileError) as error:
         raise CalledWronglyError(str(error)) from None
     except NotATesteeError as error:
-        problem = f"stagewire: {as_typed(plan.command)} is no testee: {error}"
+        problem = f"stagewire: {as_typed(plan.command)} is not a testee: {error}"
         typer.echo("\n".join(map(printable, problem.split("\n"))), err=True)
         return Verdict.UNFINISHED.exit_status
     typer.echo(printable(testee_line(report)))

@@ -48,7 +48,7 @@ def device(
         typer.Option(
             "--pics",
             metavar="FILE",
-            help="What the vendor declares of the controller; see stagewire conformance pics.",
+            help="Vendor's declaration of the controller; see stagewire conformance pics.",
         ),
     ] = None,
     allow_settings: Annotated[
@@ -64,9 +64,7 @@ def device(
     ] = None,
     allow_eeprom: Annotated[
         bool,
-        typer.Option(
-            "--allow-eeprom", help="Let settings be written to the EEPROM, as they stand."
-        ),
+        typer.Option("--allow-eeprom", help="Allow the current settings to be saved to EEPROM."),
     ] = False,
     only: Annotated[
         list[str] | None,
@@ -92,8 +90,8 @@ def device(
 ) -> None:
     """Check a controller against its document, and say which rules it breaks.
 
-    Asks, and does nothing else, unless it is allowed to: each --allow option says what it opens. What will be
-    done is said before. Ctrl-C, and whatever else ends the run, sends stops first, then restores settings.
+    By default it only reads. Each --allow option permits more, and the plan is printed before the run. When
+    the run ends, also by Ctrl-C, stops are sent first; then settings are restored.
     """
     from stagewire_cli.conformance.device_run import plan_of, run_session, show_list
 
@@ -155,9 +153,9 @@ def pics(
 ) -> None:
     """Write a PICS, in which a vendor declares what a controller can do.
 
-    The controller is asked what it is, which bays are used, and then every request of its unit once. What
-    does not answer is written down as unsupported. Nothing is set, and nothing moves. Stages, travels and
-    promises are for you to fill in.
+    Reads the identity of the controller and its bays, and sends every request of its unit once. A request
+    without an answer is listed as unsupported. Nothing is set, and nothing moves. Add the stages, travels
+    and promises yourself.
     """
     from stagewire.errors import BadValueError, StagewireError, TransportError
     from stagewire.links import open_link

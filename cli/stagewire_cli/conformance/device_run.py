@@ -78,7 +78,7 @@ def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> i
     try:
         written += files.write(sheet)
     finally:
-        with suppress(BrokenPipeError):  # nobody reads it any more; the exit status is the same
+        with suppress(BrokenPipeError):  # the reader has gone; the exit status is the same
             show_results(sheet)
             if execution.report.unfinished:
                 _show_ending(execution.report)

@@ -159,7 +159,7 @@ def rules(
 
 
 def _rule_table(rows: tuple[Coverage, ...]) -> None:
-    shown = table("rule", "where", "strength", "checks, or why there are none")
+    shown = table("rule", "where", "strength", "checks, or the reason for none")
     for row in rows:
         seen = ", ".join(row.checks) or printable(row.waiver) or "nothing"
         shown.add_row(row.rule, row.where, row.strength, seen, style="red" if row.problem else None)

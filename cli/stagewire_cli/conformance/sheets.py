@@ -82,7 +82,7 @@ class ReportFiles:
     def check_file(path: Path, option: str) -> None:
         """Refuse a file that cannot be made, and ``-``; raises :class:`CalledWronglyError`."""
         if str(path) == "-":
-            raise CalledWronglyError(f"{option}: - is no file; give the name of one")
+            raise CalledWronglyError(f"{option}: - is not a file; give a file name")
         check_output(path, None, option)
 
     def write(self, sheet: Sheet) -> list[Path]:

@@ -15,7 +15,7 @@ from stagewire_cli.formats.writer import Writer
 
 
 class Format(enum.Enum):
-    """What ``--format`` takes."""
+    """Values of ``--format``."""
 
     TABLE = "table"
     JSONL = "jsonl"

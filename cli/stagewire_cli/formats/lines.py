@@ -57,7 +57,7 @@ class JsonLinesWriter(TextWriter):
         )
 
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
-        """Write bytes of a stream that are no message."""
+        """Write bytes of a stream that are not a message."""
         if kind == PENDING:
             self._print(self._place(offset) | {"pending": raw.hex()})
         else:
@@ -74,7 +74,7 @@ class JsonLinesWriter(TextWriter):
 
 _TEXT = EVENT_NAMES[TextReceived]
 _MARKS = {"to_controller": ">", "to_host": "<"}
-"""Which way bytes of a capture went, as captures spell it."""
+"""Directions of bytes, as captures spell them."""
 
 
 class TableWriter(TextWriter):

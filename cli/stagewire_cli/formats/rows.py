@@ -17,7 +17,7 @@ from stagewire_cli.formats.writer import AS_JSON, EventWriter, FieldsText, Write
 from stagewire_conformance.answers import Decoded, frame_answer, message_of
 
 _HELD: Final = 4 * 1024 * 1024
-"""Bytes that are no message and wait for a batch: a row of garbage may be a whole block."""
+"""Bytes of garbage that wait for a batch, at most; a row of garbage may be a whole block."""
 
 
 def general_columns(task: Task) -> list[Column]:
@@ -121,7 +121,7 @@ class GeneralWriter(_RowWriter, EventWriter):
 class TypedWriter(_RowWriter):
     """Writes a row for each message of one kind, with typed columns.
 
-    What is no such message has no place in these columns: a refusal is said on standard error.
+    These columns have room for this message only: a refusal is reported on standard error.
     """
 
     def __init__(self, task: Task, rows: TypedRows, sink: Sink) -> None:
@@ -139,7 +139,7 @@ class TypedWriter(_RowWriter):
         self._write_full()
 
     def pending(self, offset: int, raw: bytes) -> None:
-        """Nothing: it is no message."""
+        """Write nothing, because the bytes are not a message."""
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
         """Say why bytes are refused."""

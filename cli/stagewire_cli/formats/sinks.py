@@ -1,4 +1,4 @@
-"""Where rows go: CSV and Parquet, and what they have in common.
+"""Sinks for rows: CSV and Parquet, and their common parts.
 
 CSV has a heading, then a row for each event or frame; byte strings are in hex. Parquet, through pyarrow, has
 columns with types, written in row groups.
@@ -56,7 +56,7 @@ class Sink(abc.ABC):
 
     @abc.abstractmethod
     def abandon(self) -> None:
-        """Let go of a table that will not be finished."""
+        """Discard a table that will not be finished."""
 
 
 class CsvSink(Sink):

@@ -1,4 +1,4 @@
-"""What is to be decoded: whose bytes they are, and what has to be known beforehand to read them.
+"""A decoding task: the protocol and direction of the bytes, and the facts needed to read them.
 
 With the rows that it makes of one message: a typed column for each field, gathered message by message. Frames
 go through the columns of the library, which read the fields of many frames at once.
@@ -171,18 +171,18 @@ _RECORDED = (Column("line", "uint64"), Column("time", "float64"), Column("direct
 
 
 class Task(abc.ABC):
-    """What is to be decoded, by the codec of a protocol.
+    """A decoding task for the codec of a protocol.
 
     :param protocol: whose bytes they are.
-    :param request: what the codec has to be told beside the bytes.
+    :param request: what the codec needs in addition to the bytes.
     :param only: the one message class that is wanted; None for everything.
     """
 
     addresses: tuple[Column, ...]
-    """What says whom a message is for: columns of a table, named as attributes of what is decoded."""
+    """Columns of addresses, named as attributes of a decoded message."""
 
     places: tuple[Column, ...] = _OFFSET
-    """What says where something stands: columns of a table, an offset or line and what :attr:`stamp` has."""
+    """Columns of positions: an offset or line, and the columns of :attr:`stamp`."""
 
     stamp: Stamp | tuple[()] = ()
     """Of what is decoded next, where it comes from a capture."""
@@ -211,7 +211,7 @@ class Task(abc.ABC):
         return self.codec.reader({**self.request, "end": (end or End.NONE).value})
 
     def records(self) -> None:
-        """Be told that what is decoded is a capture, which has lines, times and directions."""
+        """Expect a capture, which has lines, times and directions."""
         self.places = _RECORDED
 
     def readers(self) -> Mapping[Direction, Reader]:
@@ -233,7 +233,7 @@ class Task(abc.ABC):
         return tuple(getattr(decoded, column.name, None) for column in self.addresses)
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
-        """Yield what may be behind the refusal of bytes, as far as it shows."""
+        """Yield possible causes of a refusal of bytes."""
         yield from ()
 
     def _in_others(self, raw: bytes) -> Iterator[str]:
@@ -241,7 +241,7 @@ class Task(abc.ABC):
         for codec in self._known:
             try:
                 message = message_of(codec.decoded(raw, {})).layout.message
-            except StagewireError:  # what cannot be read so is no hint
+            except StagewireError:  # not a possible cause
                 continue
             name = codec.protocol.name
             if isinstance(codec.protocol, CommandProtocol):
@@ -270,6 +270,6 @@ def _codecs() -> list[Codec]:
     for name in available_protocols():
         try:
             found.append(codec_of(load_protocol(name)))
-        except StagewireError:  # what cannot be loaded is no hint
+        except StagewireError:  # not a possible cause
             continue
     return found

@@ -1,4 +1,4 @@
-"""What every format can do: take frames that have to be right, or the events of a stream.
+"""Interface of all formats: they take frames that must be valid, or the events of a stream.
 
 The fields of a message become text quickly: captures hold millions of frames and few layouts.
 """
@@ -20,7 +20,7 @@ from stagewire_conformance.answers import Decoded
 from stagewire_conformance.framings import EVENT_NAMES
 
 PENDING = "pending"
-"""The kind of the bytes that are left at the end of a stream, beside the kinds of events."""
+"""The kind of the bytes that are left at the end of a stream; events have kinds of their own."""
 
 
 class Writer(abc.ABC):
@@ -56,7 +56,7 @@ class Writer(abc.ABC):
 
     @abc.abstractmethod
     def events(self, offset: int, events: Iterable[Event]) -> None:
-        """Write events of a stream that follow one another, the first of which stands at ``offset``."""
+        """Write consecutive events of a stream; the first begins at ``offset``."""
 
     @abc.abstractmethod
     def pending(self, offset: int, raw: bytes) -> None:
@@ -102,7 +102,7 @@ class EventWriter(Writer):
 
     @abc.abstractmethod
     def no_message(self, offset: int, kind: str, raw: bytes) -> None:
-        """Write bytes of a stream that are no message."""
+        """Write bytes of a stream that are not a message."""
 
 
 class TextWriter(EventWriter):
@@ -136,7 +136,7 @@ class FieldsText:
     For every such class a template is made once. It gives what ``frame_answer`` would; all other
     messages have to go through that.
 
-    :param style: how one field is written, and what stands between two.
+    :param style: the format of one field, and the separator of two.
     """
 
     def __init__(self, style: tuple[str, str]) -> None:

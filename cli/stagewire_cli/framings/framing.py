@@ -1,4 +1,4 @@
-"""What ``stagewire decode`` and ``stagewire encode`` ask of a framing, and the options of the former."""
+"""Interface of a framing for ``stagewire decode`` and ``encode``, and the options of ``decode``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SEVERAL = "several {} in one text are read from a file, from standard input, or 
 
 
 class DirectionOption(enum.Enum):
-    """What ``--direction`` takes."""
+    """Values of ``--direction``."""
 
     COMMAND = "command"
     REPLY = "reply"

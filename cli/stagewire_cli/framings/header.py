@@ -32,7 +32,7 @@ class FramedTask(Task):
         super().__init__(protocol, {"context": context} if context else {}, only)
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
-        """Yield what may be behind the refusal of a frame."""
+        """Yield possible causes of the refusal of a frame."""
         if isinstance(error, UnknownMessageError):
             ids = {cls.layout.id: cls.layout.message for cls in self.protocol.messages}
             turned = raw[0] << 8 | raw[1]

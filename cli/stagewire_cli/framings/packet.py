@@ -31,10 +31,10 @@ class PacketTask(Task):
         self.addresses = (Column("address", integer_type(False, size)),) if size else ()
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
-        """Yield what may be behind the refusal of a packet."""
+        """Yield possible causes of the refusal of a packet."""
         start = raw.find(self.protocol.shape.start)
         if start > 0:
-            yield f"the bytes that begin a packet stand at byte {start}"
+            yield f"the bytes that begin a packet are at byte {start}"
         elif error.code == "trailing":
             yield SEVERAL.format("packets")
         yield from self._in_others(raw)

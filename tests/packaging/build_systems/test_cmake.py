@@ -203,7 +203,7 @@ def test_templates_and_options(project: Path, configured: Callable[[str], Build]
             *("protocols SPEC spec OUT protocols", "what is protocols?"), marks=pytest.mark.matrix
         ),
         pytest.param(
-            *("TARGET protocols SPEC nowhere OUT protocols", "nowhere is no folder"),
+            *("TARGET protocols SPEC nowhere OUT protocols", "nowhere is not a folder"),
             marks=pytest.mark.matrix,
         ),
     ],

@@ -180,7 +180,7 @@ def test_a_travel_is_checked_with_the_scale_of_the_alias() -> None:
         ("TDC001", 24000001, "TDC001", "no unit is known whose serial numbers begin with 24"),
         ("TDC001", 83000001, "TST001", "the number is that of TDC001, the model that of TST001"),
         ("BSC103", 70000001, "BSC102", "which are those of BSC102; open it as BSC102"),
-        ("MST601", 50000001, "MST602", r"those of MST602 \(2 channel .*no class fits it"),
+        ("MST601", 50000001, "MST602", r"those of MST602 \(Two-channel .*no class fits it"),
         ("TST001", 55000001, "K10CR1", r"those of K10CR1 \(rotation stage.*no class fits it"),
         ("BBD102", 73000001, "BBD103", "open it as BBD103"),
     ],
