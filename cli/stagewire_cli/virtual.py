@@ -162,7 +162,7 @@ def virtual(
         typer.Option(
             "--line",
             metavar="usb|rs232",
-            help="Kind of line that the controller assumes; on USB it needs keep-alives.  "
+            help="Kind of line that the controller assumes; on USB it needs keep-alive messages.  "
             "[default: usb]",
         ),
     ] = None,
