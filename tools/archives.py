@@ -26,7 +26,7 @@ __all__ = ["NAME", "c_archive", "c_files"]
 ROOT = Path(__file__).parents[1]
 NAME = f"stagewire-c-{stagewire.__version__}"
 TARGETS = ("c", "c-tests", "registry", "vectors")
-PAGES = ("LICENSE", "docs/c.md", "docs/vectors.md")
+PAGES = ("LICENSE", "docs/reference/c.md", "docs/reference/vectors.md")
 
 
 def c_files() -> dict[str, bytes]:

@@ -260,7 +260,7 @@ GROUPS: tuple[Group, ...] = (
     ),
     Group(
         "Overlays",
-        "A later issue of a document, laid over a protocol; [Overlays](overlays.md) explains it. The "
+        "A later issue of a document, laid over a protocol; [Overlays](how-to/overlays.md) explains it. The "
         "protocol under each overlay is also checked by all rules above.",
         {
             "SW060": Code(
@@ -293,7 +293,7 @@ GROUPS: tuple[Group, ...] = (
                 "A message to the controller was added and its effect was not; or `effect` stands at one "
                 "that the controller sends, or at a parameter set without a SET.",
                 "decide by the document: `effect: motion` for whatever moves, opens, or is put out "
-                "otherwise; `none` for what only asks; docs/registry.md has all of them",
+                "otherwise; `none` for what only asks; docs/reference/registry.md has all of them",
             ),
             "SW071": Code(
                 "an effect that contradicts what halts what",
@@ -306,7 +306,7 @@ GROUPS: tuple[Group, ...] = (
     Group(
         "Changes",
         "`stagewire check --against` compares the spec with an earlier one. What changes bytes must say, "
-        "in the same change, the evidence for it; [Changes](changes.md) says exactly what counts.",
+        "in the same change, the evidence for it; [Changes](reference/changes.md) says exactly what counts.",
         {
             "SW050": Code(
                 "a change on the wire that nothing in the same change vouches for",

@@ -4,7 +4,7 @@ The runtime knows no message of any protocol. Public are the names here and thos
 :mod:`~stagewire.protocols`, :mod:`~stagewire.framing`, :mod:`~stagewire.links`, :mod:`~stagewire.sessions`,
 :mod:`~stagewire.devices`, :mod:`~stagewire.discovery`, :mod:`~stagewire.columns`, :mod:`~stagewire.capture`,
 :mod:`~stagewire.quantities`, :mod:`~stagewire.errors` and, for generated code, :mod:`~stagewire.support`.
-All others begin with an underscore, and may change in any release (``docs/versioning.md``).
+All others begin with an underscore, and may change in any release (``docs/reference/versioning.md``).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Device classes: what every generated class has in common. See ``docs/devices.md``.
+"""Device classes: what every generated class has in common. See ``docs/reference/devices.md``.
 
 The names for threads are plain; those for asyncio begin with ``Async``.
 """

@@ -311,7 +311,7 @@ class WrongModeError(StagewireError):
     """The controller expects another format now, such as lines of text; nothing was sent."""
 
 
-# Names of 0.1 for the same classes; see docs/versioning.md.
+# Names of 0.1 for the same classes; see docs/reference/versioning.md.
 MotionStopped = MotionStoppedError
 MotionTimeout = MotionTimeoutError
 ReplyTimeout = ReplyTimeoutError

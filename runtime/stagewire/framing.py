@@ -3,7 +3,7 @@
 There is one framer for each kind of framing: :class:`Framer` for frames with a header of six bytes,
 :class:`CommandFramer` and :class:`ReplyDecoder` for commands without a header, and :class:`PacketFramer` for
 packets. A protocol makes the framer that it needs. Streams are compared after :func:`join_garbage`.
-``docs/framing.md`` has the rules and their reasons.
+``docs/explanation/framing.md`` has the rules and their reasons.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Links to controllers: bytes in, bytes out, for threads and for asyncio.
 
-A link knows nothing of frames, messages or controllers. ``docs/links.md`` lists the URLs.
+A link knows nothing of frames, messages or controllers. ``docs/reference/links.md`` lists the URLs.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sessions with controllers, for threads and for asyncio, and their sans-I/O cores. See ``docs/sessions.md``.
+"""Sessions with controllers, for threads and asyncio (``docs/explanation/sessions.md``).
 
 A core decides: bytes and the time go in, bytes and the ends of exchanges come out. A session drives a core
 over a link.

@@ -2,7 +2,7 @@
 
 :data:`VERSION` counts its incompatible changes. A generated package states the version that it was made for
 (:func:`require`). A runtime that does not offer it refuses to load the package and says what to do.
-Names are only added within a version. ``docs/versioning.md`` says how long a version is kept.
+Names are only added within a version. ``docs/reference/versioning.md`` says how long a version is kept.
 
 A name is imported when it is first used: a package of messages does not load sessions or device classes. The
 device classes for asyncio begin with ``Async``; a package imports them under their plain names.

@@ -12,11 +12,11 @@ from checkout import ROOT
 from markdown_blocks import Block, blocks
 
 ELSEWHERE = {
-    "docs/build-systems.md": "tests/packaging/build_systems/test_build_systems_page.py",
-    "docs/c.md": "tests/generated/c/test_c_page.py",
+    "docs/how-to/build-systems.md": "tests/packaging/build_systems/test_build_systems_page.py",
+    "docs/reference/c.md": "tests/generated/c/test_c_page.py",
     "docs/contributing.md": "tests/documentation/walkthrough/test_contributing.py",
-    "docs/vectors.md": "tests/conformance/testees/test_cases.py",
-    "docs/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
+    "docs/reference/vectors.md": "tests/conformance/testees/test_cases.py",
+    "docs/tutorials/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
     "examples/c/README.md": "tests/generated/c/test_c_examples.py",
 }
 """Documents with all of whose blocks other tests do more than to run them."""
@@ -59,18 +59,21 @@ READ_ONLY = {
         "stagewire_cli -> stagewire_conformance, stagewire_generator, stagewire_virtual, stagewire_apt, "
         "stagewire",
     ): "a picture; tests/structure compares it with the imports",
-    ("docs/editors.md", "spec/"): "a tree of folders",
-    ("docs/overlays.md", "spec/thorlabs_apt/overlays/later_issues/"): "a tree of folders",
-    ("docs/virtual.md", "to_host|to_controller ACTION [byte|frame] [KEY=VALUE ...]"): "a grammar",
-    ("docs/editors.md", 'vim.lsp.config("yamlls", {'): "settings of Neovim",
-    ("docs/editors.md", "(add-hook 'yaml-ts-mode-hook #'eglot-ensure)"): "settings of Emacs",
+    ("docs/how-to/editors.md", "spec/"): "a tree of folders",
+    ("docs/how-to/overlays.md", "spec/thorlabs_apt/overlays/later_issues/"): "a tree of folders",
+    (
+        "docs/how-to/virtual.md",
+        "to_host|to_controller ACTION [byte|frame] [KEY=VALUE ...]",
+    ): "a grammar",
+    ("docs/how-to/editors.md", 'vim.lsp.config("yamlls", {'): "settings of Neovim",
+    ("docs/how-to/editors.md", "(add-hook 'yaml-ts-mode-hook #'eglot-ensure)"): "settings of Emacs",
 }
 """Blocks that nothing can run or read: what they are, by their first line."""
 
 
 def documents() -> list[str]:
     """Return every document that speaks to users, as a path from the top of the project."""
-    found = [ROOT / "README.md", *ROOT.glob("docs/*.md"), *ROOT.glob("examples/**/*.md")]
+    found = [ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]
     return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 

@@ -19,7 +19,7 @@ _SPAN = re.compile(r"`[^`]*`")
 _LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 _HEADING = re.compile(r"^#+ +(.*)$", re.M)
 _ANCHOR = re.compile(r'<a (?:id|name)="([^"]+)"')
-_PAGE_AS_CODE = re.compile(r"`docs/[\w/-]+\.md[^`]*`")
+_PAGE_AS_CODE = re.compile(r"`(?:docs/)?[a-z/-]+\.md[^`]*`")
 
 
 def prose(document: str) -> str:

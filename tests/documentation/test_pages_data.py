@@ -126,7 +126,9 @@ def expected(text: str, folder: Path) -> None:
 
 def failure(text: str, folder: Path) -> None:
     """What the command above it prints."""
-    blocks_before = [b.text for b in blocks(ROOT / "docs/conformance.md") if "flip frame" in b.text]
+    blocks_before = [
+        b.text for b in blocks(ROOT / "docs/tutorials/conformance.md") if "flip frame" in b.text
+    ]
     [(command, status)] = lines(blocks_before[0])
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(io.StringIO()):
@@ -143,30 +145,30 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
         "the fields take 14 bytes, the length is 12",
     ): message,
     (
-        "docs/editors.md",
+        "docs/how-to/editors.md",
         "# yaml-language-server: $schema=../../schema/messages.schema.json",
     ): first_line,
-    ("docs/codec-conformance.md", '{"id":1,"op":"hello"}'): talk,
-    ("docs/codec-conformance.md", "schema_version = 1"): expected,
-    ("docs/conformance.md", "schema_version = 1"): pics,
+    ("docs/reference/codec-conformance.md", '{"id":1,"op":"hello"}'): talk,
+    ("docs/reference/codec-conformance.md", "schema_version = 1"): expected,
+    ("docs/tutorials/conformance.md", "schema_version = 1"): pics,
     (
-        "docs/conformance.md",
+        "docs/tutorials/conformance.md",
         "FAIL answers/0x50/MOT_REQ_VELPARAMS/1: MOT_REQ_VELPARAMS for channel 1 to 0x50 is answered by one "
         "MOT_GET_VELPARAMS",
     ): failure,
-    ("docs/editors.md", '"yaml.schemaStore.enable": false,'): settings,
-    ("docs/overlays.md", "overlay: later_issues"): schema("overlay"),
-    ("docs/registry.md", "parameter_sets:"): schema("messages"),
-    ("docs/registry.md", "enumerations:"): schema("messages"),
-    ("docs/registry.md", "setup_commands:"): schema("messages"),
-    ("docs/registry.md", "framing:"): schema("protocol"),
-    ("docs/registry.md", "stages:"): schema("stages"),
-    ("docs/registry.md", "settings:"): schema("quantities"),
-    ("docs/registry.md", "errata:"): schema("errata"),
-    ("docs/registry.md", "rules:"): schema("rules"),
-    ("docs/virtual.md", "[[unit]]"): bench,
-    ("docs/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,
-    ("docs/virtual.md", "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001"): capture,
+    ("docs/how-to/editors.md", '"yaml.schemaStore.enable": false,'): settings,
+    ("docs/how-to/overlays.md", "overlay: later_issues"): schema("overlay"),
+    ("docs/reference/registry.md", "parameter_sets:"): schema("messages"),
+    ("docs/reference/registry.md", "enumerations:"): schema("messages"),
+    ("docs/reference/registry.md", "setup_commands:"): schema("messages"),
+    ("docs/reference/registry.md", "framing:"): schema("protocol"),
+    ("docs/reference/registry.md", "stages:"): schema("stages"),
+    ("docs/reference/registry.md", "settings:"): schema("quantities"),
+    ("docs/reference/registry.md", "errata:"): schema("errata"),
+    ("docs/reference/registry.md", "rules:"): schema("rules"),
+    ("docs/how-to/virtual.md", "[[unit]]"): bench,
+    ("docs/how-to/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,
+    ("docs/how-to/virtual.md", "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001"): capture,
 }
 """What reads a block, by its document and its first line."""
 

@@ -35,7 +35,7 @@ def replaying(folder: Path) -> dict[str, Any]:
     return {"my_driver_does_what_the_user_did": the_driver}
 
 
-GIVEN: dict[str, Callable[[Path], dict[str, Any]]] = {"docs/virtual.md": replaying}
+GIVEN: dict[str, Callable[[Path], dict[str, Any]]] = {"docs/how-to/virtual.md": replaying}
 """What readers of a document have besides it: files where they are, and names."""
 
 

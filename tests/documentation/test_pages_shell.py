@@ -22,7 +22,7 @@ PARTS = (
     "examples/python",
     "examples/javascript",
 )
-EXPECTED = ("docs/codec-conformance.md", "schema_version = 1")
+EXPECTED = ("docs/reference/codec-conformance.md", "schema_version = 1")
 STATUS = b"\x91\x04\x0e\x00\x81\x50" + bytes(14)
 GIT = [
     "git", "-c", "user.name=Reader", "-c", "user.email=reader@example.org",

@@ -13,7 +13,7 @@ import stagewire_virtual as virtual
 from checkout import ROOT
 
 EXAMPLES = ROOT / "examples/python"
-TEXT = (ROOT / "docs/virtual.md").read_text(encoding="utf-8")
+TEXT = (ROOT / "docs/how-to/virtual.md").read_text(encoding="utf-8")
 
 
 def test_every_action_is_on_the_page() -> None:

@@ -99,7 +99,7 @@ def codec(
     """Ask a codec all that it has to know, and say what it gets wrong.
 
     COMMAND is a program that reads requests from standard input, one JSON object per line, and answers each
-    of them; docs/codec-conformance.md describes the protocol. The run covers every example of the
+    of them; docs/reference/codec-conformance.md describes the protocol. The run covers every example of the
     documents, every case of the registry, streams cut at every byte, and invalid requests. If the program
     crashes or does not answer, it is restarted and the run continues.
     """

@@ -10,8 +10,8 @@
 A **check** looks at one thing that a controller has to do. It is a function that gets a :class:`.Trial`. A
 decorator (:meth:`.Kind.check`) declares what it covers, what it needs and what it does, and makes a
 :class:`.Check` of it for each place of a controller. A **kind** (:class:`.Kind`) is a row of the report, with
-the rules of the document that its checks hold a controller to. ``docs/conformance-checks.md`` shows how a
-check is written.
+the rules of the document that its checks hold a controller to. ``docs/how-to/conformance-checks.md``
+shows how to write a check.
 
 What a check can rely on:
 

@@ -1,4 +1,4 @@
-"""The checks that hold a controller to each rule, and ``docs/conformance-rules.md``, the page of them.
+"""The checks that cover each rule, and the generated page ``docs/reference/conformance-rules.md``.
 
 ``python -m stagewire_conformance.device.rules_page FILE`` writes it.
 """
@@ -23,7 +23,7 @@ _PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 _MOST_SAID = 110  # characters of a quotation
 
 _HEAD = """\
-<!-- Made by `python -m stagewire_conformance.device.rules_page docs/conformance-rules.md` -->
+<!-- Made by `python -m stagewire_conformance.device.rules_page docs/reference/conformance-rules.md` -->
 # Rules, and what sees them
 
 Every must and should of the documents, with the kinds of checks of `stagewire conformance device` that hold a

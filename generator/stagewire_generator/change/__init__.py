@@ -2,7 +2,8 @@
 
 ``compare`` returns the changes between two checked models, ``compare_specs`` also those of their
 overlays; ``revision`` reads a side from a git repository; ``unvouched`` finds changes on the
-wire without evidence. ``docs/changes.md`` describes each kind of change, and what counts as evidence.
+wire without evidence. ``docs/reference/changes.md`` describes each kind of change
+and what counts as evidence.
 """
 
 from stagewire_generator.change.changes import KINDS, Change, ChangeClass, Kind, report, worst

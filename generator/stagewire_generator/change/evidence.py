@@ -3,7 +3,7 @@
 A WIRE change is vouched for when the new side refers to something for the changed thing that the old one did
 not: an erratum, a page, a part of the witness, a worked example; or when the old one explained a difference
 that is gone; or when it is another document. An overlay speaks for what changes in it, from its own document.
-``docs/changes.md`` has the rule in full.
+``docs/reference/changes.md`` has the rule in full.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# stagewire_generate(): generate from a spec while a project is built. docs/build-systems.md explains it.
+# stagewire_generate(): generate from a spec while a project is built. docs/how-to/build-systems.md explains it.
 #
 #   stagewire_generate(
 #     TARGET name               # a target of this name is added, and built with the others

@@ -1,4 +1,4 @@
-"""The canonical form of the YAML of a spec, which keeps every comment (``docs/formatting.md``).
+"""The canonical form of the YAML of a spec, which keeps every comment (``docs/how-to/formatting.md``).
 
 ``find`` lists the files of a folder, ``format_file`` formats one of them. ``tree`` parses a file, ``rules``
 makes its keys, quotes and numbers canonical by its schema, and ``layout`` prints the tree. ``canonical`` does

@@ -2,5 +2,5 @@
 
 Cores without input or output decide (:mod:`~stagewire._sessions.core`); sessions drive them, for threads
 (:mod:`~stagewire._sessions.synchronous`) and for asyncio (:mod:`~stagewire._sessions.asynchronous`).
-``docs/sessions.md`` describes what they do.
+``docs/explanation/sessions.md`` describes what they do.
 """

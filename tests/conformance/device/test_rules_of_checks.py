@@ -23,7 +23,7 @@ PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 PROMISED = {"timing"}
 """Kinds that hold a controller to what its vendor promises in the PICS, and to no rule."""
 
-PAGE = ROOT / "docs" / "conformance-rules.md"
+PAGE = ROOT / "docs" / "reference" / "conformance-rules.md"
 
 
 @pytest.fixture(scope="module", params=PROTOCOLS)
@@ -124,7 +124,7 @@ def test_what_is_wrong_with_a_rule(rows: tuple[Coverage, ...]) -> None:
 
 
 def test_the_page_is_what_the_rules_and_the_checks_give() -> None:
-    """When it is not: ``python -m stagewire_conformance.device.rules_page docs/conformance-rules.md``."""
+    """If it fails: ``python -m stagewire_conformance.device.rules_page`` and the path of the page."""
     there = PAGE.read_text(encoding="utf-8").split("\n")
     drifted = [line for line in page().split("\n") if line not in there]
     assert not drifted[:3]

@@ -103,7 +103,9 @@ def test_ids_are_of_one_case_each() -> None:
 
 def test_the_page_about_vectors_is_right() -> None:
     """Its case stands in the file, and its program runs."""
-    page = {block.language: block.text for block in blocks(ROOT / "docs" / "vectors.md")}
+    page = {
+        block.language: block.text for block in blocks(ROOT / "docs" / "reference" / "vectors.md")
+    }
     assert page.keys() == {"json", "python"}
     assert json.loads(page["json"]) in cases("thorlabs_apt")
-    exec(compile(page["python"], "docs/vectors.md", "exec"), {})
+    exec(compile(page["python"], "docs/reference/vectors.md", "exec"), {})

@@ -16,7 +16,7 @@ from markdown_blocks import Block, blocks
 from stagewire_cli.main import command
 
 DOCS = ROOT / "docs"
-PAGES = ("contributing.md", "your-own-protocol.md")
+PAGES = ("contributing.md", "tutorials/your-own-protocol.md")
 COMMANDS = set(typer.main.get_command(command()).commands)
 
 

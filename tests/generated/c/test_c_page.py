@@ -1,4 +1,4 @@
-"""docs/c.md: its code compiles, its names and files exist, its deviations are those that are found."""
+"""The page on C: its code compiles, its names and files exist, and it lists all deviations."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from checkout import ROOT
 from markdown_blocks import blocks
 from parts import first_of
 
-PAGE = (ROOT / "docs" / "c.md").read_text(encoding="utf-8")
-BLOCKS = [block.text for block in blocks(ROOT / "docs" / "c.md", "c")]
-COMMANDS = [block.text for block in blocks(ROOT / "docs" / "c.md", "sh")]
+PAGE = (ROOT / "docs" / "reference" / "c.md").read_text(encoding="utf-8")
+BLOCKS = [block.text for block in blocks(ROOT / "docs" / "reference" / "c.md", "c")]
+COMMANDS = [block.text for block in blocks(ROOT / "docs" / "reference" / "c.md", "sh")]
 PREFIXES = "|".join(package.prefix for package in packages())
 
 
@@ -75,7 +75,7 @@ def test_the_commands_make_the_tests_and_run_them(package: Package, tmp_path: Pa
     assert done.stdout.count(" 0 failed") == 2  # examples and cases
 
 
-@pytest.mark.parametrize("page", ["docs/c.md", "examples/c/README.md"])
+@pytest.mark.parametrize("page", ["docs/reference/c.md", "examples/c/README.md"])
 def test_the_names_exist(page: str) -> None:
     files = [path for package in packages() for path in package.folder.rglob("*.[ch]")]
     known = set(re.findall(r"\w+", "\n".join(path.read_text("utf-8") for path in files)))
@@ -84,7 +84,7 @@ def test_the_names_exist(page: str) -> None:
     assert {name for name in named if not name.endswith("_")} <= known
 
 
-@pytest.mark.parametrize("page", ["docs/c.md", "examples/c/README.md"])
+@pytest.mark.parametrize("page", ["docs/reference/c.md", "examples/c/README.md"])
 def test_the_files_exist(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     for path in re.findall(r"`((?:docs|tests|examples|spec|generated)/[\w./-]+)`", text):
@@ -118,6 +118,6 @@ def test_the_deviations_are_those_that_are_found(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
     found = set(re.findall(r"\[misra-c2012-([0-9.]+)\]", done.stdout))
     listed = deviations(marked=False)
-    assert found - listed == set(), "found, and not listed in docs/c.md"
-    assert listed - found == set(), "listed in docs/c.md, and not found any more"
+    assert found - listed == set(), "found, and not listed in docs/reference/c.md"
+    assert listed - found == set(), "listed in docs/reference/c.md, and not found any more"
     assert deviations(marked=True)

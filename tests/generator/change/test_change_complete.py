@@ -269,6 +269,6 @@ def test_the_schema_names_every_kind_and_class() -> None:
 
 
 def test_the_documentation_lists_every_kind() -> None:
-    text = (ROOT / "docs" / "changes.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "changes.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `([a-z-]+)` \| (WIRE|SOURCE|DOC) \| (.*) \|$", text, re.MULTILINE)
     assert rows == [(name, kind.level.name, kind.meaning) for name, kind in KINDS.items()]

@@ -1,4 +1,4 @@
-"""The rules of the canonical form, one by one (``docs/formatting.md``)."""
+"""The rules of the canonical form, one by one (``docs/how-to/formatting.md``)."""
 
 from __future__ import annotations
 

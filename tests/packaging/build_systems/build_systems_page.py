@@ -1,4 +1,4 @@
-"""The blocks of docs/build-systems.md, which the tests here run as they stand."""
+"""The blocks of docs/how-to/build-systems.md, which the tests here run as they stand."""
 
 from __future__ import annotations
 
@@ -9,5 +9,6 @@ from checkout import ROOT
 def blocks(language: str | None = None) -> list[str]:
     """Return the blocks of the page that are written in a language, or all."""
     return [
-        block.text for block in markdown_blocks.blocks(ROOT / "docs" / "build-systems.md", language)
+        block.text
+        for block in markdown_blocks.blocks(ROOT / "docs" / "how-to" / "build-systems.md", language)
     ]

@@ -12,7 +12,7 @@ from language_server import LanguageServer
 
 HERE = Path(__file__).parent
 
-# As docs/editors.md says: no catalogue of schemas from the network.
+# As docs/how-to/editors.md says: no catalogue of schemas from the network.
 SETTINGS = {
     "yaml": {
         "schemaStore": {"enable": False},
@@ -32,7 +32,7 @@ def node_modules() -> Path:
 
 @pytest.fixture(scope="session")
 def server(node_modules: Path) -> Iterator[LanguageServer]:
-    """A language server without the network, set up as ``docs/editors.md`` says."""
+    """A language server without the network, set up as ``docs/how-to/editors.md`` says."""
     program = node_modules / "yaml-language-server" / "bin" / "yaml-language-server"
     with LanguageServer(program, "yaml", SETTINGS, before=HERE / "offline.cjs") as it:
         yield it

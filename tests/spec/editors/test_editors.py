@@ -1,4 +1,4 @@
-"""What an editor with the YAML language server makes of spec files (``docs/editors.md``).
+"""What an editor with the YAML language server makes of spec files (``docs/how-to/editors.md``).
 
 The server is the real one, and finds the schemas as it does for everybody: by the first line of each file.
 """
