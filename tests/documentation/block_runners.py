@@ -22,6 +22,8 @@ ELSEWHERE = {
 """Documents with all of whose blocks other tests do more than to run them."""
 
 NOT_RUN = {
+    "python3 -m venv .venv/stage": "seconds; tests/packaging/test_distribution.py has an environment of its own",
+    ". .venv/stage/bin/activate": "follows the line above",
     "pip install .": "needs the network; tests/packaging/test_distribution.py installs the wheel",
     "pip install '.[generator]'": "needs the network",
     "pip install '.[numpy,parquet]'": "needs the network",
