@@ -1,9 +1,9 @@
-"""Home a stage and move it, through the device class of its controller; in memory, or on a real line.
+"""Home a stage and move it with the device class of its controller.
 
     python examples/python/home_and_move.py
     python examples/python/home_and_move.py /dev/ttyUSB0
 
-Without a line it is a virtual TDC001 with a stage of the Z8 series, in real time.
+Without an argument the controller is a virtual TDC001 with a stage of the Z8 series, in real time.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from stagewire_apt import TDC001, stages
 
 
 def main(url: str = "virtual://TDC001?stage=Z8") -> None:
-    """Say what is there, home, move by turns, and say where the stage is."""
+    """Print the controller, home, make two moves, and change the jog step."""
     with TDC001.open(url, stage=stages.Z8, travel_mm=12) as tdc:
         print(tdc)
         ended = tdc.home()

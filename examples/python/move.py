@@ -1,4 +1,4 @@
-"""Home a stage and move it, through any port that pyserial opens.
+"""Home a stage and move it with messages only, over any port that pyserial can open.
 
     python examples/python/move.py socket://127.0.0.1:4001 1.5
 
@@ -18,10 +18,9 @@ from stagewire_apt import PROTOCOL, stages
 from stagewire_apt import messages as m
 
 HOST, USB = 0x01, 0x50
-ALIVE_EVERY = (
-    1.0  # seconds; a controller on USB that is not told falls silent after a while (page 80)
-)
-PATIENCE = 60.0
+# Seconds between keep-alive messages; without them a controller on USB falls silent (page 80).
+ALIVE_EVERY = 1.0
+TIMEOUT = 60.0
 
 POSITION = stages.Z8.scale("position", "TDC001")
 
@@ -38,22 +37,22 @@ class Controller:
         self.port.write(message.pack(dest=USB, source=HOST))
 
     def ask(self, message: FramedMessage, answer: str) -> Frame:
-        """Send a message and return the frame that is awaited; others that come meanwhile are let pass."""
+        """Send a message and return the next frame with the answer; ignore all others."""
         self.send(message)
-        deadline, alive = time.monotonic() + PATIENCE, time.monotonic() + ALIVE_EVERY
+        deadline, alive = time.monotonic() + TIMEOUT, time.monotonic() + ALIVE_EVERY
         while time.monotonic() < deadline:
             if time.monotonic() >= alive:
                 self.send(m.MotAckDcStatusUpdate())
                 alive += ALIVE_EVERY
             for event in self.framer.feed(self.port.read(self.port.in_waiting or 1)):
-                frame = getattr(event, "frame", None)  # garbage has none
+                frame = getattr(event, "frame", None)  # garbage has no frame
                 if frame is not None and frame.message.layout.message == answer:
                     return frame
-        raise SystemExit(f"no {answer} within {PATIENCE:.0f} s")
+        raise SystemExit(f"no {answer} within {TIMEOUT:.0f} s")
 
 
 def main(url: str, millimetres: str) -> None:
-    """Home, move, and say where the stage is."""
+    """Home, move and print the position."""
     controller = Controller(url)
     info = controller.ask(m.HwReqInfo(), "HW_GET_INFO").message
     print(f"{info.model_number} {info.serial_number}")

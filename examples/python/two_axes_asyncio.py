@@ -1,8 +1,8 @@
-"""Move two axes at once with asyncio and watch them, on a virtual BBD102.
+"""Move two axes of a virtual BBD102 at the same time with asyncio, and print their positions.
 
     python examples/python/two_axes_asyncio.py
 
-Each axis is a controller of its own behind one line; what one says never ends the move of the other.
+Each axis has its own controller on a shared line. A report of one never ends the move of the other.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from stagewire_apt.devices import values
 
 
 async def watch(bay: BBD102Bay, name: str) -> None:
-    """Print where an axis is whenever its controller says so, ten times a second."""
+    """Print the position of an axis with every status update, ten times a second."""
     async with bay.subscribe(values.DcStatusUpdate) as updates:
         async for status in updates:
             print(f"{name} {status.position_mm:8.4f} mm")
 
 
 async def main() -> None:
-    """Let both axes go at the same time, each to its own place, and wait for both."""
+    """Start both moves at the same time and wait for both."""
     url = "virtual://BBD102?stage=MLS203"
     async with BBD102.open(url, stage=stages.MLS203, travel_mm=100) as bbd:
         x, y = bbd.bay(1), bbd.bay(2)
