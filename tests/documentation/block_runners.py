@@ -1,6 +1,6 @@
-"""Which documents there are, and what runs each of their blocks: here, or tests that stand elsewhere.
+"""The documents for users, and the runner of each of their blocks: this folder, or tests elsewhere.
 
-A block that has no row is a test that fails; so is a row that no block has.
+A block without a row fails a test; so does a row without a block.
 """
 
 from __future__ import annotations
@@ -15,11 +15,14 @@ ELSEWHERE = {
     "docs/how-to/build-systems.md": "tests/packaging/build_systems/test_build_systems_page.py",
     "docs/reference/c.md": "tests/generated/c/test_c_page.py",
     "docs/contributing.md": "tests/documentation/walkthrough/test_contributing.py",
+    "docs/how-to/add-a-framing.md": "tests/documentation/walkthrough/test_contributing.py",
+    "docs/how-to/correct-a-fact.md": "tests/documentation/walkthrough/test_contributing.py",
+    "docs/tutorials/new-message.md": "tests/documentation/walkthrough/test_contributing.py",
     "docs/reference/vectors.md": "tests/conformance/testees/test_cases.py",
     "docs/tutorials/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
     "examples/c/README.md": "tests/generated/c/test_c_examples.py",
 }
-"""Documents with all of whose blocks other tests do more than to run them."""
+"""Documents whose blocks are all checked by other tests, more closely than by running them."""
 
 NOT_RUN = {
     "python3 -m venv .venv/stage": "seconds; tests/packaging/test_distribution.py has an environment of its own",
@@ -30,30 +33,30 @@ NOT_RUN = {
     "pip install '.[plot]'": "needs the network",
     "pip install '.[conformance]'": "needs the network",
     "stagewire conformance device socket://127.0.0.1:4001 --pics pics.toml --html report.html": (
-        "a minute; benchmarks/conformance_time.py has whole runs, and the lines below it parts of them"
+        "a minute; benchmarks/conformance_time.py has complete runs, and the lines after it partial ones"
     ),
     "stagewire generate --spec-dir . --package acme_turntable --out build/acme": (
         "a spec of the reader's own; tests/documentation/walkthrough/test_your_own_protocol.py has one"
     ),
-    "pip install build/acme/python": "likewise",
-    "stagewire show SET_ANGLE": "likewise",
+    "pip install build/acme/python": "the same spec",
+    "stagewire show SET_ANGLE": "the same spec",
     "python benchmarks/framing_experiment.py --table small --runs 60": "minutes; make bench runs it",
-    "python benchmarks/framing_experiment.py --table generated --runs 20": "likewise",
+    "python benchmarks/framing_experiment.py --table generated --runs 20": "minutes; make bench runs it",
     "python tests/mutation/mutants.py": "minutes; tests/mutation/test_mutants.py runs a part",
 }
-"""Lines of shell blocks that no test can run, each with the reason."""
+"""Lines of shell blocks that are not run, each with the reason."""
 
 LONG = {
     "stagewire format": "8 s",
     "stagewire format --check spec": "8 s",
     "stagewire format spec": "8 s",
 }
-"""Lines that only `make test-all` runs, each with the seconds of a processor that it takes."""
+"""Lines that only `make test-all` runs, each with its processor time."""
 
 BY_MACHINE = {
-    "stagewire doctor": "finds fault with a machine into which no controller is plugged",
+    "stagewire doctor": "exits with 1 on a machine without a controller",
 }
-"""Lines that may end with 1 as well, each with the reason."""
+"""Lines whose exit status may also be 1, each with the reason."""
 
 READ_ONLY = {
     (
@@ -70,17 +73,17 @@ READ_ONLY = {
     ("docs/how-to/editors.md", 'vim.lsp.config("yamlls", {'): "settings of Neovim",
     ("docs/how-to/editors.md", "(add-hook 'yaml-ts-mode-hook #'eglot-ensure)"): "settings of Emacs",
 }
-"""Blocks that nothing can run or read: what they are, by their first line."""
+"""Blocks that cannot be run, by their first line, each with its content."""
 
 
 def documents() -> list[str]:
-    """Return every document that speaks to users, as a path from the top of the project."""
+    """Return every document for users, as a path from the top of the project."""
     found = [ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]
     return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
 def here(*languages: str) -> Iterator[tuple[str, Block]]:
-    """Yield what the tests of this folder have to run: document and block."""
+    """Yield each document and block that the tests of this folder run."""
     for document in documents():
         if document in ELSEWHERE:
             continue

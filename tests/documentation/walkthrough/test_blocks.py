@@ -1,4 +1,4 @@
-"""Every block of the pages that are walked through can be read, which takes no walk to find out."""
+"""Every block of the pages with a walk is valid. This is quick; the walks themselves take minutes."""
 
 from __future__ import annotations
 
@@ -16,12 +16,17 @@ from markdown_blocks import Block, blocks
 from stagewire_cli.main import command
 
 DOCS = ROOT / "docs"
-PAGES = ("contributing.md", "tutorials/your-own-protocol.md")
+PAGES = (
+    "how-to/add-a-framing.md",
+    "how-to/correct-a-fact.md",
+    "tutorials/new-message.md",
+    "tutorials/your-own-protocol.md",
+)
 COMMANDS = set(typer.main.get_command(command()).commands)
 
 
 def read(block: Block) -> None:
-    """Read a block as its language; raise an error where that is not possible."""
+    """Parse a block as its language; raise an error if it is invalid."""
     if block.language == "python":
         ast.parse(block.text)
     elif block.language == "yaml":
@@ -38,9 +43,9 @@ def read(block: Block) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_can_be_read(page: str) -> None:
+def test_every_block_is_valid(page: str) -> None:
     found = list(blocks(DOCS / page))
-    assert {"console", "python", "yaml"} <= {block.language for block in found}
+    assert {"console", "yaml"} <= {block.language for block in found}
     for block in found:
         read(block)
 
@@ -57,6 +62,6 @@ def test_every_block_can_be_read(page: str) -> None:
         ("console", "nothing"),
     ],
 )
-def test_a_block_that_cannot_be_read_is_found(language: str, text: str) -> None:
+def test_an_invalid_block_is_found(language: str, text: str) -> None:
     with pytest.raises((SyntaxError, ValueError, AssertionError, yaml.YAMLError)):
         read(Block("", 1, language, text))

@@ -1,4 +1,4 @@
-"""``docs/contributing.md`` does as it says, each of its walks in a checkout of its own."""
+"""The pages that walk through a change: their commands do what the page shows."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from walk import Walk
 from checkout import ROOT
 from markdown_blocks import blocks
 
-PAGE = ROOT / "docs" / "contributing.md"
-BLOCKS = tuple(blocks(PAGE))
-ROOMS = ("runtime", "generator", "virtual", "conformance", "cli")
+DOCS = ROOT / "docs"
+PAGE = DOCS / "contributing.md"
+FRAMING = "how-to/add-a-framing.md"
 WALKS = {
-    "A message in ten minutes": (),
-    "A correction of what was transcribed": (),
-    "A framing, room by room": ROOMS,
+    "tutorials/new-message.md": (),
+    "how-to/correct-a-fact.md": (),
+    FRAMING: ("runtime", "generator", "virtual", "conformance", "cli"),
 }
-"""Sections with a walk, and the rooms whose code it changes."""
+"""Pages with a walk, and the rooms whose code it changes."""
 
 GIT = {
     "GIT_AUTHOR_NAME": "Reader",
@@ -34,10 +34,10 @@ GIT = {
 
 
 @pytest.fixture
-def walk(tmp_path: Path, section: str) -> Walk:
-    """A reader in a checkout with all that a walk needs; its generated packages are those in use."""
+def walk(tmp_path: Path, page: str) -> Walk:
+    """A reader in a checkout of the files that a walk needs, with its generated packages."""
     folder = tmp_path / "stagewire"
-    for part in ("spec", "generated", *WALKS[section]):
+    for part in ("spec", "generated", *WALKS[page]):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / part, folder / part, ignore=ignored)
     shutil.copy(ROOT / ".gitignore", folder)
@@ -51,20 +51,19 @@ def walk(tmp_path: Path, section: str) -> Walk:
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize("section", WALKS)
-def test_a_section_does_as_it_says(section: str, walk: Walk) -> None:
-    followed = [block for block in BLOCKS if block.section == section]
+@pytest.mark.parametrize("page", WALKS)
+def test_the_commands_of_a_page_print_what_it_shows(page: str, walk: Walk) -> None:
+    followed = list(blocks(DOCS / page))
     assert any(block.language == "console" for block in followed)
     for block in followed:
         walk.follow(block)
 
 
-def test_there_is_no_other_block_that_nothing_runs() -> None:
-    other = [block for block in BLOCKS if block.section not in WALKS]
-    assert [(block.section, block.language) for block in other] == [("Set-up", "sh")]
+def test_contributing_has_one_block_which_is_not_run() -> None:
+    assert [(block.section, block.language) for block in blocks(PAGE)] == [("Set-up", "sh")]
 
 
-def test_every_file_of_the_tables_is_there() -> None:
+def test_every_file_in_the_tables_exists() -> None:
     generator = ROOT / "generator" / "stagewire_generator"
     rooms = (
         ROOT,
@@ -75,15 +74,16 @@ def test_every_file_of_the_tables_is_there() -> None:
         ROOT / "spec" / "thorlabs_apt",
     )
     rows = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
-    names = {name for row in rows for name in re.findall(r"`([^`]*[/.][^`]*)`", row)}
+    spans = {span for row in rows for span in re.findall(r"`([^`]*)`", row)}
+    names = {span for span in spans if "/" in span or "." in span}
     assert len(names) > 20
-    elsewhere = [ROOT / name for name in names if (ROOT / name).is_dir()]  # named first in a row
+    elsewhere = [ROOT / name for name in names if (ROOT / name).is_dir()]
     for name in names:
         pattern = re.sub(r"<\w+>", "*", name.rstrip("/"))
         assert any(next(room.glob(pattern), None) for room in (*rooms, *elsewhere)), name
 
 
-def test_every_table_of_a_framing_is_there() -> None:
+def test_every_table_of_framings_exists() -> None:
     row = re.compile(r"^\| `([^`]+)` \| .* \| `([A-Z_]+)` in `([^`]+)` \|$", re.M)
     found = row.findall(PAGE.read_text(encoding="utf-8"))
     assert [Path(room).name for room, *_ in found] == [
