@@ -1,7 +1,7 @@
-"""The generated C in instructions, as valgrind counts them: the same in every run, on a busy machine, too.
+"""The cost of the generated C in instructions, as counted by valgrind: the same in every run on any machine.
 
-Accessors are held against a packed struct and against a number; the parser is held against a loop by
-hand over packed structs, both on the stream of the other benchmarks (``stream.py``), given at once.
+The accessors are compared with a packed struct and with absolute bounds. The parser is compared with a loop
+over packed structs, both on the complete stream of the other benchmarks (``stream.py``).
 
     python benchmarks/c_speed.py                    # needs gcc and valgrind, on x86-64
 """
@@ -28,7 +28,7 @@ NOTHING = "nothing"
 
 ACCESSORS = {
     "decode": "decode the DC status",
-    "decode_packed": "the same by a packed struct",
+    "decode_packed": "the same with a packed struct",
     "encode": "encode MOVE_ABSOLUTE",
     "encode_unchecked": "the same unchecked",
 }
@@ -40,7 +40,7 @@ STREAM = {
 ACCESSOR_BOUNDS = [
     Bound(
         "decode the DC status",
-        "the same by a packed struct",
+        "the same with a packed struct",
         at_most=2,
         difference=True,
         unit="instructions",
@@ -52,14 +52,14 @@ STREAM_BOUNDS = [Bound("parser and accessors", "a loop over packed structs", at_
 
 
 def made(folder: Path, name: str, *words: object) -> Path:
-    """Compile a program and return it."""
+    """Compile a program and return its path."""
     program = folder / name
     subprocess.run([*COMPILE, *map(str, words), "-o", str(program)], check=True)
     return program
 
 
 def counted(function: str, program: Path, *words: object) -> tuple[int, str]:
-    """Return the instructions below a function of a program, and what the program prints."""
+    """Return the instructions executed inside a function of a program, and the output of the program."""
     counting = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null",
                 f"--toggle-collect={function}"]  # fmt: skip
     done = subprocess.run(
@@ -67,12 +67,12 @@ def counted(function: str, program: Path, *words: object) -> tuple[int, str]:
     )
     found = re.search(r"Collected : (\d+)", done.stderr)
     if not found:
-        raise RuntimeError(f"valgrind does not say what it collected:\n{done.stderr}")
+        raise RuntimeError(f"valgrind did not print its counts:\n{done.stderr}")
     return int(found[1]), done.stdout
 
 
 def accessors(folder: Path) -> dict[str, float]:
-    """Return the instructions of a call of each accessor, its return included."""
+    """Return the instructions for one call of each accessor, including its return."""
     program = made(folder, "accessors", HERE / "accessors.c")
     costs = {NOTHING: 0.0}
     for function, name in ACCESSORS.items():
@@ -82,7 +82,7 @@ def accessors(folder: Path) -> dict[str, float]:
 
 
 def stream(folder: Path) -> tuple[dict[str, float], int]:
-    """Return the instructions for a message of the stream, and the number of messages."""
+    """Return the instructions for each message of the stream, and the number of messages."""
     frames = list(make_frames(SIZE))
     path = folder / "stream.bin"
     path.write_bytes(b"".join(frames))
@@ -96,23 +96,23 @@ def stream(folder: Path) -> tuple[dict[str, float], int]:
         costs[name] = instructions / len(frames)
         results.add(printed)
     if len(results) != 1:
-        raise RuntimeError(f"the ways do not agree on what is in the stream: {results}")
+        raise RuntimeError(f"the programs found different messages in the stream: {results}")
     return costs, len(frames)
 
 
 def main() -> int:
-    """Count; return 1 when a bound is not kept."""
+    """Count; return 1 if a bound is exceeded."""
     missing = [tool for tool in ("gcc", "valgrind") if not shutil.which(tool)]
     if missing or platform.machine() != "x86_64":
-        print(f"needs {' and '.join(missing) or 'x86-64'}: nothing is counted")
+        print(f"needs {' and '.join(missing) or 'x86-64'}: skipped")
         return 1
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         of_accessors = accessors(folder)
         of_stream, messages = stream(folder)
     show = "{:,.1f}".format
-    kept = report("Instructions of a call", [of_accessors], ACCESSOR_BOUNDS, show)
-    title = f"Parse a stream of {messages:,} messages, instructions for a message"
+    kept = report("Instructions per call", [of_accessors], ACCESSOR_BOUNDS, show)
+    title = f"Parse a stream of {messages:,} messages, instructions per message"
     return 0 if report(title, [of_stream], STREAM_BOUNDS, show) and kept else 1
 
 

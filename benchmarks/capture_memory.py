@@ -1,7 +1,7 @@
-"""``stagewire decode`` needs no more memory for 100 MB than for 10 MB, whatever it writes.
+"""``stagewire decode`` needs no more memory for 100 MB than for 10 MB, in any output format.
 
-The captures are mixed (``stream.py``). The command runs as a process of its own; its processor time
-and peak memory are printed for each format. The exit is 1 when the large capture takes a few MiB more
+The captures are mixed (``stream.py``). The command runs in a separate process. The program prints the
+processor time and the peak memory for each format. It exits with 1 if the large capture needs a few MiB more
 than the small one.
 
     python benchmarks/capture_memory.py
@@ -21,7 +21,7 @@ from stagewire_apt import messages as m
 
 SMALL, LARGE = 10_000_000, 100_000_000
 SLACK = 6.0
-"""MiB: allocators differ by a few from run to run; Parquet keeps an index of its row groups."""
+"""MiB. Allocators differ by a few MiB from run to run, and Parquet keeps an index of its row groups."""
 
 COMMAND = "from stagewire_cli.main import run; run()"
 STATUS = m.MotGetDcStatusUpdate.layout.message
@@ -36,9 +36,9 @@ FORMATS = {
 
 
 def write_capture(path: Path, size: int) -> int:
-    """Write a capture piece by piece, and return the number of its frames.
+    """Write a capture in pieces, and return the number of its frames.
 
-    This process has to stay small: the peak of a child begins with what its parent had.
+    This process must stay small, because the peak of a child process starts at the size of its parent.
     """
     written = 0
     with path.open("wb") as file:
@@ -49,7 +49,7 @@ def write_capture(path: Path, size: int) -> int:
 
 
 def run(arguments: list[str]) -> tuple[float, float]:
-    """Run the command and return its seconds on a processor and its peak memory in MiB."""
+    """Run the command and return its processor time in seconds and its peak memory in MiB."""
     command = [sys.executable, "-c", COMMAND, "decode", *arguments]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
@@ -61,14 +61,16 @@ def run(arguments: list[str]) -> tuple[float, float]:
 
 
 def main() -> int:
-    """Measure every format; return 1 when memory grows with the capture."""
+    """Measure every format; return 1 if memory grows with the capture."""
     over = False
     with tempfile.TemporaryDirectory() as folder:
         captures = [Path(folder) / "small.bin", Path(folder) / "large.bin"]
         sizes = (SMALL, LARGE)
         counts = [write_capture(path, size) for path, size in zip(captures, sizes, strict=True)]
         print(f"{counts[0]:,} and {counts[1]:,} frames")
-        run([m.ModIdentify().pack(0x50, 0x01).hex()])  # compiling modules takes memory, once
+        run(
+            [m.ModIdentify().pack(0x50, 0x01).hex()]
+        )  # compile the modules, which needs memory once
         head = "".join(f"{size // 10**6:>7} MB: s{'MiB':>8}" for size in sizes)
         print(f"{'format':24}{head}{'us/frame':>10}{'grows':>8}")
         for name, options in FORMATS.items():

@@ -1,7 +1,7 @@
-"""The codec against bare ``struct``, and against a peer.
+"""The codec compared with bare ``struct``, and with another library.
 
-Decoding is measured on the 20 bytes of ``MOT_GET_DCSTATUSUPDATE``, the message that controllers send
-most; encoding on ``MOT_MOVE_ABSOLUTE``, made with all checks and packed.
+Decoding is measured on the 20 bytes of ``MOT_GET_DCSTATUSUPDATE``, the most frequent message. Encoding is
+measured on ``MOT_MOVE_ABSOLUTE``: build it with all checks, and pack it.
 
     python benchmarks/codec_speed.py
 """
@@ -22,7 +22,7 @@ NUMBER = 20_000
 
 
 def decoding() -> bool:
-    """Measure the ways from bytes to a message."""
+    """Measure the contenders that turn bytes into a message."""
     names = {
         "raw": STATUS,
         "unpack_from": Struct("<HlhHL").unpack_from,
@@ -46,12 +46,12 @@ def decoding() -> bool:
 
 
 def encoding() -> bool:
-    """Measure the ways from values to bytes."""
+    """Measure the contenders that turn values into bytes."""
     names = {
         "pack": Struct("<HHBBHl").pack,
         "MoveAbsolute": m.MotMoveAbsolute,
         "peer": thorlabs_apt_protocol.mot_move_absolute,
-        # the values come from variables for all, as in a program
+        # all contenders take the values from variables, as a program would
         "id": 0x0453,
         "length": 6,
         "dest": 0x50,
@@ -67,11 +67,11 @@ def encoding() -> bool:
     assert eval(limit, names) == eval(ours, names) == eval(theirs, names)
     contenders = {
         "Struct.pack": statement(limit, names, NUMBER),
-        "message made, checked and packed": statement(ours, names, NUMBER),
-        "message packed": statement("made.pack(dest, source)", names, NUMBER),
+        "build, check and pack a message": statement(ours, names, NUMBER),
+        "pack a message": statement("made.pack(dest, source)", names, NUMBER),
         "thorlabs-apt-protocol": statement(theirs, names, NUMBER),
     }
-    bounds = [Bound("message made, checked and packed", "Struct.pack", at_most=6)]
+    bounds = [Bound("build, check and pack a message", "Struct.pack", at_most=6)]
     return report("Encode a move to a position", interleave(contenders), bounds)
 
 

@@ -1,8 +1,8 @@
-"""Frames to columns: no more than 1.3 times a bare copy with NumPy, 10 times with the standard library.
+"""Frames to columns: at most 1.3 times a bare copy with NumPy, 10 times with the standard library.
 
-A million status frames of 20 bytes. The bare copy checks the id and nothing else; ours also check the
-length and the form of every frame, and take the flag out of the destination. The exit is 1 when a bound is
-not kept.
+The input is a million status frames of 20 bytes. The bare copy checks only the id. Our columns also check the
+length and the form of every frame, and remove the flag from the destination. The program exits with 1 if a
+bound is exceeded.
 
     python benchmarks/columns.py
 """
@@ -41,7 +41,7 @@ _CODES = "BBHihHI"
 
 
 def capture(frames: int) -> bytes:
-    """Return status frames with a position, a velocity and bits that vary."""
+    """Return status frames with varying positions, velocities and status bits."""
     rng = random.Random(20)
     header = (0x0491, 14, 0x81, 0x50)
     return b"".join(
@@ -51,7 +51,7 @@ def capture(frames: int) -> bytes:
 
 
 def bare(raw: bytes) -> dict[str, Any]:
-    """Return what somebody writes who knows the frames: the limit."""
+    """Return the columns as hand-written code for this one message makes them: the reference."""
     frames = numpy.frombuffer(raw, _DTYPE)
     if (frames["id"] != 0x0491).any():
         raise ValueError("another message")
@@ -82,7 +82,7 @@ def timed(read: Callable[[], object]) -> Runner:
 
 
 def main() -> int:
-    """Measure; return 1 when a bound is not kept."""
+    """Measure; return 1 if a bound is exceeded."""
     raw = capture(FRAMES)
     contenders = {
         BARE: timed(lambda: bare(raw)),

@@ -1,9 +1,10 @@
-"""The codec and the framer of commands against bare Python.
+"""The codec and the framer of commands compared with bare Python.
 
-Encoding is measured on ``WRITE_TARGET_POSITION``, made with all checks and packed, against joining the bytes
-of the same command. Framing is measured on a stream of all kinds of commands in chunks of 4096 bytes; an
-event is decoded only when it is asked for. Its limit is what unpacking the 20 bytes of a DC status update
-takes (``codec_speed.py``), the same for every protocol. That time is linear, ``framing_time.py`` shows.
+Encoding is measured on ``WRITE_TARGET_POSITION``: build it with all checks and pack it, compared with joining
+the bytes of the same command. Framing is measured on a stream of all kinds of commands in chunks of 4096
+bytes; an event is decoded only on request. As for every protocol, the reference for framing is the time to
+unpack the 20 bytes of a DC status update (``codec_speed.py``). ``framing_time.py`` shows that the time is
+linear.
 
     python benchmarks/commands.py
 """
@@ -30,7 +31,7 @@ AXES = (0x18, 0x19, 0x1A)
 
 
 def encoding() -> bool:
-    """Measure the ways from a position to bytes."""
+    """Measure the contenders that turn a position into bytes."""
     names = {
         "join": b"".join,
         "axis_byte": b"\x18", "command": b"\x54", "size": b"\x03", "data": b"\xa0\x86\x01", "end": b":",
@@ -46,11 +47,11 @@ def encoding() -> bool:
     assert eval(limit, names) == eval(ours, names) == eval(frame, names)
     contenders = {
         "bytes joined": statement(limit, names, NUMBER),
-        "command made, checked and packed": statement(ours, names, NUMBER),
-        "command packed": statement("made.pack(axis)", names, NUMBER),
+        "build, check and pack a command": statement(ours, names, NUMBER),
+        "pack a command": statement("made.pack(axis)", names, NUMBER),
         "in a frame": statement(frame, names, NUMBER),
     }
-    bounds = [Bound("command made, checked and packed", "bytes joined", at_most=8)]
+    bounds = [Bound("build, check and pack a command", "bytes joined", at_most=8)]
     return report("Encode a move to a position", interleave(contenders), bounds)
 
 
@@ -67,7 +68,7 @@ def stream(count: int) -> bytes:
 
 
 def framing() -> bool:
-    """Measure the framer, with and without decoding what it finds."""
+    """Measure the framer, with and without decoding its events."""
     data = stream(COMMANDS)
     parts = chunks(data, CHUNK)
     status = bytes.fromhex("91 04 0E 00 81 50 01 00 80 BB 00 00 0A 00 00 00 00 04 00 80")

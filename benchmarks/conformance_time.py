@@ -1,8 +1,8 @@
-"""How long the suite for controllers takes in real time: every unit, with all that can be allowed.
+"""The time that the suite for controllers takes: every unit, with all permissions, in real time.
 
-Each virtual controller is in memory and lives in real time. Each has a thread of its own, and all run side by
-side, since what a run takes is nearly all waiting. What counts is the time on the line, without that of the
-check that watches the rate of status messages for thirty seconds.
+Each virtual controller is in memory and runs in real time in its own thread. All run concurrently, since
+nearly all of a run is waiting. The result is the time on the line, without the check of the status message
+rate, which listens for thirty seconds.
 
     python benchmarks/conformance_time.py
     python benchmarks/conformance_time.py BSC103 TPZ001
@@ -26,16 +26,16 @@ from stagewire_conformance.device.run import run
 from stagewire_conformance.device.targets import RACK
 
 AT_MOST = 60.0  # seconds
-APART = "updates/rate"  # takes thirty seconds for itself
+APART = "updates/rate"  # takes thirty seconds on its own
 COUNTS = "0..100000counts"
 RIGHT = (Result.PASS, Result.INFO, Result.SKIP)
 
 
 @dataclass(frozen=True)
 class Stand:
-    """A unit, as a vendor would declare it.
+    """A unit with the declarations of a vendor.
 
-    :param options: of the virtual controller, for its URL.
+    :param options: options of the virtual controller, for its URL.
     """
 
     pics: Pics
@@ -44,7 +44,7 @@ class Stand:
 
     @property
     def url(self) -> str:
-        """Where the controller is."""
+        """The URL of the controller."""
         return f"virtual://{self.pics.unit}?{urlencode(self.options)}".rstrip("?")
 
     def run(self) -> Report:
@@ -68,7 +68,7 @@ def staged(unit: str, stage: str, travel: str, motion: str, bays: int = 0) -> St
 
 
 def stands() -> dict[str, Stand]:
-    """Return every unit; a rack of modules is that of its modules."""
+    """Return every unit."""
     found = {unit: Stand(Pics(unit=unit)) for unit in known_units() if unit != RACK}
     found["TDC001"] = staged("TDC001", "Z8", "0..12mm", "0..5mm")
     for unit, bays in (("BBD101", 1), ("BBD102", 2), ("BBD103", 3)):
@@ -87,7 +87,7 @@ def stands() -> dict[str, Stand]:
 
 
 def judge(name: str, report: Report) -> bool:
-    """Print what a run took, and return whether that is within the bound, and nothing was wrong."""
+    """Print the times of a run; return whether the run is within the bound and nothing failed."""
     seconds = {outcome.check.id: outcome.seconds for outcome in report.outcomes}
     took = sum(each for id, each in seconds.items() if id != APART)
     wrong = [outcome.check.id for outcome in report.outcomes if outcome.result not in RIGHT]
@@ -112,10 +112,10 @@ def judge(name: str, report: Report) -> bool:
 
 
 def main(names: list[str]) -> bool:
-    """Run them all at once; return whether the bounds are kept."""
+    """Run all units concurrently; return whether the bounds hold."""
     chosen = stands()
     if unknown := sorted(set(names) - set(chosen)):
-        sys.exit(f"there is no unit {', '.join(unknown)} (there are: {', '.join(chosen)})")
+        sys.exit(f"unknown unit {', '.join(unknown)} (choose from {', '.join(chosen)})")
     chosen = {name: chosen[name] for name in names or chosen}
     with ThreadPoolExecutor(len(chosen)) as pool:
         runs = {name: pool.submit(stand.run) for name, stand in chosen.items()}

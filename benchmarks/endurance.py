@@ -1,13 +1,13 @@
-"""A day of ten axes on a stepped clock: 8.64 million status updates through sessions, and not one lost.
+"""A simulated day of ten axes: 8.64 million status updates through sessions, without a loss.
 
-Virtual controllers in memory send ten updates a second for each axis, each controller on a line and in a
-session of its own; the time of all goes on in steps, so that every update comes by itself. They fall silent
-when 50 updates were not acknowledged, as real ones do. Of the signs of life that the sessions send the line
-loses every tenth by chance, and once an hour all of four seconds. Once a minute each address is asked
-something, which must be answered in the midst of that.
+Virtual controllers in memory send ten updates a second for each axis. Each controller has its own line and
+session. All share a stepped clock, so that every update arrives on its own. Like real controllers, they fall
+silent after 50 updates without a keep-alive. The line loses every tenth keep-alive at random, and once an
+hour all of them for four seconds. Once a minute each address receives a request, which must be answered
+nevertheless.
 
-Counted is what a subscriber gets. Two processes share the axes; what they hold at the end is compared with
-what they held after the first hour.
+The program counts the updates that a subscriber receives. Two processes share the axes. Their memory at the
+end is compared with that after the first hour.
 
     python benchmarks/endurance.py
     python benchmarks/endurance.py --hours 0.05 --quick    # counts only
@@ -33,13 +33,13 @@ from stagewire_apt import messages as m
 
 HOST = 0x01
 HEADER = 6
-RATE = 10  # updates a second of each axis
+RATE = 10  # updates a second for each axis
 STEP = 1 / RATE
 MINUTE, HOUR = 60, 3600
 HOURS = 24.0
 TIMEOUT = 1.0
-CHANCE = 0.1  # that a sign of life is lost
-OUTAGE = 4.0  # s; without signs of life a controller falls silent after five
+CHANCE = 0.1  # chance that a keep-alive is lost
+OUTAGE = 4.0  # s; without keep-alives a controller falls silent after five
 MOST_SECONDS = 300.0
 MOST_GROWTH = 1.0  # MiB
 SHARES = (("BBD103", "TDC001", "TDC001"), ("BBD103", "TDC001", "TDC001"))
@@ -49,7 +49,7 @@ SIGNS = {ALIVE.pack(address, HOST) for addresses in ADDRESSES.values() for addre
 
 
 class Line:
-    """A controller, and the session of its host, at one time."""
+    """A controller and the session of its host, on the same clock."""
 
     def __init__(self, unit: str, seed: int) -> None:
         self.controller = getattr(virtual, unit)(seed=seed)
@@ -66,7 +66,7 @@ class Line:
         self.pass_on()
 
     def live_until(self, end: float) -> None:
-        """Let time go on, to each instant at which the session or the controller has something to do."""
+        """Advance the clock, stopping at each instant at which the session or the controller is due."""
         while self.now < end:
             due = self.core.due
             due = self.core.silent_at if due is None else min(due, self.core.silent_at)
@@ -82,8 +82,8 @@ class Line:
                 self.received[event.frame.source] += 1
 
     def pass_on(self) -> None:
-        """Give the controller what the session says, as far as the line does not lose it."""
-        said = self.core.output(self.now)  # headers alone
+        """Pass the output of the session to the controller, except the keep-alives that the line loses."""
+        said = self.core.output(self.now)  # headers only
         for at in range(0, len(said), HEADER):
             frame = said[at : at + HEADER]
             if frame in SIGNS and self.loses():
@@ -92,11 +92,11 @@ class Line:
                 self.controller.write(frame)
 
     def loses(self) -> bool:
-        """Whether a sign of life is lost now."""
+        """Return whether a keep-alive sent now is lost."""
         return self.chance.random() < CHANCE or self.now % HOUR > HOUR - OUTAGE
 
     def ask(self) -> None:
-        """Ask each address for its velocities, and see that it answers."""
+        """Request the velocities from each address, and check that the replies arrive."""
         request, replies = m.MotReqVelParams(chan_ident=1), (m.MotGetVelParams,)
         for address in self.addresses:
             exchange = self.core.ask(request, replies, address, TIMEOUT, self.now)
@@ -107,7 +107,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Day:
-    """What the lines of one process came to."""
+    """The counts of the lines of one process."""
 
     received: int
     missing: int
@@ -119,7 +119,7 @@ class Day:
 
 
 def live(hours: float, quick: bool, share: int) -> Day:
-    """Live a day with a share of the axes; what is held is looked at unless it is quick."""
+    """Simulate a day with a share of the axes; measure memory unless the run is quick."""
     lines = [Line(unit, 10 * share + seed) for seed, unit in enumerate(SHARES[share])]
     minutes = round(hours * HOUR / MINUTE)
     warm = 0.0
@@ -142,7 +142,7 @@ def live(hours: float, quick: bool, share: int) -> Day:
 
 
 def main(hours: float, *, quick: bool) -> bool:
-    """Live; return whether all bounds are kept."""
+    """Simulate; return whether all bounds hold."""
     start = time.perf_counter()
     with ProcessPoolExecutor(len(SHARES)) as pool:
         days = list(pool.map(partial(live, hours, quick), range(len(SHARES))))
@@ -151,16 +151,16 @@ def main(hours: float, *, quick: bool) -> bool:
     axes = sum(len(ADDRESSES[unit]) for share in SHARES for unit in share)
     print(
         f"{axes} axes for {hours:g} h: {received:,} updates received, {asked:,} requests, "
-        f"{sum(day.lost for day in days):,} signs of life lost on the line, in {seconds:.1f} s"
+        f"{sum(day.lost for day in days):,} keep-alives lost on the line, in {seconds:.1f} s"
     )
     kept = [
         holds("updates missing", sum(abs(day.missing) for day in days), 0),
         holds("updates dropped", sum(day.dropped for day in days), 0),
-        holds("requests without an answer", sum(day.unanswered for day in days), 0),
+        holds("requests without a reply", sum(day.unanswered for day in days), 0),
     ]
     if not quick:
         kept.append(holds("seconds", seconds, MOST_SECONDS, "s"))
-        kept.append(holds("memory grown", max(day.growth for day in days), MOST_GROWTH, "MiB"))
+        kept.append(holds("growth of memory", max(day.growth for day in days), MOST_GROWTH, "MiB"))
     return all(kept)
 
 

@@ -1,17 +1,16 @@
-"""Damage streams of frames everywhere, and count what each framing rule loses and invents.
+"""Damage streams of frames at every byte, and count what each framing rule loses and invents.
 
-Runs of 20 frames are damaged in one byte, at every position: each bit flipped, the byte lost, the
-byte doubled, a byte inserted before it. Each rule then frames what is left, and the damaged frame
-and the 19 after it are looked up where they were sent. A frame is *missing* when it was not given
-out as it was sent. A message that nobody sent is *altered* when it begins where a frame began (a
-flipped byte inside a payload: no rule can see that without a checksum) and *invented* when it
-begins anywhere else.
+One byte in a run of 20 frames is damaged, at every position: each bit is flipped, the byte is lost, doubled,
+or another byte is inserted before it. Each rule then frames the result, and its frames are compared with the
+damaged frame and the 19 after it. A frame is *missing* if the rule did not return it unchanged. A message
+that was not sent is *altered* if it begins where a frame began (for example a flipped bit inside a payload,
+which no rule can detect without a checksum) and *invented* if it begins anywhere else.
 
     python benchmarks/framing_experiment.py --runs 40
-    python benchmarks/framing_experiment.py --runs 5 --silences   # a pause after the damage, too
+    python benchmarks/framing_experiment.py --runs 5 --silences   # with a pause after the damage
 
-The first table shows the worst case, most frames missing from 20, and in brackets the most
-invented; the second shows sums over all damages.
+The first table shows the worst case: the most frames missing from 20 and, in brackets, the most invented. The
+second shows sums over all damages.
 """
 
 from __future__ import annotations
@@ -77,7 +76,7 @@ SMALL_TABLE = FramingTable(
     devices=DEVICES,
 )
 
-# What a controller newer than the table sends: longer status, ids that the table has not.
+# Messages of a controller newer than the table: a longer status, and unknown ids.
 NEWER = (
     (0x0481, _forms("MOT_GET_STATUSUPDATE, longer", _IN, False, 28)),
     (0x0491, _forms("MOT_GET_DCSTATUSUPDATE, longer", _IN, False, 16, 34)),
@@ -87,7 +86,7 @@ NEWER = (
 
 
 def generated_table() -> FramingTable | None:
-    """Return the table of the generated package, or None where it is not installed."""
+    """Return the table of the generated package, or None if it is not installed."""
     try:
         from stagewire_apt import PROTOCOL
     except ImportError:
@@ -97,7 +96,7 @@ def generated_table() -> FramingTable | None:
 
 
 class Message(NamedTuple):
-    """A frame and where it begins; ``known`` when it was given out as a message."""
+    """A frame and its position; ``known`` if the rule returned it as a message."""
 
     start: int
     raw: bytes
@@ -118,7 +117,7 @@ def messages(events: Iterable[Event]) -> list[Message]:
 
 
 def naive(table: FramingTable) -> Rule:
-    """Return the rule of many drivers: believe every length, skip one byte when that is absurd."""
+    """Return the rule of many drivers: trust every length, and skip one byte if it is absurd."""
 
     def frame(stream: bytes) -> list[Message]:
         found, position = [], 0
@@ -154,7 +153,7 @@ def ours(table: FramingTable, end: End, silences: bool = False) -> Rule:
 
 
 class Line(NamedTuple):
-    """One row of the table: who talks, and the rule that listens."""
+    """A row of the table: the senders, and the rule of the receiver."""
 
     title: str
     rule: Rule
@@ -170,10 +169,10 @@ def make_run(
     addresses: str = "right",
     newer: bool = False,
 ) -> list[bytes]:
-    """Return twice 20 frames of one controller, or its host, and as many as a rule may wait for.
+    """Return twice 20 frames of one controller or its host, and as many as a rule may wait for.
 
-    A damaged length makes a rule wait. That is no loss when the stream goes on; what it costs when
-    the line falls silent is what ``--silences`` asks.
+    A damaged length makes a rule wait. Nothing is lost if the stream continues; ``--silences`` measures the
+    loss if the line falls silent.
     """
     choices = {
         way: [
@@ -208,7 +207,7 @@ def make_run(
 
 
 def make_payload(random_: random.Random, length: int) -> bytes:
-    """Return a payload of channel, small numbers, positions and flags, as real ones are."""
+    """Return a realistic payload of channels, small numbers, positions and flags."""
     payload = b"\x01\x00"
     while len(payload) < length:
         payload += random_.choice(
@@ -226,7 +225,7 @@ def make_payload(random_: random.Random, length: int) -> bytes:
 
 
 class Damage(NamedTuple):
-    """A damaged stream: ``clean_before`` original bytes, then from ``clean_after`` on, shifted."""
+    """A damaged stream: ``clean_before`` original bytes, and shifted ones from ``clean_after``."""
 
     kind: str
     stream: bytes
@@ -248,15 +247,15 @@ def damages(stream: bytes, stop: int) -> Iterator[Damage]:
 
 
 class Count:
-    """What one rule lost and invented under one kind of damage."""
+    """The frames that a rule lost and invented under one kind of damage."""
 
     def __init__(self) -> None:
         self.tried = self.missing = self.altered = self.invented = 0
         self.worst_missing = self.worst_invented = 0
 
     def add(self, frames: list[Message], damage: Damage, found: list[Message]) -> None:
-        """Compare what was found in a damaged stream with what was sent, from the damage on."""
-        begins: set[int] = set()  # where a frame begins, counted from the front or from the back
+        """Compare the frames of a damaged stream with those that were sent, from the damage onwards."""
+        begins: set[int] = set()  # positions of frames, counted from the front or from the back
         expected: dict[int, bytes] = {}
         considered = 0
         for start, raw, _ in frames:
@@ -347,7 +346,7 @@ def show(results: dict[str, dict[str, Count]]) -> None:
 
 
 def main() -> None:
-    """Run the experiment and print what came out."""
+    """Run the experiment and print the result."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--runs", type=int, default=20, help="runs of 20 frames for each rule")
     parser.add_argument("--seed", type=int, default=1, help="seed of the random frames")
@@ -355,7 +354,7 @@ def main() -> None:
         "--table",
         choices=("small", "generated"),
         default="generated" if generated_table() else "small",
-        help="message table: the one of this program, or the generated one where it is installed",
+        help="message table: that of this program, or the generated one if it is installed",
     )
     parser.add_argument(
         "--silences", action="store_true", help="after each run, abandon what is still pending"

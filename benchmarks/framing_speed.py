@@ -1,11 +1,11 @@
-"""The framer against bare slicing, and against a peer.
+"""The framer compared with bare slicing, and with another library.
 
-The stream is 20 MB of mixed messages (``stream.py``). The limit is what Python needs to slice and unpack
-a stream that holds nothing but status updates, at a fixed stride and without looking at a header.
+The stream is 20 MB of mixed messages (``stream.py``). The reference slices and unpacks a stream of status
+updates at a fixed stride, without reading a header.
 
-Large chunks have two bounds. The framer itself is timed without Python's cyclic garbage collector. With it,
-a chunk of 2 MiB costs more: its hundred thousand events live at once, and the collector looks at each of them
-several times. Chunks of 4 KiB have too few events to start a collection.
+Large chunks have two bounds. The framer alone is timed without Python's cyclic garbage collector. With the
+collector, a chunk of 2 MiB costs more: its hundred thousand events are alive together, and the collector
+visits each of them several times. Chunks of 4 KiB have too few events to start a collection.
 
     python benchmarks/framing_speed.py
 """
@@ -31,14 +31,14 @@ from stagewire_apt import messages as m
 
 SIZE = 20_000_000
 SMALL, LARGE = 4096, 2 << 20
-FOR_THE_PEER = 4_000  # messages; it needs a thousand times as long
+FOR_THE_PEER = 4_000  # messages; the other library takes a thousand times as long
 ROUNDS = 9
 
 STATUS = m.MotGetDcStatusUpdate(1, 200_000, 10, 0x80000400).pack(0x01, 0x50)
 
 
 def peer_reads(frame: bytes) -> bool:
-    """Whether the peer knows a message and does not raise."""
+    """Return whether the other library accepts a message."""
     try:
         id_to_func[frame[0] | frame[1] << 8](frame)
     except Exception:
@@ -61,7 +61,7 @@ def fixed_stride(count: int) -> Runner:
 
 
 def peer(frames: list[bytes]) -> Runner:
-    """Return a runner of the peer's reader, on the first messages of those that it can read."""
+    """Return a runner of the other library's reader, on the first messages that it accepts."""
     stream = b"".join([frame for frame in frames[:FOR_THE_PEER] if peer_reads(frame)])
     parts = chunks(stream, SMALL)
 
@@ -91,11 +91,11 @@ def without_collector(run: Runner) -> Runner:
 
 
 def main() -> int:
-    """Measure; return 1 when a bound is not kept."""
+    """Measure; return 1 if a bound is exceeded."""
     frames = list(make_frames(SIZE))
     stream, count = b"".join(frames), len(frames)
     unpacker = peer(frames)
-    frames.clear()  # a list of a million would slow down the collection of garbage for all
+    frames.clear()  # a list of a million frames would slow down every garbage collection
     framer = partial(PROTOCOL.framer, End.HOST)
     small, large = chunks(stream, SMALL), chunks(stream, LARGE)
     contenders = {

@@ -1,8 +1,8 @@
-"""The framers take linear time, whatever comes and in whatever chunks.
+"""The framers take linear time for any input in any chunks.
 
-Each flood is fed in chunks of 1 and 4096 bytes and whole, short and eight times as long, interleaved;
-the median ratio of the times per byte is printed. Linear is 1, quadratic would be 8; over the bound
-the exit is 1.
+Each flood is fed in chunks of 1 and 4096 bytes and whole, short and eight times as long, interleaved. The
+program prints the median ratio of the times per byte: 1 is linear, 8 would be quadratic. It exits with 1 if a
+ratio exceeds the bound.
 
     python benchmarks/framing_time.py
 """
@@ -28,7 +28,7 @@ MESSAGES = {
     "half headers": "81 04 0E 00 81 FF",
     "lengths that never end": "77 0F FF 01 81 50",
     "longer packets": "81 04 FF 00 81 50" + " 00" * 249,
-    "longest packets one in the other": "81 04 FF 00 81 50",
+    "longest packets, nested": "81 04 FF 00 81 50",
     "candidates at every byte": "04 04 00 01 50",
 }
 COMMANDS = {
@@ -53,7 +53,7 @@ def nanoseconds(make: Callable[[], Any], data: bytes, size: int) -> float:
 
 
 def linear(make: Callable[[], Any], floods: Mapping[str, str]) -> bool:
-    """Measure every flood; return whether none is over the bound."""
+    """Measure every flood; return whether all are within the bound."""
     kept = True
     print(f"{'flood':34}{'chunk':>8}{'ns/byte':>10}{'ratio':>8}")
     for name, text in floods.items():
@@ -73,7 +73,7 @@ def linear(make: Callable[[], Any], floods: Mapping[str, str]) -> bool:
 
 
 def main() -> int:
-    """Measure both kinds of framing; return 1 when a flood is over the bound."""
+    """Measure both kinds of framing; return 1 if a flood exceeds the bound."""
     kept = [
         linear(lambda: stagewire_apt.PROTOCOL.framer(End.NONE), MESSAGES),
         linear(stagewire_ms2000.PROTOCOL.framer, COMMANDS),

@@ -1,8 +1,8 @@
-"""As many controllers as one program could have: 256 of all kinds, in one process of asyncio, for a minute.
+"""A large program: 256 controllers of all kinds in one asyncio process, for a minute.
 
-Virtual controllers in another process send ten updates a second for each channel, each over a TCP connection
-of its own. Here each has a session, which says that it is alive, and a subscription. Nothing may be lost, and
-this process has to do with one core.
+Virtual controllers in another process send ten updates a second for each channel, each over its own TCP
+connection. This process has a session with each, which sends keep-alives, and a subscription. Nothing may be
+lost, and this process must not need more than one core.
 
     python benchmarks/many_sessions.py
     python benchmarks/many_sessions.py --controllers 32 --seconds 2 --quick    # counts only
@@ -28,13 +28,13 @@ from stagewire_apt import messages as m
 from stagewire_virtual.instrument import Unit
 
 MOST_PROCESSOR = 1.0  # of one core
-PATIENCE = 30.0  # what may be missing is waited for so long
-KEPT = 100  # events that a subscription keeps at most: a second or more
-GROUP = 16  # controllers whose updates fall on one instant
+PATIENCE = 30.0  # s to wait for missing updates
+KEPT = 100  # most events that a subscription keeps: at least a second
+GROUP = 16  # controllers with updates at the same instant
 
 
 class Host:
-    """The session with one controller, and how many updates have come of each of its channels."""
+    """The session with one controller, and the number of updates from each of its channels."""
 
     def __init__(self, unit: Unit, session: AsyncFramedSession) -> None:
         facts = unit.facts
@@ -51,19 +51,19 @@ class Host:
             self.alive = PROTOCOL.message_class(facts["keep_alive"])()
 
     async def start(self) -> None:
-        """Ask for updates, and say from now on that somebody listens."""
+        """Request updates, and keep the controller alive from then on."""
         self.session.keep_alive(self.alive, (self.address,))
         await self.session.send(m.HwStartUpdateMsgs(round(1 / PERIOD)), self.address)
 
     async def listen(self) -> None:
-        """Count what comes."""
+        """Count the updates."""
         async for event in self.updates:
             self.received[event.raw[6]] += 1
 
 
 @dataclass(frozen=True)
 class Run:
-    """What the sessions came to."""
+    """The counts of all sessions."""
 
     received: int
     missing: int
@@ -72,7 +72,7 @@ class Run:
 
 
 async def run(controllers: int, seconds: float) -> Run:
-    """Serve controllers in another process, and have a session with each."""
+    """Serve controllers in another process, and open a session with each."""
     units = {unit.name: unit for unit in kinds()}
     async with serving(controllers) as process:
         hosts: list[Host] = []
@@ -103,7 +103,7 @@ async def run(controllers: int, seconds: float) -> Run:
 
 
 def main(controllers: int, seconds: float, *, quick: bool) -> bool:
-    """Run; return whether all bounds are kept."""
+    """Measure; return whether all bounds hold."""
     found = asyncio.run(run(controllers, seconds))
     print(f"{controllers} sessions in one process of asyncio: {found.received} updates received")
     kept = [

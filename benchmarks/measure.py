@@ -1,9 +1,9 @@
-"""How the timed proofs measure: contenders interleaved in one run, medians of ratios, bounds.
+"""Timing for the benchmarks: interleaved contenders, medians of ratios, and bounds.
 
-A machine is slow for a second and fast for the next. So every round times all contenders one after
-the other, beginning with another one each time; a ratio is taken within a round, and the median of
-the ratios counts. What only computes is timed by the processor time of this process, which does not
-run while another has the core. Nanoseconds are for orientation, never to be compared with another run.
+The speed of a shared machine varies from second to second. Each round therefore times all contenders one
+after the other, starting with a different one each time. A ratio is taken within a round, and the median of
+the ratios is the result. Code that only computes is timed by the processor time of this process, which
+excludes other programs. Nanoseconds are for orientation; do not compare them between runs.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from typing import Any
 ROUNDS = 11
 
 Runner = Callable[[], float]
-"""Does the work once and returns what it cost, for one operation (seconds, say, or bytes)."""
+"""Run the work once and return its cost per operation, for example in seconds or bytes."""
 
 
 @dataclass(frozen=True)
 class Bound:
-    """What the cost of one contender may be, as a multiple of another's, or beyond it."""
+    """A bound on the cost of a contender, as a multiple of that of a reference or as a difference from it."""
 
     contender: str
     reference: str
@@ -41,24 +41,24 @@ class Bound:
         return (ours - theirs) * self.scale if self.difference else ours / theirs
 
     def holds(self, figure: float) -> bool:
-        """Whether the bound is kept."""
+        """Return whether a figure is within the bound."""
         return figure <= self.at_most if self.at_most else figure >= self.at_least
 
     @property
     def words(self) -> str:
-        """The bound for people."""
+        """The bound as text."""
         wanted = f"<= {self.at_most:g}" if self.at_most else f">= {self.at_least:g}"
         return f"{wanted} {self.unit}"
 
 
 def statement(code: str, names: Mapping[str, Any], number: int) -> Runner:
-    """Return a runner that times a statement ``number`` times, without the cost of a call."""
+    """Return a runner that times ``number`` executions of a statement, without call overhead."""
     timer = timeit.Timer(code, timer=time.process_time, globals=dict(names))
     return lambda: timer.timeit(number) / number
 
 
 def interleave(contenders: Mapping[str, Runner], rounds: int = ROUNDS) -> list[dict[str, float]]:
-    """Return the cost of every contender in every round, after one round that does not count."""
+    """Return the cost of every contender in every round, after a warm-up round."""
     names = list(contenders)
     for name in names:
         contenders[name]()
@@ -75,7 +75,7 @@ def report(
     bounds: Iterable[Bound],
     show: Callable[[float], str] = lambda seconds: f"{seconds * 1e9:,.0f} ns",
 ) -> bool:
-    """Print the medians and the bounds; return whether all are kept."""
+    """Print the medians and the bounds; return whether all bounds hold."""
     rounds = f"median of {len(costs)} rounds" if len(costs) > 1 else "counted, not timed"
     print(f"\n{title} ({rounds})")
     for name in costs[0]:
@@ -92,7 +92,7 @@ def report(
 
 
 def holds(what: str, figure: float, at_most: float, unit: str = "") -> bool:
-    """Print a bound and whether it is kept."""
+    """Print a bound and whether it holds."""
     kept = figure <= at_most
     verdict = "" if kept else "     NOT KEPT"
     print(f"  {what:<52}{figure:>9.2f}  <= {at_most:g} {unit}{verdict}")
@@ -100,7 +100,7 @@ def holds(what: str, figure: float, at_most: float, unit: str = "") -> bool:
 
 
 def memory() -> float:
-    """Return the memory that this process holds, in MiB; needs ``/proc``."""
+    """Return the resident memory of this process in MiB; needs ``/proc``."""
     status = Path("/proc/self/status").read_text()
     return (
         next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS"))

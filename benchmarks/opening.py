@@ -1,7 +1,8 @@
-"""How long it takes to open a device and get its first reply, where no hardware takes its time.
+"""The time to open a device and get its first reply, without the delays of hardware.
 
-Opening asks the controller who it is, and what its scales need; then a set of parameters is read. The
-controllers are virtual, served over TCP or in memory. The library is loaded already (``start_up.py``).
+Opening requests the identity of the controller and the settings that its scales need; then a parameter set
+is read. The controllers are virtual, served over TCP or in memory. The library is already imported;
+``start_up.py`` measures the import.
 
     python benchmarks/opening.py
 """
@@ -21,7 +22,7 @@ from stagewire_apt import TDC001, TPZ001, aio
 
 AT_MOST = 50  # ms, the median
 ROUNDS = 21
-"""Openings of each; every one is a new connection."""
+"""Repetitions for each contender; every one opens a new connection."""
 
 
 def motor(url: str) -> Runner:
@@ -37,7 +38,7 @@ def motor(url: str) -> Runner:
 
 
 def piezo(url: str) -> Runner:
-    """Open a piezo controller, whose scales are told by settings."""
+    """Open a piezo controller, whose scales depend on settings."""
 
     def run() -> float:
         start = time.perf_counter()
@@ -61,7 +62,7 @@ def asynchronous(url: str, runner: asyncio.Runner) -> Runner:
 
 
 def main() -> bool:
-    """Measure; return whether the bounds are kept."""
+    """Measure; return whether all bounds hold."""
     with ExitStack() as stack:
         tdc = stack.enter_context(virtual.TDC001().tcp()).url
         tpz = stack.enter_context(virtual.TPZ001().tcp()).url

@@ -1,9 +1,9 @@
-"""The other end of a line, in a process of its own: what controllers do in the timed proofs, and no more.
+"""The controller side of the benchmarks, in a separate process: just enough to reply to requests.
 
     with peer("answer") as other:
         session = FramedSession(PROTOCOL, open_link(other.url))
 
-What a peer has to say of a connection it says when that has ended: ``other.said()``.
+After a connection has ended, ``other.said()`` returns what the peer recorded about it.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ UPDATES_AT_ONCE = 20
 
 
 def answer(connection: socket.socket) -> None:
-    """Answer each header with the same frame, as soon as it is there."""
+    """Answer each header with the same frame, immediately."""
     reply = REPLY.pack(dest=HOST, source=DEVICE)
     while data := connection.recv(4096):
         connection.sendall(reply * (len(data) // HEADER))
 
 
 def ignore(connection: socket.socket) -> None:
-    """Take everything and say nothing."""
+    """Read everything and answer nothing."""
     while connection.recv(4096):
         pass
 
 
 def flood(connection: socket.socket) -> None:
-    """Say ten thousand updates a second, answer no request; note when each stop comes, and answer it."""
+    """Send ten thousand updates a second and answer no request. Record and answer each stop."""
     update = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
     burst = update.pack(dest=HOST, source=DEVICE) * UPDATES_AT_ONCE
     stop = STOP.pack(dest=DEVICE, source=HOST)
@@ -72,7 +72,7 @@ def flood(connection: socket.socket) -> None:
     speaking = threading.Thread(target=say)
     speaking.start()
     came: list[float] = []
-    with suppress(ConnectionError):  # of a host that leaves with something unread
+    with suppress(ConnectionError):  # the host may close with unread data
         while data := connection.recv(65536):
             for _ in range(data.count(stop)):
                 came.append(time.monotonic())
@@ -83,7 +83,7 @@ def flood(connection: socket.socket) -> None:
 
 
 def shuffle(connection: socket.socket) -> None:
-    """Answer what is there with a number that rises: of different addresses in any order, of one in order."""
+    """Answer with increasing numbers, in order for each address and shuffled between addresses."""
     chance = random.Random(1)
     number = 0
     rest = b""
@@ -107,7 +107,7 @@ COUNTERS: dict[int, Callable[[int, int], FramedMessage]] = {
     m.MotReqPosCounter.layout.id: m.MotGetPosCounter,
     m.MotReqEncCounter.layout.id: m.MotGetEncCounter,
 }
-"""The requests that have a channel and are answered with a channel and a number, and the answers."""
+"""The requests with a channel whose reply has a channel and a number, and these replies."""
 
 PEERS: dict[str, Callable[[socket.socket], None]] = {
     "answer": answer,
@@ -119,25 +119,25 @@ PEERS: dict[str, Callable[[socket.socket], None]] = {
 
 @dataclass
 class Peer:
-    """A peer that runs: its port, and after the line was closed what it said."""
+    """A running peer: its port, and what it recorded about a closed connection."""
 
     port: int
     process: subprocess.Popen[str]
 
     @property
     def url(self) -> str:
-        """Where it listens."""
+        """The URL of the peer."""
         return f"socket://{BIND}:{self.port}"
 
     def said(self) -> Any:
-        """Return what it says of the connection that has just ended."""
+        """Return what the peer recorded about the connection that has just ended."""
         assert self.process.stdout is not None
         return json.loads(self.process.stdout.readline())
 
 
 @contextmanager
 def peer(kind: str) -> Iterator[Peer]:
-    """Run a peer, until the end of the block."""
+    """Run a peer until the end of the block."""
     process = subprocess.Popen(
         [sys.executable, __file__, kind], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
@@ -152,7 +152,7 @@ def peer(kind: str) -> Iterator[Peer]:
 
 
 def serve(kind: str) -> None:
-    """Serve one connection after the other, several at once, until standard input ends."""
+    """Accept connections, several at a time, until standard input ends."""
     with socket.create_server((BIND, 0)) as server:
         print(server.getsockname()[1], flush=True)
 
@@ -163,7 +163,7 @@ def serve(kind: str) -> None:
                 threading.Thread(target=attend, args=(connection,), daemon=True).start()
 
         def attend(connection: socket.socket) -> None:
-            with connection, suppress(ConnectionError):  # of a host that has left without a word
+            with connection, suppress(ConnectionError):  # the host may already be gone
                 PEERS[kind](connection)
 
         threading.Thread(target=accept, daemon=True).start()

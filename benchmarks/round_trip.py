@@ -1,13 +1,13 @@
-"""What a session costs over the line itself: a request of 6 bytes and its reply of 20, on loopback TCP.
+"""The cost of a session compared with a bare socket: a request of 6 bytes and its reply of 20, on loopback TCP.
 
-The bare socket sends and receives the same bytes and does nothing with them; the other end is one process for
-all. Sessions make the message, pack it, send it, wait, and return the frame of the reply, decoded; devices
-give its values, and have no bound. Time is that on the wall, since it is spent waiting, and of a thousand
-round trips the median. Contenders are interleaved, and the ratio within a round counts.
+The bare socket sends and receives the same bytes and does nothing with them. One process is the other end for
+all contenders. Sessions build, pack and send the message, wait, and return the decoded reply. Devices also
+convert its values; they have no bound. Time is wall-clock time, since most of it is waiting, and the median of
+a thousand round trips. Contenders are interleaved, and the ratio within a round is the result.
 
-Both processes share one processor, where the system can be told so. On two, a bare round trip takes 14 or
-60 us as the scheduler pleases, since to wake a processor that sleeps costs more than the rest; on one it is
-always the faster, against which the ratio is the greatest.
+Both processes share one core if the system allows it. On two cores, a bare round trip takes 14 or 60 us,
+depending on the scheduler, because waking another core costs more than everything else. On one core the bare
+socket is always fast, which gives the largest ratio.
 
     python benchmarks/round_trip.py
 """
@@ -41,7 +41,7 @@ DEVICE_WITH = "device with a reader thread"
 
 
 def timed(call: Callable[[], object]) -> Runner:
-    """Return a runner of a call, with the median of many."""
+    """Return a runner that takes the median of many calls."""
 
     def run() -> float:
         seconds = []
@@ -55,7 +55,7 @@ def timed(call: Callable[[], object]) -> Runner:
 
 
 def bare(other: Peer, stack: ExitStack) -> Runner:
-    """Send and receive the same bytes through a socket, and no more."""
+    """Send and receive the same bytes through a socket."""
     line = stack.enter_context(socket.create_connection(("127.0.0.1", other.port)))
     line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     request = REQUEST.pack(dest=DEVICE, source=HOST)
@@ -71,20 +71,20 @@ def bare(other: Peer, stack: ExitStack) -> Runner:
 
 
 def session(other: Peer, stack: ExitStack, background: bool) -> Runner:
-    """Ask by a session for threads."""
+    """Send requests through a session for threads."""
     line = stack.enter_context(FramedSession(PROTOCOL, open_link(other.url), background=background))
     replies = (m.MotGetVelParams,)
     return timed(lambda: line.ask(m.MotReqVelParams(chan_ident=1), replies, DEVICE))
 
 
 def device(other: Peer, stack: ExitStack, background: bool) -> Runner:
-    """Ask by a device, which gives values that have units."""
+    """Read values with units through a device."""
     opened = TDC001.open(other.url, identify=False, background=background)
     return timed(stack.enter_context(opened).get_vel_params)
 
 
 def asynchronous(other: Peer, stack: ExitStack) -> Runner:
-    """Ask by a session of asyncio."""
+    """Send requests through an asyncio session."""
     runner = stack.enter_context(asyncio.Runner())
     replies = (m.MotGetVelParams,)
 
@@ -106,13 +106,13 @@ def asynchronous(other: Peer, stack: ExitStack) -> Runner:
 
 
 def share_one_processor() -> None:
-    """Stay on one processor, with the processes that are started from now on."""
+    """Stay on one core, together with the processes that are started from now on."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 
 
 def main() -> bool:
-    """Measure; return whether the bounds are kept."""
+    """Measure; return whether all bounds hold."""
     share_one_processor()
     with peer("answer") as other, ExitStack() as stack:
         contenders = {

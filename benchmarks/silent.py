@@ -1,9 +1,9 @@
-"""A controller that never answers: every call of every unit ends within its timeout and a tenth of it more.
+"""A controller that never answers: every call of every unit ends within 1.1 times its timeout.
 
-The other end takes what comes and says nothing. Of each unit every method that takes a timeout is called, on
-a device of its own that was opened without asking who is there; what it has to be given follows from its
-signature. So is opening a device that does ask. What ends before its time, because nothing has to come or
-because it is refused, is counted apart.
+The other end reads everything and sends nothing. The program calls every method of each unit that has a
+timeout, each on a new device that was opened without identification. Arguments follow from the signatures.
+Opening a device with identification is also a call. Calls that end early, because they await nothing or are
+refused, are counted separately.
 
     python benchmarks/silent.py
     python benchmarks/silent.py --units TDC001 BBD102 MS2000
@@ -35,7 +35,7 @@ from stagewire_ms2000.devices import facts as ms2000_facts
 
 TIMEOUT = 0.3
 AT_MOST = 1.1
-MOST_THAT_DO_NOT_WAIT = 0.7  # or this would prove little
+MOST_THAT_DO_NOT_WAIT = 0.7  # otherwise the run would prove little
 AT_ONCE = 12
 TRIES = 4
 PARTS: dict[str, Callable[[Any], Any]] = {
@@ -54,7 +54,7 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Call:
-    """A method of a unit, or of one of its parts, and what it is given; no method: the unit is opened."""
+    """A method of a unit or of one of its parts, with its arguments. Without a method, opening the unit."""
 
     unit: Any
     part: str = ""
@@ -67,11 +67,11 @@ class Call:
 
     @property
     def options(self) -> dict[str, Any]:
-        """How the unit is opened: without being asked anything, unless that is the call."""
+        """The options to open the unit: without identification, unless opening is the call."""
         return {"identify": False} if self.method else {"timeout": TIMEOUT}
 
     def made(self, device: Any) -> Any:
-        """Call the method of a device that is open."""
+        """Call the method of an open device."""
         target = PARTS[self.part](device) if self.part else device
         method = getattr(target, self.method)
         return method(**arguments(method), timeout=TIMEOUT)
@@ -79,7 +79,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a call ended, and after how many of its timeouts."""
+    """The outcome of a call, and its time in multiples of its timeout."""
 
     call: Call
     kind: str
@@ -87,7 +87,7 @@ class Outcome:
 
 
 def calls(packages: tuple[Any, ...], names: list[str]) -> Iterator[Call]:
-    """Give every call of the units with these names, or of all."""
+    """Yield every call of the named units, or of all."""
     for package in packages:
         for name in UNITS[package]:
             if names and name not in names:
@@ -103,7 +103,7 @@ def calls(packages: tuple[Any, ...], names: list[str]) -> Iterator[Call]:
 
 
 def takes_a_timeout(method: Any) -> bool:
-    """Whether a method of a class takes a timeout, and is no context manager."""
+    """Return whether a method of a class has a timeout and is not a context manager."""
     made = inspect.unwrap(method)
     block = inspect.isgeneratorfunction(made) or inspect.isasyncgenfunction(made)
     return (
@@ -112,7 +112,7 @@ def takes_a_timeout(method: Any) -> bool:
 
 
 def arguments(method: Any) -> dict[str, Any]:
-    """Return something for everything that a method has to be given: of values with a unit the counts."""
+    """Return a value for every required argument of a method; counts for values with a unit."""
     given: dict[str, Any] = {}
     for name, parameter in inspect.signature(method).parameters.items():
         annotation = str(parameter.annotation)
@@ -128,12 +128,12 @@ def arguments(method: Any) -> dict[str, Any]:
 
 
 def is_needed(parameter: inspect.Parameter) -> bool:
-    """Whether there is no default."""
+    """Return whether a parameter has no default."""
     return parameter.default is inspect.Parameter.empty
 
 
 def judged(call: Call, start: float, error: BaseException | None) -> Outcome:
-    """Return how a call ended that began at ``start``."""
+    """Return the outcome of a call that began at ``start``."""
     share = (time.perf_counter() - start) / TIMEOUT
     if isinstance(error, ReplyTimeoutError):
         return Outcome(call, "waited", share)
@@ -173,7 +173,7 @@ async def ask_asyncio(call: Call, url: str) -> Outcome:
 
 
 async def all_asyncio(made: list[Call], url: str) -> list[Outcome]:
-    """Make calls that are awaited, some at a time."""
+    """Make asyncio calls, several at a time."""
     room = asyncio.Semaphore(AT_ONCE)
 
     async def one(call: Call) -> Outcome:
@@ -185,7 +185,7 @@ async def all_asyncio(made: list[Call], url: str) -> list[Outcome]:
 
 
 def patiently(make: Callable[[list[Call]], list[Outcome]], made: list[Call]) -> dict[Call, Outcome]:
-    """Make calls, and those again that were late because something else had the processor."""
+    """Make the calls, and repeat those that were late because another program used the core."""
     best: dict[Call, Outcome] = {}
     for _ in range(TRIES):
         for outcome in make(made):
@@ -196,7 +196,7 @@ def patiently(make: Callable[[list[Call]], list[Outcome]], made: list[Call]) -> 
 
 
 def report(title: str, best: dict[Call, Outcome]) -> bool:
-    """Print what came of the calls; return whether the bound is kept."""
+    """Print the outcomes of the calls; return whether the bound holds."""
     outcomes = list(best.values())
     kinds = Counter(outcome.kind for outcome in outcomes)
     late = [outcome for outcome in outcomes if outcome.share > AT_MOST]
@@ -217,7 +217,7 @@ def report(title: str, best: dict[Call, Outcome]) -> bool:
 
 
 def main(names: list[str]) -> bool:
-    """Call everything; return whether the bounds are kept."""
+    """Make every call; return whether the bounds hold."""
     with peer("ignore") as other, ThreadPoolExecutor(AT_ONCE) as pool:
 
         def threads(made: list[Call]) -> list[Outcome]:

@@ -1,8 +1,7 @@
-"""What a process costs before it does anything: importing the library, generating every binding.
+"""The start-up cost of a process: importing the library, and generating all code.
 
-Each figure is that of a whole process; bytecode and our templates are compiled beforehand, as an installed
-wheel has them. Processor time is what counts,
-since other work on the machine makes the clock on the wall run on; both are printed.
+Each figure is for a whole process. Bytecode and templates are compiled beforehand, as in an installed wheel.
+The bounds apply to processor time, which other programs do not affect; wall-clock time is also printed.
 
     python benchmarks/start_up.py
 """
@@ -33,7 +32,7 @@ DEVICES = [sys.executable, "-c", "from stagewire_apt import TDC001"]
 
 
 class Processes:
-    """Runs commands and remembers the seconds on the wall."""
+    """Runs commands and records their wall-clock times."""
 
     def __init__(self) -> None:
         self.wall: dict[str, list[float]] = {}
@@ -57,20 +56,20 @@ class Processes:
 
 
 def memory(code: str) -> float:
-    """Return the most memory that a Python process held while it ran ``code``, in MiB."""
-    # What the kernel reports to the parent begins with the parent's own memory.
+    """Return the peak memory of a Python process that runs ``code``, in MiB."""
+    # The peak that the kernel reports to a parent starts at the memory of the parent.
     code += "; print(*(line for line in open('/proc/self/status') if line.startswith('VmHWM')))"
     output = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout
     return int(output.split()[1]) / 1024
 
 
 def milliseconds(seconds: float) -> str:
-    """Show seconds as milliseconds."""
+    """Format seconds as milliseconds."""
     return f"{seconds * 1e3:,.1f} ms"
 
 
 def importing() -> bool:
-    """Measure ``import stagewire_apt`` over bare Python, ``import stagewire_ms2000`` over the runtime."""
+    """Measure ``import stagewire_apt`` against bare Python, ``import stagewire_ms2000`` against the runtime."""
     processes = Processes()
     contenders = {
         "bare Python": processes.runner("bare Python", BARE),
@@ -79,7 +78,7 @@ def importing() -> bool:
         "import stagewire_ms2000": processes.runner("import stagewire_ms2000", COMMANDS),
         "from stagewire_apt import TDC001": processes.runner(
             "TDC001", DEVICES
-        ),  # no bound: asked for
+        ),  # no bound: for information
     }
     bounds = [
         Bound(name, over, at_most=at_most, difference=True, scale=1e3, unit="ms")
@@ -97,7 +96,7 @@ def importing() -> bool:
 
 
 def generating() -> bool:
-    """Measure ``stagewire generate`` of the whole registry into an empty folder."""
+    """Measure ``stagewire generate`` of the whole registry into an empty directory."""
     processes = Processes()
     with tempfile.TemporaryDirectory() as folder:
         command = [str(Path(sys.executable).parent / "stagewire"), "generate", "--spec", "spec"]
@@ -106,7 +105,7 @@ def generating() -> bool:
             "stagewire generate": processes.runner("generate", [*command, "--out", folder]),
         }
         bound = Bound("stagewire generate", "one second", at_most=1.2)
-        kept = report("Generate every binding", interleave(contenders, 9), [bound], milliseconds)
+        kept = report("Generate all code", interleave(contenders, 9), [bound], milliseconds)
     print(f"  on the wall{milliseconds(sorted(processes.wall['generate'])[5]):>49}")
     return kept
 

@@ -1,9 +1,9 @@
-"""How long a stop takes to the other end, while 10,000 messages a second come in and 100 commands wait.
+"""The time until a stop arrives at the controller, under 10,000 messages a second and 100 waiting commands.
 
-The other end is a process of its own: it sends status updates, answers no request, so that all that are made
-go on waiting (half of them hold what they change locked), and notes when each stop has come. A stop begins
-when it is called; in asyncio when the program meant to call it, so that an event loop that is late counts.
-It ends when the other end has it, by the clock that both processes share.
+The other end is a separate process. It sends status updates, answers no request, and records the arrival of
+each stop. All commands therefore keep waiting, half of them while they hold a lock. The time of a stop begins
+with its call; in asyncio with the intended time of the call, so that a late event loop counts. It ends with
+the arrival, on the clock that both processes share.
 
     python benchmarks/stop_latency.py
 """
@@ -33,15 +33,15 @@ from stagewire_apt import messages as m
 STOPS = 300
 RUNS = 5
 WAITING = 100
-LONG = 600.0  # seconds; nothing that waits gives up
+LONG = 600.0  # seconds; no waiting command times out
 LONGEST_PAUSE = 0.010
-AT_MOST = 5.0  # ms, of 99 in 100
-FEWER = UPDATES_A_SECOND / 50  # or they were not taken as fast as they were to come
-KEPT = 100  # updates, of which nobody takes any
+AT_MOST = 5.0  # ms, 99th percentile
+FEWER = UPDATES_A_SECOND / 50  # otherwise the updates were not read fast enough
+KEPT = 100  # updates; no subscriber reads them
 
 
 def threads(other: Peer, stops: int) -> list[float]:
-    """Stop a device for threads; return when each stop was called."""
+    """Stop a device for threads; return the time of each call."""
     device = TDC001.open(other.url, identify=False)
     device.subscribe(m.MotGetDcStatusUpdate, limit=KEPT)
 
@@ -73,7 +73,7 @@ def threads(other: Peer, stops: int) -> list[float]:
 
 
 async def tasks(other: Peer, stops: int) -> list[float]:
-    """Stop a device of asyncio; return when each stop was meant to be called."""
+    """Stop an asyncio device; return the intended time of each call."""
     device = await aio.TDC001.open(other.url, identify=False)
     device.subscribe(m.MotGetDcStatusUpdate, limit=KEPT)
     commands: list[Callable[[], Coroutine[Any, Any, object]]] = [
@@ -96,14 +96,14 @@ async def tasks(other: Peer, stops: int) -> list[float]:
 
 
 def p99(began: Sequence[float], said: dict[str, Any]) -> tuple[float, float]:
-    """Return what 99 stops in 100 took at most, in ms, and how many updates came in a second."""
+    """Return the 99th percentile of the stops in ms, and the updates per second."""
     late = sorted(end - start for start, end in zip(began, said["stops"], strict=True))
     return late[len(late) * 99 // 100] * 1e3, said["rate"]
 
 
 def main(stops: int) -> bool:
-    """Measure; return whether the bounds are kept."""
-    logging.getLogger("stagewire").setLevel(logging.ERROR)  # that updates are dropped is meant
+    """Measure; return whether all bounds hold."""
+    logging.getLogger("stagewire").setLevel(logging.ERROR)  # dropping updates is intended
     kept = True
     with peer("flood") as other:
         contenders: dict[str, Callable[[], list[float]]] = {

@@ -1,4 +1,4 @@
-"""The stream that the benchmarks read: what a controller sends that is asked for its status all day."""
+"""The stream that the benchmarks read: that of a controller whose status is polled all day."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Eight threads that share a session, ten thousand calls each: every reply meets its own request.
+"""Eight threads share a session, with ten thousand calls each. Every reply must reach its own request.
 
-Two threads ask the same, of four questions that differ in message and address. The other end answers what is
-there of different addresses in any order, with a number that rises. So a reply is the right one if it is of
-the class, the channel and the address that were asked, if its number is higher than any that was known when
-the call began, and if no one else got it.
+There are four requests, which differ in message and address; two threads send each of them. The other end
+answers with increasing numbers, and shuffles the replies from different addresses. A reply is right if it has
+the class, the channel and the address of the request, if its number is higher than any number known before
+the call, and if no other thread received it.
 
     python benchmarks/threads.py
     python benchmarks/threads.py --calls 300
@@ -32,7 +32,7 @@ PATIENCE = 10.0
 
 @dataclass(frozen=True)
 class Question:
-    """What a thread asks, and where."""
+    """A request and its address."""
 
     request: FramedMessage
     reply: type[FramedMessage]
@@ -50,7 +50,7 @@ QUESTIONS = (
 class Asker(threading.Thread):
     """One of the threads."""
 
-    known = 0  # the highest number that anybody knows
+    known = 0  # the highest number that any thread knows
 
     def __init__(self, session: FramedSession, question: Question, calls: int) -> None:
         super().__init__()
@@ -61,7 +61,7 @@ class Asker(threading.Thread):
         self.wrong: list[str] = []
 
     def run(self) -> None:
-        """Ask again and again."""
+        """Send the request again and again."""
         try:
             for _ in range(self.calls):
                 self.ask()
@@ -69,7 +69,7 @@ class Asker(threading.Thread):
             self.wrong.append(repr(error))
 
     def ask(self) -> None:
-        """Ask once, and judge the reply."""
+        """Send the request once, and check the reply."""
         asked = self.question
         before = Asker.known
         frame = self.session.ask(asked.request, (asked.reply,), asked.dest, PATIENCE)
@@ -87,7 +87,7 @@ class Asker(threading.Thread):
 
 
 def main(calls: int) -> bool:
-    """Ask; return whether every reply was right."""
+    """Send all requests; return whether every reply was right."""
     kept = True
     for background in (True, False):
         with (

@@ -1,14 +1,14 @@
-"""Many virtual controllers in one process: whether they keep time, memory and one core.
+"""Many virtual controllers in one process: timing, memory, and the use of one core.
 
-One process serves controllers of all kinds that send status updates, each on a TCP port of its own, on one
-clock. Another one, this, is their host: it starts the updates, acknowledges them once a second, and notes
-when each arrives. An update is due a whole number of periods after the request for updates was sent; what it
-comes later than that, whoever lost the time, is its lateness.
+One process serves controllers of all kinds that send status updates, each on its own TCP port, all on one
+clock. This process is the host: it starts the updates, sends a keep-alive once a second, and records each
+arrival. An update is due a whole number of periods after the request for updates. Any time after that is its
+delay, whichever process caused it.
 
-What a controller costs is processor time of the serving process per update: with few controllers before and
-after, and with many. To wake costs more than to say an update, so controllers come in groups whose updates
-fall on one instant: one group, or several that follow each other. The process then wakes as often for an
-update whether they are few or many, and what is compared is the work.
+The cost of a controller is the processor time of the serving process per update, with few controllers before
+and after, and with many. Waking the process costs more than sending an update. Controllers therefore come in
+groups with updates at the same instant: one group, or several in sequence. The process then wakes equally
+often per update in both runs, and the comparison is fair.
 
     python benchmarks/virtual_soak.py
     python benchmarks/virtual_soak.py --controllers 32 --seconds 2 --quick    # counts and memory only
@@ -40,12 +40,12 @@ from stagewire_virtual.serving.endpoints import TcpEndpoint
 from stagewire_virtual.serving.server import Server
 
 PERIOD = 0.1
-FEW = 16  # and a group
+FEW = 16  # also the size of a group
 WARM_UP = 3.0
-PATIENCE = 30.0  # what may be missing is waited for so long
+PATIENCE = 30.0  # s to wait for missing updates
 MOST_GROWTH = 1.0  # MiB
 MOST_PROCESSOR = 0.9  # of one core
-MOST_RATIO = 1.25  # between what a controller costs among many and among few
+MOST_RATIO = 1.25  # between the cost of a controller among many and among few
 HOST = 1
 
 
@@ -65,7 +65,7 @@ def updates_of(unit: Unit) -> frozenset[int]:
 
 
 async def serve(controllers: int) -> None:
-    """Serve controllers until standard input ends; answer each line with what the process has used."""
+    """Serve controllers until standard input ends; answer each line with the resources used."""
     async with Server() as server:
         for number, unit in enumerate(islice(cycle(kinds()), controllers)):
             instrument = make_instrument(unit, server.clock, Options(seed=number))
@@ -80,7 +80,7 @@ async def serve(controllers: int) -> None:
 
 
 def say(what: Any) -> None:
-    """Write a line for the other process."""
+    """Write a line to the other process."""
     print(json.dumps(what), flush=True)
 
 
@@ -102,20 +102,20 @@ class Listener(asyncio.Protocol):
         }
 
     def connection_made(self, transport: Any) -> None:
-        """Remember the connection."""
+        """Record the connection."""
         self.transport = transport
 
     def start(self) -> None:
-        """Ask for updates."""
+        """Request updates."""
         self.began = time.monotonic()
         self.transport.write(m.HwStartUpdateMsgs(round(1 / PERIOD)).pack(self.address, HOST))
 
     def acknowledge(self) -> None:
-        """Say that the host is alive."""
+        """Send a keep-alive."""
         self.transport.write(self.alive)
 
     def data_received(self, data: bytes) -> None:
-        """Note what has come, and when."""
+        """Record each update and its time."""
         now = time.monotonic()
         for event in self.framer.feed(data):
             if not isinstance(event, Received) or event.id not in self.expected:
@@ -123,20 +123,20 @@ class Listener(asyncio.Protocol):
             self.arrivals[event.raw[6]].append(now)
 
     def latenesses(self) -> Iterator[float]:
-        """Give the lateness of each update in seconds."""
+        """Yield the delay of each update in seconds."""
         for arrivals in self.arrivals.values():
             for number, arrival in enumerate(arrivals, 1):
                 yield arrival - self.began - number * PERIOD
 
     @property
     def received(self) -> int:
-        """The updates that have come of the channel that has had fewest."""
+        """The number of updates of the channel with the fewest."""
         return min(map(len, self.arrivals.values()))
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a number of controllers did."""
+    """The counts of several controllers."""
 
     controllers: int
     updates: int
@@ -150,7 +150,7 @@ class Run:
 
     @property
     def cost(self) -> float:
-        """Processor time for one update, in microseconds."""
+        """Processor time per update, in microseconds."""
         return self.processor / self.updates * 1e6
 
 
@@ -174,7 +174,7 @@ async def serving(controllers: int) -> Any:
 
 
 async def run(controllers: int, seconds: float) -> Run:
-    """Serve controllers in another process and listen to them."""
+    """Serve controllers in another process and receive their updates."""
     units = {unit.name: unit for unit in kinds()}
     loop = asyncio.get_running_loop()
     async with serving(controllers) as process:
@@ -187,7 +187,7 @@ async def run(controllers: int, seconds: float) -> Run:
         listeners: list[Listener] = []
         places = await process.stdout.readline()
         if not places:
-            raise SystemExit("the process that serves did not come up")
+            raise SystemExit("the process that serves did not start")
         for name, url in json.loads(places):
             listener = Listener(units[name])
             host, _, port = url.removeprefix("socket://").rpartition(":")
@@ -226,12 +226,12 @@ async def run(controllers: int, seconds: float) -> Run:
 
 
 def count(listeners: list[Listener]) -> int:
-    """Return how many updates have come."""
+    """Return the number of updates received."""
     return sum(len(arrivals) for listener in listeners for arrivals in listener.arrivals.values())
 
 
 async def keep_alive(groups: list[list[Listener]]) -> None:
-    """Acknowledge to each controller once a second, group by group."""
+    """Send each controller a keep-alive once a second, group by group."""
     while True:
         for group in groups:
             for listener in group:
@@ -254,7 +254,7 @@ def show(found: Run) -> None:
 
 
 def soak(controllers: int, seconds: float, *, quick: bool) -> bool:
-    """Run everything; return whether all bounds are kept."""
+    """Run everything; return whether all bounds hold."""
     print(f"Virtual controllers of {len(kinds())} kinds by TCP, 10 updates a second each")
     few: list[Run] = []
     if not quick:

@@ -1,6 +1,6 @@
 /*
- * Accessors that have a bound, each in a function of its own, which is called often and counted from
- * outside.
+ * The accessors with a bound, each in a separate function that is called many times. Valgrind counts
+ * their instructions.
  *
  *     accessors NAME    decode, decode_packed, encode or encode_unchecked
  */
@@ -18,7 +18,7 @@ __attribute__((noinline)) apt_status decode(
     return apt_mot_get_dcstatusupdate_decode(frame, size, message);
 }
 
-/* The same by hand: the same checks, the same struct to fill. */
+/* Hand-written code with the same checks and the same struct. */
 __attribute__((noinline)) apt_status decode_packed(
     const uint8_t *frame, size_t size, apt_mot_get_dcstatusupdate *message)
 {

@@ -1,7 +1,6 @@
 /*
- * What the generated C is held against: frames overlaid with packed structs, as programs are often
- * written for one kind of machine. Not what anybody should do: it depends on byte order, alignment and
- * a compiler's extension.
+ * The reference for the generated C: frames overlaid with packed structs, as programs for one kind of
+ * machine often do. Do not copy this: it depends on byte order, alignment and a compiler extension.
  */
 #ifndef PACKED_H
 #define PACKED_H

@@ -1,7 +1,7 @@
 /*
- * A stream by the parser and the accessors, and by hand: a loop over packed structs. Both are given
- * the whole stream at once, ask for the id of every message, and add up the fields of the status. What
- * they cost is counted from outside.
+ * Read a stream with the parser and the accessors, or with a hand-written loop over packed structs. Both
+ * receive the whole stream in one piece, read the id of every message, and add up the fields of the
+ * status. Valgrind counts their instructions.
  *
  *     stream FILE by_parser
  *     stream FILE by_hand
