@@ -1,9 +1,9 @@
-"""The cost of a session compared with a bare socket: a request of 6 bytes and its reply of 20, on loopback TCP.
+"""The cost of a session over a bare socket: a request of 6 bytes and its reply of 20, on loopback TCP.
 
-The bare socket sends and receives the same bytes and does nothing with them. One process is the other end for
-all contenders. Sessions build, pack and send the message, wait, and return the decoded reply. Devices also
-convert its values; they have no bound. Time is wall-clock time, since most of it is waiting, and the median of
-a thousand round trips. Contenders are interleaved, and the ratio within a round is the result.
+The bare socket sends and receives the same bytes and does nothing with them. One process is the other end
+for all contenders. Sessions build, pack and send the message, wait, and return the decoded reply. Devices
+also convert its values; they have no bound. The time is wall-clock time, since most of it is waiting: the
+median of a thousand round trips. Contenders are interleaved, and the ratio within a round is the result.
 
 Both processes share one core if the system allows it. On two cores, a bare round trip takes 14 or 60 us,
 depending on the scheduler, because waking another core costs more than everything else. On one core the bare

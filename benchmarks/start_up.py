@@ -69,7 +69,7 @@ def milliseconds(seconds: float) -> str:
 
 
 def importing() -> bool:
-    """Measure ``import stagewire_apt`` against bare Python, ``import stagewire_ms2000`` against the runtime."""
+    """Measure the import of the APT package against bare Python, of the MS-2000 against the runtime."""
     processes = Processes()
     contenders = {
         "bare Python": processes.runner("bare Python", BARE),
