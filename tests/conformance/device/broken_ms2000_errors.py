@@ -127,23 +127,28 @@ class CarriesTheRestOut(FaultyMs2000Link):
 
 WRONG = named(
     unknown_command=Defect(AnswersErrors, "silence/unknown-command", "was answered"),
-    unknown_axis=Defect(AnswersAnyAxis, "silence/unknown-axis", "axis that is none"),
+    unknown_axis=Defect(AnswersAnyAxis, "silence/unknown-axis", "unknown axis"),
     reserved_axis=Defect(AnswersReserved, "silence/reserved-axis", "reserved"),
-    aborted=Defect(AbortedAnswers, "silence/aborted", "right behind an axis"),
+    aborted=Defect(AbortedAnswers, "silence/aborted", "immediately after an axis"),
     lone_colon=Defect(ColonRepeats, "silence/colons", "colons alone"),
-    garbage=Defect(SticksAfterGarbage, "silence/garbage", "after garbage up to a colon"),
+    garbage=Defect(SticksAfterGarbage, "silence/garbage", "after stray bytes and a colon"),
     long_garbage=Defect(OverflowsForEver, "silence/long-garbage", "after 300 bytes"),
-    any_prefix=Defect(AnyPrefixSwitches, "silence/unknown-setup", "no setup command"),
+    any_prefix=Defect(AnyPrefixSwitches, "silence/unknown-setup", "unknown setup byte"),
     as_many_as_asked=Defect(AnswersAsManyAsAsked, "wrong-size/X/READ_MOTOR_POSITION", "bytes"),
     any_size=Defect(
-        TakesAnySize, "wrong-size/X/READ_TARGET_POSITION", "it has an error", Result.NON_STRICT
+        TakesAnySize,
+        "wrong-size/X/READ_TARGET_POSITION",
+        "a command with an error",
+        Result.NON_STRICT,
     ),
     example_of_three=Defect(
-        ExampleOfThree, "wrong-size/X/READ_MOTOR_POSITION_AND_STATUS", "not by its 4"
+        ExampleOfThree, "wrong-size/X/READ_MOTOR_POSITION_AND_STATUS", "the reply should have 4"
     ),
-    before_the_colon=Defect(AnswersBeforeTheColon, "colon/missing", "no colon yet"),
+    before_the_colon=Defect(AnswersBeforeTheColon, "colon/missing", "without its colon"),
     time_out=Defect(TimesOut, "colon/no-time-out", "no time-out"),
-    refused_rest=Defect(RefusesTheRest, "colon/ignored-rest", "which are ignored"),
-    rest_carried_out=Defect(CarriesTheRestOut, "colon/rest-is-a-command", "which is ignored"),
-    behind_garbage=Defect(SticksAfterGarbage, "colon/behind-garbage", "clears the buffers"),
+    refused_rest=Defect(RefusesTheRest, "colon/ignored-rest", "before the colon"),
+    rest_carried_out=Defect(
+        CarriesTheRestOut, "colon/rest-is-a-command", "a second command before the colon"
+    ),
+    behind_garbage=Defect(SticksAfterGarbage, "colon/behind-garbage", "should clear the buffers"),
 )

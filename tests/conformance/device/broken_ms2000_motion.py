@@ -152,17 +152,17 @@ class MovesForTheCounter(FaultyMs2000Link):
 
 
 MOTION = named(
-    does_not_go=Defect(drops(m.WriteTargetPosition), "move-target/X", "a host would take"),
-    done_at_once=Defect(SaysDoneAtOnce, "move-target/X", "a host would take the move for done"),
+    does_not_go=Defect(drops(m.WriteTargetPosition), "move-target/X", "a host would assume"),
+    done_at_once=Defect(SaysDoneAtOnce, "move-target/X", "a host would assume"),
     done_too_early=Defect(SaysDoneTooEarly, "move-target/Y", "its target was"),
-    never_done=Defect(NeverDone, "move-target/X", "and is still"),
+    never_done=Defect(NeverDone, "move-target/X", "was still busy"),
     elsewhere=Defect(
         passes(changed(m.WriteTargetPosition, lambda data: bytes((data[0] ^ 0x80,)) + data[1:])),
         "move-target/X",
-        "READ_TARGET_POSITION tells",
+        "READ_TARGET_POSITION returned",
     ),
     answered=Defect(
-        answers(lambda raw, _: ACK, m.WriteTargetPosition), "move-target/X", "nobody asked for"
+        answers(lambda raw, _: ACK, m.WriteTargetPosition), "move-target/X", "without a request"
     ),
     no_motor_bit=Defect(answers(bits(clear=1), *STATUSES), "move-target/X", "without bit 0"),
     no_ramps=Defect(answers(bits(clear=16), *STATUSES), "move-target/X", "ramping up"),
@@ -172,48 +172,48 @@ MOTION = named(
     no_sign=Defect(
         answers(speeds(abs), m.ReadCurrentSpeed),
         "move-target/X",
-        "the sign of its way",
+        "the sign of the speed",
     ),
     too_fast=Defect(
         answers(speeds(lambda speed: speed * 5 // 4), m.ReadCurrentSpeed),
         "move-target/X",
         "its maximum is 6000",
     ),
-    stale_bit=Defect(StaleBit, "move-target/X", "with bit 0: it moves"),
-    other_axis=Defect(passes(other_axis_too), "move-target/X", "axis Y went from 0"),
+    stale_bit=Defect(StaleBit, "move-target/X", "with bit 0, which means motion"),
+    other_axis=Defect(passes(other_axis_too), "move-target/X", "axis Y also moved, from 0"),
     not_turned_round=Defect(
         answers(lambda raw, _: raw[:2] + bytes((raw[2] | 0x80,)), m.ReadTargetPosition),
         "move-target/X/turned-round",
         "outside",
     ),
-    down_for_up=Defect(passes(down_for_up), "move-increment/X", "made the target"),
+    down_for_up=Defect(passes(down_for_up), "move-increment/X", "set the target"),
     increment_answered=Defect(
-        answers(lambda raw, _: ACK, m.IncrementMoveDown), "move-increment/Y", "nobody asked for"
+        answers(lambda raw, _: ACK, m.IncrementMoveDown), "move-increment/Y", "without a request"
     ),
     stops_the_other=Defect(
         passes(stops_the_other), "move-together/X/Y", "axis Y is not busy", hides=True
     ),
-    does_not_stop=Defect(drops(m.StopMotor), "stop-start/X", "went on to its target"),
+    does_not_stop=Defect(drops(m.StopMotor), "stop-start/X", "but went on to its target"),
     stop_answered=Defect(answers(lambda raw, _: ACK, m.StopMotor), "stop-start/Y", "no reply"),
     goes_when_disabled=Defect(passes(starts_first), "stop-start/X", "which disables it"),
-    does_not_start=Defect(drops(m.StartMotor), "stop-start/X", "a host would take"),
+    does_not_start=Defect(drops(m.StartMotor), "stop-start/X", "a host would assume"),
     busy_when_disabled=Defect(
         FaultyMs2000Link,
         "stop-start/X",
-        "from firmware 3.3 on it tells b",
+        "since firmware 3.3 it should return b",
         pics={"firmware": "3.3"},
         strategies={"disabled_axis": "busy"},
     ),
-    only_tells_top_speed=Defect(OnlyTellsTopSpeed, "top-speed/X", "whose top speed was set to"),
-    no_vector=Defect(drops(m.WriteVectorSpeed), "move-vector/X", "a host would take"),
+    only_tells_top_speed=Defect(OnlyTellsTopSpeed, "top-speed/X", "with a top speed of"),
+    no_vector=Defect(drops(m.WriteVectorSpeed), "move-vector/X", "a host would assume"),
     twice_the_speed=Defect(
         passes(changed(m.WriteVectorSpeed, twice)),
         "move-vector/X",
-        "goes at",
+        "moves at",
     ),
-    ends_by_itself=Defect(EndsByItself, "move-vector/Y", "until told otherwise"),
+    ends_by_itself=Defect(EndsByItself, "move-vector/Y", "until the next command"),
     vector_answered=Defect(
-        answers(lambda raw, _: ACK, m.WriteVectorSpeed), "move-vector/X", "nobody asked for"
+        answers(lambda raw, _: ACK, m.WriteVectorSpeed), "move-vector/X", "without a request"
     ),
     only_tells_ramp_time=Defect(OnlyTellsRampTime, "ramps/X/target", "with a ramp of 250 ms"),
     ramp_of_vector=Defect(OnlyTellsRampTime, "ramps/Y/vector", "with a ramp of 250 ms"),
@@ -226,7 +226,7 @@ MOTION = named(
     switches_of_the_example=Defect(
         answers(switched, *STATUSES),
         "limits/Y/lower",
-        "against the table",
+        "unlike the table",
         Result.NON_STRICT,
         pics={"travel": "-5..5mm"},
     ),
@@ -236,9 +236,9 @@ MOTION = named(
             lambda raw, _: raw[:2] + (b"\xff" if raw[1] & 0x80 else b"\x00"), m.ReadMotorPosition
         ),
         "counter/X",
-        "READ_MOTOR_POSITION tells",
+        "READ_MOTOR_POSITION of axis X returned",
     ),
     no_counter=Defect(
-        drops(m.WriteMotorPosition), "counter/Y", "of axis Y READ_MOTOR_POSITION tells 0"
+        drops(m.WriteMotorPosition), "counter/Y", "READ_MOTOR_POSITION of axis Y returned 0"
     ),
 )

@@ -49,7 +49,9 @@ READING = named(
         "2 bytes",
     ),
     silent=Defect(
-        answers(lambda raw, _: b"", m.ReadTargetPosition), "reads/Y/READ_TARGET_POSITION", "nothing"
+        answers(lambda raw, _: b"", m.ReadTargetPosition),
+        "reads/Y/READ_TARGET_POSITION",
+        "no bytes",
     ),
     carriage_return=Defect(
         answers(lambda raw, _: raw + b"\r"), "reads/X/READ_CURRENT_SPEED", "3 bytes"
@@ -59,10 +61,10 @@ READING = named(
     ),
     wobbles=Defect(Wobbles, "reads/X/READ_RAMP_TIME", "nothing was set"),
     ramp_of_zero=Defect(
-        answers(lambda raw, _: b"\x00", m.ReadRampTime), "reads/X/READ_RAMP_TIME", "within 1 to 255"
+        answers(lambda raw, _: b"\x00", m.ReadRampTime), "reads/X/READ_RAMP_TIME", "from 1 to 255"
     ),
     other_letter=Defect(
-        answers(lambda raw, _: b"N", m.ReadStatus), "reads/X/READ_STATUS", "answers 0x4e"
+        answers(lambda raw, _: b"N", m.ReadStatus), "reads/X/READ_STATUS", "returned 0x4e"
     ),
     other_identity=Defect(
         answers(lambda raw, _: b"EMOX :", m.ReadIdentification), "identification/X", "EMOT"
@@ -78,7 +80,7 @@ READING = named(
         "sizes/X/READ_MOTOR_POSITION",
         "6 bytes",
     ),
-    talks=Defect(Talks, "quiet", "nothing was asked"),
+    talks=Defect(Talks, "quiet", "without a request"),
     drops_one_in_fifty=Defect(DropsOneInFifty, "back-to-back/one-by-one", "of 200"),
     late=Defect(
         AnswersLate, "timing/X/reply", "the PICS promises 20 ms", pics={"reply_p99_ms": 20.0}
@@ -101,17 +103,17 @@ STATUS = named(
     always_ramps=Defect(
         answers(bits(set_=16), m.ReadMotorPositionAndStatus), "status/Y", "with bit 4"
     ),
-    both_ends=Defect(answers(bits(set_=192), *STATUSES), "status/X", "at both ends"),
-    two_statuses=Defect(StatusOfAnother, "status/Y", "it is the same byte"),
+    both_ends=Defect(answers(bits(set_=192), *STATUSES), "status/X", "both ends"),
+    two_statuses=Defect(StatusOfAnother, "status/Y", "should be the same"),
     two_positions=Defect(
         answers(lambda raw, _: b"\x80" + raw[1:], m.ReadMotorPositionAndStatus),
         "status/X",
         "READ_MOTOR_POSITION_AND_STATUS 128",
     ),
     speed_at_rest=Defect(
-        answers(lambda raw, _: b"\x07\x00", m.ReadCurrentSpeed), "status/X", "tells 7 µm/s"
+        answers(lambda raw, _: b"\x07\x00", m.ReadCurrentSpeed), "status/X", "returned 7 µm/s"
     ),
     always_busy=Defect(
-        answers(lambda raw, _: b"B", m.ReadStatus), "status/X", "READ_STATUS tells B"
+        answers(lambda raw, _: b"B", m.ReadStatus), "status/X", "READ_STATUS returned B"
     ),
 )

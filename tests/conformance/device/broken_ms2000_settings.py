@@ -62,15 +62,15 @@ SETTINGS = named(
     stays_in_low_level=Defect(
         passes(lambda frame, raw: [] if raw == b"\xffA" else [raw]),
         "formats/high-level",
-        "as in it",
+        "as in that format",
         strategies={"power_on_mode": "low"},
     ),
-    small_letters=Defect(SmallLetters, "formats/capital-letter", "no capital"),
+    small_letters=Defect(SmallLetters, "formats/capital-letter", "lower-case"),
     greets=Defect(Greets, "formats/low-level-again", "SWITCH_TO_LOW_LEVEL was answered"),
     not_written=Defect(
         drops(m.WriteIncrementValue),
         "readback/X/WRITE_INCREMENT_VALUE",
-        "READ_INCREMENT_VALUE tells 0",
+        "then returned 0",
     ),
     acknowledged=Defect(
         answers(lambda raw, _: ACK, m.WriteRampingTime), "readback/Y/WRITE_RAMPING_TIME", "no reply"
@@ -88,7 +88,7 @@ SETTINGS = named(
     off_by_one=Defect(
         passes(changed(m.WriteRampingTime, lambda data: bytes((data[0] - 1,)))),
         "readback/X/WRITE_RAMPING_TIME",
-        "READ_RAMP_TIME tells",
+        "READ_RAMP_TIME then returned",
     ),
     rounded=Defect(
         passes(changed(m.WriteTopSpeed, lambda data: bytes((data[0] & 0xF8,)) + data[1:])),
@@ -100,7 +100,7 @@ SETTINGS = named(
     pads=Defect(
         PadsShortData,
         "written-size/X/WRITE_INCREMENT_VALUE",
-        "is ignored",
+        "should be ignored",
         Result.NON_STRICT,
     ),
     answers_short=Defect(AnswersShortWrites, "written-size/X/WRITE_RAMPING_TIME", "was answered"),
@@ -109,7 +109,7 @@ SETTINGS = named(
         "marks-in-data/X/colon-middle",
         "or nothing",
     ),
-    joystick_bit=Defect(answers(bits(set_=8), *STATUSES), "joystick/X", "bit 3 has to be 0"),
+    joystick_bit=Defect(answers(bits(set_=8), *STATUSES), "joystick/X", "bit 3 should be 0"),
     joystick_size=Defect(NoSizeOfJoystick, "joystick/Y", "without its size"),
-    one_joystick=Defect(OneJoystick, "joystick/X", "bit 3 of axis Y followed"),
+    one_joystick=Defect(OneJoystick, "joystick/X", "bit 3 of axis Y changed"),
 )

@@ -157,9 +157,7 @@ def test_an_axis_outside_the_range_is_not_moved() -> None:
     report = run_suite(link, allowed=allowed, only=["move-target", "counter", "stop-start"])
     assert {outcome.result for outcome in report.outcomes} == {Result.INFO}
     for _, _, text in found(report, Result.INFO):
-        assert (
-            "stands at 0, outside 10000..20000 counts, where it may be; nothing was moved" in text
-        )
+        assert "is at 0, outside of the allowed 10000..20000 counts; nothing was moved" in text
     assert state_of(controller) == before
 
 
@@ -182,7 +180,7 @@ def test_limits_are_driven_to_where_the_range_includes_them() -> None:
     assert {(check.id, why) for check, why in report.not_run} == {
         (
             f"limits/{axis}/upper",
-            f"axis {axis} goes to 30000 counts: --allow-motion that includes it",
+            f"axis {axis} goes to 30000 counts; --allow-motion must include this position",
         )
         for axis in "XY"
     }
@@ -203,12 +201,12 @@ def test_which_reading_a_controller_follows_is_told() -> None:
         report = run_suite(stepped(controller_of(strategies=strategies)))
         told[name] = {outcome.check.id: str(outcome.findings) for outcome in report.outcomes}
     for check, first, second in (
-        ("sizes/X/READ_MOTOR_POSITION", "is understood", "is ignored"),
-        ("marks-in-data/X/colon-low", "a colon among the data is data", "any colon ends"),
-        ("marks-in-data/X/prefix", "255 among the data is data", "a setup command anywhere"),
-        ("stop-start/X", "tells b", "tells B"),
+        ("sizes/X/READ_MOTOR_POSITION", "is accepted", "is ignored"),
+        ("marks-in-data/X/colon-low", "a colon in the data is data", "any colon ends"),
+        ("marks-in-data/X/prefix", "255 in the data is data", "a setup command anywhere"),
+        ("stop-start/X", "returned b", "returned B"),
         ("stop-start/X", "go to its target", "only enables"),
-        ("move-vector/X/sign", "has no sign", "has a sign"),
+        ("move-vector/X/sign", "is unsigned", "is signed"),
     ):
         assert first in told["first"][check], check
         assert second in told["second"][check], check

@@ -1,6 +1,6 @@
-"""The checks of the MS-2000 and the MFC-2000: those that only ask first, then those that change something.
+"""Checks of the MS-2000 and the MFC-2000: first those without changes, then those that change something.
 
-A folder each; beside the folders stands what several of them use.
+Each group has a folder. Modules that several groups use are next to the folders.
 """
 
 from __future__ import annotations
@@ -19,4 +19,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     *settings.KINDS,
     *motion.KINDS,
 )
-"""In the order in which they are run."""
+"""The kinds in the order in which they run."""

@@ -17,18 +17,18 @@ from stagewire_conformance.device.trial import Trial
 _Look = TypeVar("_Look", bound=Callable[..., None])
 
 SETTINGS_READ: Final = ("READ_INCREMENT_VALUE", "READ_RAMP_TIME", "READ_MAXIMUM_SPEED")
-"""What tells a setting, which stays as it is until it is written."""
+"""Requests for a setting, which changes only when it is written."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxisCase(Case):
-    """A case at one axis; ``{axis}`` in the title names it."""
+    """A case at one axis, which is ``{axis}`` in the title."""
 
     place: Target
 
 
 def every_axis(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
-    """Give a case for each axis."""
+    """Yield a case for each axis."""
     for place in declared.places:
         yield AxisCase(place=place)
 
@@ -41,10 +41,10 @@ def axis_check(
     each: Callable[[Declaration, Permissions], Iterable[AxisCase]] = every_axis,
     **more: Any,
 ) -> Callable[[_Look], _Look]:
-    """Declare a function that looks at an axis as a check; a decorator.
+    """Declare a function as a check of an axis; a decorator.
 
-    It gets the axis, and the arguments of its case by keyword. A check is skipped if the PICS takes back one
-    of its messages. All others: see :meth:`.Kind.check`.
+    The function gets the axis, and the arguments of its case by keyword. A check is skipped if the PICS
+    withdraws one of its messages. For other parameters, see :meth:`.Kind.check`.
     """
 
     def cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
@@ -70,13 +70,13 @@ def axis_check(
 
 
 def first_place(declared: Declaration, *messages: str) -> Target:
-    """Return the first axis that claims some messages; of none the first axis."""
+    """Return the first axis that claims some messages; the first axis if none does."""
     claiming = (each for each in declared.places if not set(messages) - each.messages)
     return next(claiming, declared.places[0])
 
 
 def requests_of(declared: Declaration) -> dict[str, Command]:
-    """Return every command that is answered, by its name; those are left out that are not to be used."""
+    """Return every command with a reply, by name, except those that must not be used."""
     found: dict[str, Command] = {}
     for cls in declared.protocol.messages:
         if issubclass(cls, Command) and cls.reply is not None and not cls.layout.dummy:

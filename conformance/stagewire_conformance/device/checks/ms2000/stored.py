@@ -1,4 +1,4 @@
-"""Settings of an axis: which command writes what another one reads, and how one is put back."""
+"""Settings of an axis: the commands that write and read them, and how they are restored."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 
 _NEAR: Final = 10_000
-"""Counts, a millimetre, from the present increment to those that are tried."""
+"""Counts (1 mm) by which new increments differ from the current one."""
 _LEAST_RAMP: Final = 51
 """Milliseconds; section 22 advises more than 50."""
 
@@ -25,9 +25,9 @@ _LEAST_RAMP: Final = 51
 class Stored:
     """A setting that can be written and read.
 
-    :param write: the command that writes it; it has one field.
-    :param read: the one that reads it.
-    :param draw: draws values to try, given the present one.
+    :param write: the command that writes the setting; it has one field.
+    :param read: the command that reads the setting.
+    :param draw: draws values to write, given the current one.
     """
 
     write: type[Command]
@@ -41,7 +41,7 @@ class Stored:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What writes it, and what reads it."""
+        """The names of the commands that write and read the setting."""
         return self.name, self.read.layout.message
 
     def written(self, value: int) -> Command:
@@ -50,33 +50,33 @@ class Stored:
         return self.write(**{field: value})
 
     def of(self, axis: Axis) -> int:
-        """Return what an axis has."""
+        """Return the current value of an axis."""
         return axis.number(self.read)
 
     def set(self, axis: Axis, value: int) -> None:
-        """Write it, and see that nothing is answered."""
+        """Write a value, and check that there is no reply."""
         axis.tell(self.written(value))
 
     def put_back(self, axis: Axis, value: int) -> None:
-        """Write what an axis had, and see that it has it again."""
+        """Restore a value, and check that it is in effect."""
         axis.line.settle()
         axis.line.send(self.written(value), axis.address)
         found = self.of(axis)
         axis.trial.must(
             found == value,
-            f"not restored: {self.read.layout.message} of axis {axis.name} was {value}, and is {found} "
-            f"although {self.name} wrote {value}",
+            f"not restored: {self.read.layout.message} of axis {axis.name} was {value}, but is "
+            f"{found} after {self.name} wrote {value}",
         )
 
 
 def _increments(random: Random, present: int) -> list[int]:
-    """Return increments near the present one, and one of the other sign."""
+    """Return increments near the current one, one with the opposite sign, and one with an upper byte."""
     low, high = max(present - _NEAR, -(1 << 23)), min(present + _NEAR, (1 << 23) - 1)
     return [
         harmless_value(random, low, high, 3),
         harmless_value(random, low, high, 3),
         harmless_value(random, -_NEAR, -1, 3),
-        harmless_value(random, 0x10000, 0x3FFFF, 3),  # with an upper byte
+        harmless_value(random, 0x10000, 0x3FFFF, 3),  # sets the upper byte
     ]
 
 
@@ -85,7 +85,7 @@ def _ramp_times(random: Random, present: int) -> list[int]:
 
 
 def _top_speeds(random: Random, present: int) -> list[int]:
-    """Return speeds that are no faster than the present one."""
+    """Return speeds that are not faster than the current one."""
     return [harmless_value(random, (present + 1) // 2, present, 2) for _ in range(3)]
 
 
@@ -96,10 +96,10 @@ STORED: Final = (INCREMENT, RAMP_TIME, TOP_SPEED)
 
 
 def keep(axis: Axis, stored: Stored) -> int:
-    """Return what an axis has, and let it be put back at the end of the check.
+    """Return the current value of an axis, and restore it at the end of the check.
 
-    Ends the check before anything is written where that could not be: a value that no command writes, or one
-    whose bytes a controller may take for a setup command.
+    End the check before anything is written if the value could not be restored: because no command can write
+    it, or because a controller may take its bytes for a setup command.
     """
     value = stored.of(axis)
     trial, prefix = axis.trial, PROTOCOL.marks.prefix
@@ -108,13 +108,15 @@ def keep(axis: Axis, stored: Stored) -> int:
     [entry] = trial.declared.registry.fields(stored.name, "request").values()
     trial.need(
         entry["minimum"] <= value <= entry["maximum"],
-        f"axis {axis.name} has {value}, which {stored.name} could not put back; nothing was written",
+        f"axis {axis.name} has the value {value}, which {stored.name} could not restore; "
+        "nothing was written",
         came=raw,
     )
     if any(first == prefix and second in PROTOCOL.marks.setup for first, second in pairwise(raw)):
         trial.inconclusive(
-            f"axis {axis.name} has {value}, whose bytes {raw.hex(' ')} a controller may take for a setup "
-            f"command; {stored.name} is not tried, since it could not be put back"
+            f"axis {axis.name} has the value {value}, whose bytes {raw.hex(' ')} a controller "
+            f"may take for a setup command; {stored.name} was not sent, because the value could "
+            "not be restored"
         )
         raise EnoughError
     trial.undo(

@@ -1,4 +1,4 @@
-"""Checks that move an axis, within the range that was allowed, and bring it back."""
+"""Checks that move an axis within the allowed range, and bring it back."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Moves by the increment, up and down (sections 19 to 21).
+"""Moves by the increment, up and down (sections 19 to 21), and changes of the position counter (section 17).
 
-The position counter is given another number, and nothing moves (section 17). A controller that
-also keeps the number of its target would go there, so this needs the range of motion.
+Writing the position counter must cause no motion. A controller that keeps its old target would move there, so
+this check needs permission for motion in a range.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from stagewire_ms2000 import messages as m
 
 INCREMENTS: Final = Kind(
     name="move-increment",
-    title="A move by the increment goes as far, from where the axis is",
+    title="A move by the increment starts where the axis is, and has the length of the increment",
     rules=(
         "increment-up",
         "increment-up-no-response",
@@ -37,7 +37,7 @@ INCREMENTS: Final = Kind(
 
 @motion_check(
     INCREMENTS,
-    "{axis} goes up and down by its increment, from where it is",
+    "{axis} moves up and down by its increment, from its current position",
     messages=(
         "INCREMENT_MOVE_UP",
         "INCREMENT_MOVE_DOWN",
@@ -48,7 +48,7 @@ INCREMENTS: Final = Kind(
     seconds=2.0,
 )
 def _up_and_down(mover: Mover) -> None:
-    """Move twice by the increment in each direction: it is counted from where the axis is."""
+    """Move twice by the increment in each direction: it counts from the current position."""
     mover.ready()
     keep(mover, INCREMENT)
     increment = abs(mover.goal() - mover.start) // 2
@@ -66,8 +66,8 @@ def _move(mover: Mover, command: Command, way: int) -> None:
     target = mover.target
     mover.trial.need(
         abs(target - (begin + way)) <= DITHER,
-        f"{name} of axis {mover.name} at {begin}, with the increment {abs(way)}, made the target {target}; "
-        f"it is {begin + way}",
+        f"{name} of axis {mover.name} at {begin}, with the increment {abs(way)}, set the target "
+        f"{target}; it should be {begin + way}",
     )
     samples = mover.follow(f"after {name}", abs(way))
     judge_course(mover, target, samples)
@@ -76,20 +76,20 @@ def _move(mover: Mover, command: Command, way: int) -> None:
 
 
 _SHIFT: Final = (100, 500)
-"""Counts by which the number is changed first, 10 to 50 µm."""
+"""Counts of the first change: 10 to 50 µm."""
 _FAR: Final = (0x10000, 0x3FFFF)
-"""Counts by which it is changed then: numbers that need all three bytes."""
+"""Counts of the other changes, which need all three bytes."""
 _SEES: Final = 0.2
-"""Seconds in which an axis that moves because of it has moved."""
+"""Seconds within which an axis that follows the change has moved."""
 
 
 @dataclass
 class _Number:
-    """What the place of an axis is called.
+    """The position counter of an axis.
 
-    :param was: at the beginning.
-    :param now: as it was written last.
-    :param followed: whether the axis went back to ``was`` when it had been written.
+    :param was: its initial value.
+    :param now: the value that was last written.
+    :param followed: whether the axis then moved to ``was``.
     """
 
     mover: Mover
@@ -98,39 +98,39 @@ class _Number:
     followed: bool = False
 
     def write(self, number: int) -> bool:
-        """Give the place a number, and see at once that it is told."""
+        """Write the counter, and check immediately that the new value is reported."""
         self.now = number
         self.mover.line.send(m.WriteMotorPosition(number), self.mover.address)
-        return _is_at(self.mover, number, f"WRITE_MOTOR_POSITION wrote {number}")
+        return _is_at(self.mover, number, f"after WRITE_MOTOR_POSITION wrote {number}")
 
     def put_back(self) -> None:
-        """Give the place its number again."""
+        """Restore the counter."""
         self.mover.line.settle()
         number = 2 * self.was - self.now if self.followed else self.was
         self.mover.line.send(m.WriteMotorPosition(number), self.mover.address)
-        _is_at(self.mover, number, f"not restored: WRITE_MOTOR_POSITION wrote {number}")
+        _is_at(self.mover, number, f"not restored: after WRITE_MOTOR_POSITION wrote {number}")
 
 
 COUNTER: Final = Kind(
     name="counter",
-    title="The counter of positions takes another number, and nothing moves",
+    title="The position counter can be set, and nothing moves",
     rules=("position-written", "position-write-no-reply", "data-order", "twos-complement"),
 )
 
 
 @motion_check(
     COUNTER,
-    "The place of {axis} is given another number, and nothing moves",
+    "The position counter of {axis} is set, and nothing moves",
     messages=("WRITE_MOTOR_POSITION",),
     settings=True,
     seconds=0.8,
 )
 def _renumber(mover: Mover) -> None:
-    """Give the place another number within the range, and, where nothing moves by it, two far away."""
+    """Write a value within the range and, if nothing moves, two far outside of it."""
     mover.ready()
     place = _Number(mover, mover.position)
     near = place.was + _shift(mover, place.was)
-    what = f"the number of the place of axis {mover.name}: {place.was}"
+    what = f"position counter of axis {mover.name}: {place.was}"
     mover.trial.undo(what, place.put_back)
     if not place.write(near):
         return
@@ -140,7 +140,7 @@ def _renumber(mover: Mover) -> None:
     place.followed = abs(mover.position - place.was) <= DITHER
     if stays and mover.trial.must(
         not mover.is_busy,
-        f"axis {mover.name} was given another number for its place, and is busy",
+        f"axis {mover.name} is busy after its position counter was set; nothing should move",
         wanted=b"b",
         came=b"B",
     ):
@@ -150,26 +150,28 @@ def _renumber(mover: Mover) -> None:
 
 
 def _shift(mover: Mover, was: int) -> int:
-    """Return by how much the number can be changed, and changed back."""
+    """Return by how much the counter can be changed and changed back."""
     shift = harmless_value(mover.trial.random, *_SHIFT, 3)
     for each in (shift, -shift):
         if mover.sendable(was) == was and mover.sendable(was + each) == was + each:
             return each
     mover.trial.inconclusive(
-        f"the place of axis {mover.name} has the number {was}, which could not be put back, or no other in "
-        f"{mover.low}..{mover.high}"
+        f"the position counter of axis {mover.name} is {was}; it could not be restored, or "
+        f"{mover.low}..{mover.high} has no other usable value"
     )
     raise EnoughError
 
 
 def _is_at(mover: Mover, count: int, after: str) -> bool:
-    """Say whether both commands that tell the position tell a number."""
+    """Report wrong values of the two commands that return the position; return whether both are right."""
     both = mover.ask(m.ReadMotorPositionAndStatus(), quiet=0.0)
     assert isinstance(both, m.ReadMotorPositionAndStatusReply)
     found = {"READ_MOTOR_POSITION": mover.position, both.layout.message: both.position}
     wrong = {name: told for name, told in found.items() if abs(told - count) > DITHER}
     return mover.trial.must(
         not wrong,
-        f"{after}, and of axis {mover.name} "
-        + " and ".join(f"{name} tells {told}" for name, told in wrong.items()),
+        f"{after}, "
+        + " and ".join(
+            f"{name} of axis {mover.name} returned {told}" for name, told in wrong.items()
+        ),
     )

@@ -1,4 +1,4 @@
-"""What has to hold of a move: while it goes on, and when it is over (sections 4, 9, 14 and 18)."""
+"""Judgement of a move: on its way, and after its end (sections 4, 9, 14 and 18)."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mov
 from stagewire_ms2000.flags import StatusBits
 
 _MOVED: Final = 20
-"""Counts between two looks by which an axis has certainly moved."""
+"""Counts between two readings above which an axis has certainly moved."""
 _LOOKS: Final = 4
-"""Looks within a ramp, so that one of them has certainly seen it."""
+"""Readings within a ramp, so that at least one certainly shows it."""
 _SPARE: Final = 1.05
-"""How much faster than its maximum an axis may tell that it is: a servo makes up for what it has lost."""
+"""The ratio to its maximum speed that an axis may report: a servo catches up."""
 _TELLABLE: Final = 0x7FFF
-"""The highest speed that a signed number of two bytes holds; a top speed may be higher."""
+"""The highest speed in a signed number of two bytes; a top speed may be higher."""
 _SETTLED: Final = 0.3
-"""Seconds in which the bits of an axis that is not busy have to say so, too."""
+"""Seconds within which the bits of an axis that is not busy must also show this."""
 _PAUSE: Final = 0.02
 
 
 def judge_course(mover: Mover, goal: int, samples: list[Sample]) -> None:
-    """Hold what an axis said during a move, sample by sample, against the document.
+    """Compare the samples of a move with the document.
 
-    :param goal: where it went.
+    :param goal: the target of the move.
     """
     trial, name = mover.trial, mover.name
     upwards = goal > samples[0].position
@@ -33,12 +33,12 @@ def judge_course(mover: Mover, goal: int, samples: list[Sample]) -> None:
         if abs(after.position - before.position) > _MOVED and after.busy:
             trial.must(
                 before.status.motor_signal or after.status.motor_signal,
-                f"{way} went from {before.position} to {after.position}, and its status byte tells "
-                f"{int(after.status):#04x}, without bit 0: it does not move",
+                f"{way} moved from {before.position} to {after.position}, but its status byte "
+                f"is {int(after.status):#04x}, without bit 0, which means motion",
                 came=bytes((int(after.status),)),
             )
     if mover.top_speed > _TELLABLE:
-        trial.info(f"{way} may be faster than {_TELLABLE} µm/s, which no reply can tell")
+        trial.info(f"{way} may be faster than {_TELLABLE} µm/s, which a reply cannot represent")
     else:
         _judge_speed(mover, way, upwards, samples)
     _judge_ramps(mover, way, samples)
@@ -48,21 +48,22 @@ def _judge_speed(mover: Mover, way: str, upwards: bool, samples: list[Sample]) -
     trial, fastest = mover.trial, max((sample.speed for sample in samples), key=abs)
     trial.must(
         abs(fastest) <= mover.top_speed * _SPARE + 1,
-        f"{way} told a speed of {fastest} µm/s; its maximum is {mover.top_speed}",
+        f"{way} reported a speed of {fastest} µm/s; its maximum is {mover.top_speed}",
     )
     if len(samples) > _LOOKS:
         trial.must(
             fastest > 0 if upwards else fastest < 0,
-            f"{way} told the speed {fastest} µm/s at most; a speed has the sign of its way",
+            f"{way} reported speeds up to {fastest} µm/s; the sign of the speed should be "
+            "that of the direction",
         )
 
 
 def _judge_ramps(mover: Mover, way: str, samples: list[Sample]) -> None:
-    """Look for both ramps, where the looks were so close that none could be missed."""
+    """Check for both ramps, if the samples were close enough to show them."""
     begin, end = samples[0].position, samples[-1].position
     gaps = [after.time - before.time for before, after in pairwise(samples)]
     if len(samples) <= 2 * _LOOKS or max(gaps) * _LOOKS > mover.ramp_time / 1000:
-        mover.trial.info(f"{way} was looked at too rarely to see its ramps")
+        mover.trial.info(f"{way} was read too rarely to show its ramps")
         return
     middle = (begin + end) / 2
     first = [each.status for each in samples if abs(each.position - begin) < abs(middle - begin)]
@@ -70,19 +71,22 @@ def _judge_ramps(mover: Mover, way: str, samples: list[Sample]) -> None:
     for half, down in ((first, False), (second, True)):
         ramping = [bits for bits in half if bits.ramping and bits.motor_signal]
         which = (
-            "second half: ramping down (bits 4 and 5)" if down else "first half: ramping up (bit 4)"
+            "ramping down in the second half (bits 4 and 5)"
+            if down
+            else "ramping up in the first half (bit 4)"
         )
         mover.trial.must(
             any(bits.ramping_down is down for bits in ramping),
-            f"{way} never told in its {which}; the bytes were {_hex(half)}",
+            f"{way} did not report {which}; the status bytes were {_hex(half)}",
             came=bytes(map(int, half)),
         )
 
 
 def judge_rest(mover: Mover, goal: int) -> None:
-    """See that an axis that is not busy any more is at its target, and that nothing says that it moves.
+    """Check that an axis that is no longer busy is at its target, and reports no motion.
 
-    Its bits and its speed may be late; a host that goes on finds the axis elsewhere if its letter is early.
+    Its bits and its speed may be late. Its letter may not: a host that relies on it would find the axis
+    elsewhere.
     """
     trial, name = mover.trial, mover.name
     end = mover.line.now + _SETTLED
@@ -90,27 +94,26 @@ def judge_rest(mover: Mover, goal: int) -> None:
     while mover.line.now < end and _is_moving(sample):
         mover.line.listen(_PAUSE)
         sample = mover.sample()
-    over = f"axis {name} is not busy any more, and"
-    trial.must(
-        not sample.busy, f"axis {name} was not busy, and is busy again, and nothing was sent"
-    )
+    over = f"axis {name} is no longer busy, but"
+    trial.must(not sample.busy, f"axis {name} is busy again after it was not, without a command")
     ends = first.status.upper_limit or first.status.lower_limit
     trial.must(
         abs(first.position - goal) <= ARRIVED,
-        f"{over} it is at {first.position}; its target was {goal}"
+        f"{over} is at {first.position}; its target was {goal}"
         + (
             f" (a limit switch is closed: is {mover.low}..{mover.high} within its travel?)"
             if ends
             else ""
         ),
     )
-    told = f"{over} its status byte tells {int(sample.status):#04x}"
+    told = f"{over} its status byte is {int(sample.status):#04x}"
     byte = bytes((int(sample.status),))
-    trial.must(not sample.status.motor_signal, f"{told}, with bit 0: it moves", came=byte)
-    trial.must(not sample.status.ramping, f"{told}, with bit 4: it ramps", came=byte)
-    trial.must(sample.speed == 0, f"{over} READ_CURRENT_SPEED tells {sample.speed} µm/s")
+    trial.must(not sample.status.motor_signal, f"{told}, with bit 0, which means motion", came=byte)
+    trial.must(not sample.status.ramping, f"{told}, with bit 4, which means ramping", came=byte)
+    trial.must(sample.speed == 0, f"{over} READ_CURRENT_SPEED returned {sample.speed} µm/s")
     trial.must(
-        mover.target == goal, f"{over} READ_TARGET_POSITION tells {mover.target}, not {goal}"
+        mover.target == goal,
+        f"{over} READ_TARGET_POSITION returned {mover.target} instead of {goal}",
     )
 
 

@@ -1,7 +1,7 @@
-"""The ends of the travel, and the bits that tell them (section 14).
+"""The ends of the travel, and their status bits (section 14).
 
-The table of section 14 has bit 6 for the upper and bit 7 for the lower switch; its example has it the other
-way round. The table is the definition.
+The table of section 14 has bit 6 for the upper switch and bit 7 for the lower one. Its example has the
+reverse. The table is the definition.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stagewire_ms2000.flags import StatusBits
 
 KIND: Final = Kind(
     name="limits",
-    title="An axis at an end of its travel says at which",
+    title="An axis at an end of its travel reports which",
     rules=("status-limit-bits",),
 )
 
@@ -47,7 +47,7 @@ def _undeclared(place: Target) -> str:
 
 
 def _lacks(declared: Declaration, allowed: Permissions, place: Target, upper: bool) -> str:
-    """Return why the range does not reach an end; empty where it does."""
+    """Return why the range does not include an end; empty if it does."""
     travel = place.travel_of()
     if travel is None or allowed.motion is None or lacks_of(declared, allowed, place):
         return ""
@@ -55,12 +55,12 @@ def _lacks(declared: Declaration, allowed: Permissions, place: Target, upper: bo
     end = travel.high if upper else travel.low
     if end in (low, high):
         return ""
-    return f"axis {place.name} goes to {end} counts: --allow-motion that includes it"
+    return f"axis {place.name} goes to {end} counts; --allow-motion must include this position"
 
 
 @motion_check(
     KIND,
-    "{axis} tells that it is at its {end} end",
+    "{axis} reports that it is at its {end} end",
     messages=("READ_STATUS_BYTE",),
     seconds=10.0,
     each=_ends,
@@ -78,11 +78,13 @@ def _end(mover: Mover, upper: bool) -> None:
         if upper
         else (status.lower_limit, status.upper_limit)
     )
-    told = f"axis {mover.name} is at its {which} end, and its status byte tells {int(status):#04x}"
+    told = f"axis {mover.name} is at its {which} end, and its status byte is {int(status):#04x}"
     byte = bytes((int(status),))
     if other and not own:
         trial.should(
-            False, f"{told}: the other end, as in the example and against the table", came=byte
+            False,
+            f"{told}, with the bit of the other end, as in the example and unlike the table",
+            came=byte,
         )
     else:
         trial.must(bool(own), f"{told}, without the bit of the {which} switch", came=byte)
@@ -92,7 +94,7 @@ def _end(mover: Mover, upper: bool) -> None:
         away = mover.status
         trial.must(
             not _at_an_end(away),
-            f"axis {mover.name} is away from both ends, and its status byte tells {int(away):#04x}",
+            f"axis {mover.name} is away from both ends, but its status byte is {int(away):#04x}",
             came=bytes((int(away),)),
         )
 

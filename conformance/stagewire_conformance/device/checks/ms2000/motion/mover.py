@@ -1,4 +1,4 @@
-"""Checks that move an axis: the decorator that declares them, and the axis, watched and moved back."""
+"""Checks that move an axis: their decorator, and the axis, which is watched and moved back."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from stagewire_ms2000.flags import StatusBits
 from stagewire_ms2000.quantities import POSITION, SPEED
 
 ARRIVED: Final = 10
-"""Counts, a micrometre, by which an axis may miss its target; the document does not say."""
+"""Counts (1 µm) by which an axis may miss its target; the document does not say."""
 
 _PAUSE: Final = 0.02
-"""Seconds between two looks at an axis that moves; some controllers do not like to be asked all the time."""
+"""Seconds between two readings of a moving axis; some controllers do not tolerate continuous requests."""
 _SECONDS: Final = 0.4
-"""About how long a move takes."""
+"""The approximate duration of a move in seconds."""
 _LEAST: Final = 100
-"""Counts, ten micrometres, of the shortest move that tells anything."""
+"""Counts (10 µm) of the shortest move that can be judged."""
 _SIZE: Final = 3
 """Bytes of a position."""
 _COUNTS_PER_SPEED: Final = POSITION.counts_per_unit / SPEED.counts_per_unit
-"""Counts a second at a speed of 1 µm/s."""
+"""Counts per second at a speed of 1 µm/s."""
 
 
 class Sample(NamedTuple):
-    """What an axis says at about one instant.
+    """The values of an axis at about one instant.
 
-    ``time`` is when it had told its speed, ``blur`` how many seconds before it was asked for.
+    ``time`` is when its speed was received, ``blur`` the seconds since the request for it.
     """
 
     time: float
@@ -50,65 +50,67 @@ class Sample(NamedTuple):
 
 
 class Mover(Axis):
-    """An axis with the range in which it may be.
+    """An axis with its allowed range.
 
-    :param trial: gets the findings.
-    :param place: the axis.
+    :param trial: the trial that gets the findings.
+    :param place: the target of the axis.
     """
 
     def __init__(self, trial: Trial, place: Target) -> None:
         super().__init__(trial, place)
         motion = trial.allowed.motion
-        assert motion is not None  # the check needs it
+        assert motion is not None  # the check requires it
         self.low, self.high = trial.declared.reach(place, None, motion)
         self.start = self.top_speed = self.ramp_time = 0
 
     def ready(self) -> None:
-        """See that the axis rests within the range, and let it be brought back there at the end.
+        """Check that the axis is at rest within the range, and bring it back at the end.
 
         Otherwise the check ends before anything moves.
         """
         self.start, target = self.position, self.target
         self.top_speed = self.number(m.ReadMaximumSpeed())
         self.ramp_time = self.number(m.ReadRampTime())
-        allowed = f"{self.low}..{self.high} counts, where it may be"
-        if not self.low - ARRIVED <= self.start <= self.high + ARRIVED:  # nobody is to blame for it
+        allowed = f"the allowed {self.low}..{self.high} counts"
+        if (
+            not self.low - ARRIVED <= self.start <= self.high + ARRIVED
+        ):  # not the controller's fault
             self.trial.inconclusive(
-                f"axis {self.name} stands at {self.start}, outside {allowed}; nothing was moved"
+                f"axis {self.name} is at {self.start}, outside of {allowed}; nothing was moved"
             )
             raise EnoughError
         self.trial.need(
             self.low - ARRIVED <= target <= self.high + ARRIVED,
-            f"axis {self.name} has the target {target}, outside {allowed}; nothing was moved",
+            f"axis {self.name} has the target {target}, outside of {allowed}; nothing was moved",
         )
         self.trial.need(
             not self.is_busy,
-            f"axis {self.name} is busy before anything moves: the joystick, or it is disabled away from its "
-            "target; nothing was moved",
+            f"axis {self.name} is busy before a move was started: the joystick is in use, or "
+            "the axis is disabled away from its target; nothing was moved",
         )
         self.trial.need(
             self.top_speed > 0,
-            f"the maximum speed of axis {self.name} is 0, so that nothing can move",
+            f"the maximum speed of axis {self.name} is 0, so it cannot move",
         )
         self.start = self.sendable(max(self.low, min(self.start, self.high)))
         where = f"axis {self.name} at {self.start}, enabled"
         self.trial.undo(where, self._bring_back, moves=True)
 
-    # Where to, and how long it takes
+    # Targets and durations
 
     def counts_in(self, seconds: float, speed: int | None = None) -> int:
-        """Return how far it comes at a speed in µm/s, by default the top speed."""
+        """Return the distance in a time at a speed in µm/s, by default the top speed."""
         return int((self.top_speed if speed is None else speed) * _COUNTS_PER_SPEED * seconds)
 
     def patience(self, counts: int) -> float:
-        """Return in how many seconds a move has to be over: twice what it needs, and five more."""
+        """Return the most seconds that a move may take: twice its duration plus five."""
         needed = counts / self.counts_in(1.0) + self.ramp_time / 1000 if self.top_speed else 0.0
         return 2 * needed + 5
 
     def goal(self, seconds: float = _SECONDS, upwards: bool | None = None) -> int:
         """Return a target about so many seconds away, within the range.
 
-        :param upwards: which way; by default to where there is more room.
+        :param upwards: the direction; by default the one with more room.
         """
         here = self.position
         if upwards is None:
@@ -117,37 +119,38 @@ class Mover(Axis):
         far = min(self.counts_in(seconds), room)
         if far < _LEAST:
             self.trial.inconclusive(
-                f"axis {self.name} stands at {here}: {self.low}..{self.high} leaves {far} counts for a move"
+                f"axis {self.name} is at {here}, where {self.low}..{self.high} leaves only "
+                f"{far} counts for a move"
             )
             raise EnoughError
         ends = (here + far * 3 // 4, here + far) if upwards else (here - far, here - far * 3 // 4)
         return self.sendable(harmless_value(self.trial.random, *ends, _SIZE))
 
     def sendable(self, count: int) -> int:
-        """Return the nearest count of the range whose bytes no controller can take for a setup command."""
+        """Return the nearest count in the range whose bytes cannot be taken for a setup command."""
         for far in range(self.high - self.low + 1):
             for each in (count - far, count + far):
                 if self.low <= each <= self.high and not _holds_setup(each):
                     return each
         return count
 
-    # Moving
+    # Motion
 
     def begin(self, command: Command) -> float:
-        """Send a command that moves, see that it is busy at once, and return when it was sent."""
+        """Send a motion command, check that the axis is busy immediately, and return the time."""
         self.line.send(command, self.address)
         began = self.line.now
         self.trial.must(
             self.is_busy,
-            f"right after {command.layout.message}, READ_STATUS of axis {self.name} tells b: a host would "
-            "take the move for done",
+            f"immediately after {command.layout.message}, READ_STATUS of axis {self.name} "
+            "returned b; a host would assume that the move is over",
             wanted=b"B",
             came=b"b",
         )
         return began
 
     def sample(self) -> Sample:
-        """Return what it says now."""
+        """Return the current values."""
         both = self.ask(m.ReadMotorPositionAndStatus(), quiet=0.0)
         assert isinstance(both, m.ReadMotorPositionAndStatusReply)
         asked = self.line.now
@@ -158,13 +161,13 @@ class Mover(Axis):
     def follow(
         self, what: str, counts: int, until: Callable[[Sample], bool] | None = None
     ) -> list[Sample]:
-        """Look at it until it is busy no more, and return what it said meanwhile.
+        """Read the axis until it is no longer busy, and return its values meanwhile.
 
-        It must not leave the range, nor take longer than :meth:`patience`; both end the check.
+        If it leaves the range, or takes longer than :meth:`patience`, the check ends.
 
-        :param what: what it does, for the text of a finding.
-        :param counts: how far it goes.
-        :param until: ends the looking before.
+        :param what: the motion, for the text of a finding.
+        :param counts: the distance.
+        :param until: ends the reading earlier.
         """
         end = self.line.now + self.patience(counts)
         samples: list[Sample] = []
@@ -173,7 +176,8 @@ class Mover(Axis):
             sample = samples[-1]
             self.trial.need(
                 self.low - ARRIVED <= sample.position <= self.high + ARRIVED,
-                f"{what}, axis {self.name} left {self.low}..{self.high}: it is at {sample.position}",
+                f"{what}, axis {self.name} left {self.low}..{self.high}; it is at "
+                f"{sample.position}",
             )
             if not sample.busy:
                 self.line.moving.discard(self.address)
@@ -181,39 +185,39 @@ class Mover(Axis):
                 return samples
             self.trial.need(
                 self.line.now < end,
-                f"{what}, axis {self.name} was busy for {self.patience(counts):.1f} s and is still; it is at "
-                f"{sample.position}",
+                f"{what}, axis {self.name} was still busy after {self.patience(counts):.1f} s; "
+                f"it is at {sample.position}",
             )
             self.line.listen(_PAUSE)
 
     def go(self, goal: int) -> list[Sample]:
-        """Move to a target and wait for the end, without a look at how it is done."""
+        """Move to a target and wait for the end, without judging the move."""
         self.line.send(m.WriteTargetPosition(goal), self.address)
         return self.follow(f"on its way to {goal}", abs(goal - self.position))
 
     def _bring_back(self) -> None:
-        """Bring it back to where it was, enabled, whatever it does at this instant.
+        """Bring the axis back to its initial position, enabled, whatever it is doing.
 
-        An axis that does not come to an end is stopped, and stays so.
+        An axis that does not arrive is stopped, and stays stopped.
         """
         self.line.settle()
         back = m.WriteTargetPosition(self.start)
         self.line.send(back, self.address)
         if self.address in self.line.stopped:
-            self.line.send(m.StartMotor(), self.address)  # its target leads nowhere else
-            self.line.send(back, self.address)  # in case that a start has made another one
+            self.line.send(m.StartMotor(), self.address)  # its target does not lead anywhere else
+            self.line.send(back, self.address)  # in case the start has set another target
         try:
             self.follow("on its way back", abs(self.start - self.position))
             found = self.position
         except EnoughError:
             self.line.send(m.StopMotor(), self.address)
             self.line.moving.discard(self.address)
-            text = f"axis {self.name} was at {self.start}, and is stopped where it is"
+            text = f"axis {self.name} was at {self.start}, and was stopped on its way back"
             self.trial.must(False, f"not restored: {text}")
         else:
             self.trial.must(
                 abs(found - self.start) <= ARRIVED,
-                f"not restored: axis {self.name} was at {self.start}, and is at {found}",
+                f"not restored: axis {self.name} was at {self.start}, but is at {found}",
             )
 
 
@@ -230,7 +234,7 @@ MOVES: Final = (
     "READ_MOTOR_POSITION_AND_STATUS", "READ_CURRENT_SPEED", "READ_MAXIMUM_SPEED",
     "READ_RAMP_TIME",
 )  # fmt: skip
-"""What every check needs that moves an axis, watches it, and brings it back."""
+"""The messages that every check needs to move an axis, watch it and bring it back."""
 
 
 def motion_check(
@@ -244,10 +248,10 @@ def motion_check(
 ) -> Callable[[_Look], _Look]:
     """Declare a function that moves an axis as a check; a decorator.
 
-    :param messages: what it covers besides :data:`MOVES`.
+    :param messages: the messages that it covers, in addition to :data:`MOVES`.
     :param settings: whether it also changes settings.
 
-    All others: see :func:`.axis_check`.
+    For other parameters, see :func:`.axis_check`.
     """
 
     def cases(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
@@ -263,7 +267,7 @@ def motion_check(
             title,
             messages=tuple(dict.fromkeys((*messages, *MOVES))),
             needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
-            does="moves every axis within {range}, and back to where it was",
+            does="moves every axis within {range}, and back to its initial position",
             each=cases,
             **more,
         )(move)
@@ -273,7 +277,7 @@ def motion_check(
 
 
 def lacks_of(declared: Declaration, allowed: Permissions, place: Target) -> str:
-    """Return why the range that was allowed says nothing of an axis; empty where it does."""
+    """Return why the allowed range cannot be applied to an axis; empty if it can."""
     try:
         if allowed.motion is not None:
             declared.reach(place, None, allowed.motion)

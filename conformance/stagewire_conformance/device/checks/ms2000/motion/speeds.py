@@ -1,6 +1,6 @@
-"""The top speed: no move is faster (sections 12 and 24).
+"""The top speed, which no move exceeds (sections 12 and 24), and the ramp time.
 
-An axis reaches its top speed within the ramp time, evenly (sections 10, 22 and 25).
+An axis reaches its top speed evenly within the ramp time (sections 10, 22 and 25).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
 
 _SECONDS: Final = 0.5
-"""How long the move takes at the speed that is set."""
+"""The duration of the move at the set speed in seconds."""
 _SPARE: Final = 0.9
-"""The part of the time that a move needs at least at its top speed, as far as it is known when it began."""
+"""The least fraction of the calculated duration of a move, because its start is not known exactly."""
 
 
 SPEEDS: Final = Kind(
@@ -41,7 +41,7 @@ def _obeys(mover: Mover) -> None:
     top = keep(mover, TOP_SPEED)
     speed = harmless_value(mover.trial.random, max(1, top // 4), max(1, top // 2), 2)
     TOP_SPEED.set(mover, speed)
-    mover.top_speed = TOP_SPEED.of(mover)  # which may be rounded
+    mover.top_speed = TOP_SPEED.of(mover)  # the value may be rounded
     goal = mover.goal(_SECONDS)
     far = abs(goal - mover.start)
     began = mover.line.now
@@ -50,31 +50,31 @@ def _obeys(mover: Mover) -> None:
     took, least = mover.line.now - began, _SPARE * far / mover.counts_in(1.0)
     mover.trial.must(
         took >= least,
-        f"axis {mover.name}, whose top speed was set to {speed} µm/s, went {far} counts in {took:.3f} s; at "
-        f"this speed it takes {least / _SPARE:.3f} s",
+        f"axis {mover.name}, with a top speed of {speed} µm/s, moved {far} counts in {took:.3f} "
+        f"s; at this speed it should take {least / _SPARE:.3f} s",
     )
     judge_course(mover, goal, samples)
     judge_rest(mover, goal)
 
 
 _RAMP: Final = 0.25
-"""Seconds of the ramp, long enough to be seen."""
+"""The ramp time in seconds, long enough to be observed."""
 _LONG: Final = 2.0
-"""Ramp times at top speed that are as far as the move goes; its last ramp begins by then."""
+"""The length of the move, in ramp times at top speed; its last ramp does not begin before that time."""
 _JUDGED: Final = 1.4
 """Ramp times up to which a speed is judged."""
 _ON_RAMP: Final = 0.2
-"""The part of the top speed by which a speed on a ramp may differ: servos lag, and hosts."""
+"""The tolerance of a speed on a ramp, as a fraction of the top speed: servos and hosts lag."""
 _OFF_RAMP: Final = 0.1
-"""The same when the ramp has been over for :data:`_ON_RAMP` of its time."""
+"""The tolerance after the ramp has been over for :data:`_ON_RAMP` of its time."""
 _FASTEST: Final = 0x7FFF
-"""µm/s of the fastest speed that a reply can tell."""
+"""The highest speed that a reply can represent, in µm/s."""
 _BLUR: Final = 0.1 * _RAMP
-"""Seconds by which nobody knows when a speed was told; half of what a speed may differ on a ramp."""
+"""The most seconds between request and reply of a speed; half of its tolerance on a ramp."""
 _LEAST: Final = 4
-"""Looks that are needed."""
+"""Samples that are required."""
 _SLOWEST: Final = 50
-"""µm/s of the slowest top speed of which a ramp tells anything."""
+"""The lowest top speed whose ramp can be judged, in µm/s."""
 
 
 RAMPS: Final = Kind(
@@ -91,7 +91,7 @@ RAMPS: Final = Kind(
 
 @motion_check(
     RAMPS,
-    "{axis} is as fast as its ramp time says when it goes to a target",
+    "{axis} accelerates within its ramp time when it moves to a target",
     messages=("WRITE_RAMPING_TIME", "WRITE_TOP_SPEED"),
     settings=True,
     seconds=2.5,
@@ -108,14 +108,14 @@ def _to_target(mover: Mover) -> None:
 
 @motion_check(
     RAMPS,
-    "{axis} is as fast as its ramp time says when it is told a speed",
+    "{axis} accelerates within its ramp time when it moves at a vector speed",
     messages=("WRITE_VECTOR_SPEED", "WRITE_RAMPING_TIME", "WRITE_TOP_SPEED", "STOP_MOTOR"),
     settings=True,
     seconds=2.0,
     name="vector",
 )
 def _at_speed(mover: Mover) -> None:
-    """Go at half the top speed, which takes half of the ramp; up, since the document has no way down."""
+    """Move up at half the top speed, which takes half of the ramp. The document has no way to move down."""
     _prepare(mover)
     goal = mover.goal(_LONG * _RAMP)
     if goal < mover.start:
@@ -142,7 +142,7 @@ def _prepare(mover: Mover) -> None:
     room = max(mover.high - mover.start, mover.start - mover.low)
     speed = min(top, _FASTEST, int(room / mover.counts_in(_LONG * _RAMP, 1)))
     if speed < _SLOWEST:
-        trial.inconclusive(f"{mover.low}..{mover.high} leaves too little way to reach a speed")
+        trial.inconclusive(f"{mover.low}..{mover.high} leaves too little room to reach a speed")
         raise EnoughError
     RAMP_TIME.set(mover, round(1000 * _RAMP))
     TOP_SPEED.set(mover, speed)
@@ -150,16 +150,16 @@ def _prepare(mover: Mover) -> None:
 
 
 def _judge(mover: Mover, began: float, samples: list[Sample], speed: int) -> None:
-    """Hold the speeds of the first ramp, and of the time behind it, against the time that has passed.
+    """Compare the speeds of the first ramp, and of the time after it, with the elapsed time.
 
-    :param speed: at which the ramp ends.
+    :param speed: the speed at the end of the ramp.
     """
     top = mover.top_speed
-    # The last ramp may have begun behind the judged part.
+    # The last ramp may have begun after the judged part.
     judged = [each for each in samples if each.time - began <= _JUDGED * _RAMP]
     sharp = [each for each in judged if each.blur <= _BLUR]
     if len(sharp) < _LEAST:
-        mover.trial.inconclusive(f"replies are too slow to see a ramp of {1000 * _RAMP:.0f} ms")
+        mover.trial.inconclusive(f"replies are too slow to show a ramp of {1000 * _RAMP:.0f} ms")
         return
     for sample in sharp:
         passed = (sample.time - began) / _RAMP
@@ -167,6 +167,7 @@ def _judge(mover: Mover, began: float, samples: list[Sample], speed: int) -> Non
         over = passed > speed / top + _ON_RAMP
         mover.trial.must(
             abs(abs(sample.speed) - due) <= (_OFF_RAMP if over else _ON_RAMP) * top,
-            f"{1000 * _RAMP * passed:.0f} ms after it began, axis {mover.name} goes at {sample.speed} µm/s; "
-            f"with a ramp of {1000 * _RAMP:.0f} ms to a top speed of {top} µm/s it is {due}",
+            f"{1000 * _RAMP * passed:.0f} ms after the start of the move, axis {mover.name} "
+            f"moves at {sample.speed} µm/s; with a ramp of {1000 * _RAMP:.0f} ms to a top speed "
+            f"of {top} µm/s, it should be {due}",
         )

@@ -1,4 +1,4 @@
-"""An axis that is stopped stands and is disabled, one that is started goes (sections 15 and 16)."""
+"""Stop and start: a stopped axis is at rest and disabled, a started one can move (sections 15 and 16)."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
 
 _STANDS: Final = 0.4
-"""Seconds in which an axis that is stopped has to stand; the document has no ramp for it."""
+"""Seconds in which a stopped axis must come to rest; the document has no ramp for a stop."""
 _STILL: Final = 0.05
-"""Seconds between two looks, by which an axis that stands is at the same place."""
+"""Seconds between two readings that show whether an axis is at rest."""
 _DISABLED: Final = 0.3
-"""Seconds in which a disabled axis does not go to a target."""
+"""Seconds in which a disabled axis must not start a move."""
 _NOT_BUSY_FROM: Final = (3, 3)
-"""The firmware from which on a disabled axis is not busy."""
+"""The first firmware in which a disabled axis is not busy."""
 
 
 def stop(mover: Mover) -> int:
-    """Stop an axis, see that it stands, and return where."""
+    """Stop an axis, check that it comes to rest, and return its position."""
     trial, line = mover.trial, mover.line
     line.send(m.StopMotor(), mover.address)
     mover.silent(m.StopMotor())
@@ -40,14 +40,15 @@ def stop(mover: Mover) -> int:
             break
         trial.need(
             line.now < end,
-            f"axis {mover.name} was stopped, and {_STANDS:g} s later it went from {before} to {place} at "
-            f"{speed} µm/s",
+            f"axis {mover.name} was stopped, but {_STANDS:g} s later it moved from {before} to "
+            f"{place} at {speed} µm/s",
         )
     line.moving.discard(mover.address)
     status = mover.status
     trial.must(
         not status.motor_signal,
-        f"axis {mover.name} was stopped and stands, and its status byte tells {int(status):#04x}, with bit 0",
+        f"axis {mover.name} was stopped and is at rest, but its status byte is "
+        f"{int(status):#04x}, with bit 0, which means motion",
         came=bytes((int(status),)),
     )
     return place
@@ -70,7 +71,7 @@ KIND: Final = Kind(
 
 @motion_check(
     KIND,
-    "{axis} stands when it is stopped, stays so, and goes when it is started",
+    "{axis} stops when it is stopped, stays at rest, and can move when it is started",
     messages=(
         "STOP_MOTOR",
         "START_MOTOR",
@@ -91,15 +92,15 @@ def _stop_and_start(mover: Mover) -> None:
     stood = stop(mover)
     trial.must(
         abs(stood - goal) > ARRIVED,
-        f"axis {mover.name} was stopped on its way, and went on to its target {goal}",
+        f"axis {mover.name} was stopped on its way, but went on to its target {goal}",
     )
     _judge_letter(mover, stood)
     line.send(m.WriteTargetPosition(mover.start), mover.address)
     line.listen(_DISABLED)
     trial.must(
         abs(mover.position - stood) <= DITHER,
-        f"axis {mover.name} was stopped, which disables it, and went from {stood} to {mover.position} for a "
-        "target",
+        f"axis {mover.name} was stopped, which disables it, but moved from {stood} to "
+        f"{mover.position} for a new target",
     )
     _start(mover, stood)
     mover.begin(m.WriteTargetPosition(goal))
@@ -108,28 +109,33 @@ def _stop_and_start(mover: Mover) -> None:
 
 
 def _is_in_time(mover: Mover, last: Sample, goal: int) -> None:
-    """End the check where replies are so slow that an axis may have arrived before it is stopped."""
+    """End the check if replies are so slow that an axis may have arrived before it is stopped."""
     left = abs(goal - last.position) / mover.counts_in(1.0)
-    late = mover.line.now - last.time + 2 * last.blur  # since its position was told
+    late = mover.line.now - last.time + 2 * last.blur  # since its position was sent
     if not last.busy or late > left / 2:
         mover.trial.inconclusive(
-            f"replies are too slow to stop axis {mover.name} on its way: {left:.2f} s are left, and what it "
-            f"told was {late:.2f} s old"
+            f"replies are too slow to stop axis {mover.name} on its way: {left:.2f} s are left, "
+            f"and its last reply is {late:.2f} s old"
         )
         raise EnoughError
 
 
 def _judge_letter(mover: Mover, stood: int) -> None:
-    """Hold the letter of a disabled axis away from its target against its firmware."""
+    """Judge the letter of a disabled axis away from its target, which depends on the firmware."""
     trial, firmware = mover.trial, mover.trial.declared.firmware
     away, busy = abs(mover.target - stood) > DITHER, mover.is_busy
-    told = f"axis {mover.name} is disabled at {stood}, its target is {mover.target}, and READ_STATUS tells"
+    told = (
+        f"axis {mover.name} is disabled at {stood} with the target {mover.target}, and "
+        "READ_STATUS returned"
+    )
     if not away:
         trial.must(not busy, f"{told} B", wanted=b"b", came=b"B")
     elif firmware is not None and _version(firmware) >= _NOT_BUSY_FROM:
-        trial.must(not busy, f"{told} B; from firmware 3.3 on it tells b", wanted=b"b", came=b"B")
+        trial.must(
+            not busy, f"{told} B; since firmware 3.3 it should return b", wanted=b"b", came=b"B"
+        )
     else:
-        trial.info(f"{told} {'B: a reading before firmware 3.3' if busy else 'b, as from 3.3 on'}")
+        trial.info(f"{told} {'B, as before firmware 3.3' if busy else 'b, as since firmware 3.3'}")
 
 
 def _version(firmware: str) -> tuple[int, ...]:
@@ -137,7 +143,7 @@ def _version(firmware: str) -> tuple[int, ...]:
 
 
 def _start(mover: Mover, stood: int) -> None:
-    """Start it, and see which of two things it does: go on to its target, or stay where it is."""
+    """Start the axis, and check that it either goes on to its target or stays where it is."""
     line = mover.line
     line.send(m.StartMotor(), mover.address)
     mover.follow("started", abs(stood - mover.start))
@@ -145,9 +151,11 @@ def _start(mover: Mover, stood: int) -> None:
     found = mover.position
     if mover.trial.must(
         min(abs(found - mover.start), abs(found - stood)) <= ARRIVED,
-        f"axis {mover.name}, disabled at {stood} with the target {mover.start}, and started, is at {found}",
+        f"axis {mover.name}, disabled at {stood} with the target {mover.start}, is at "
+        f"{found} after START_MOTOR; it should be at one of the two",
     ):
         stays = abs(found - stood) < abs(found - mover.start)
         mover.trial.info(
-            f"START_MOTOR {'only enables: it stays where it is' if stays else 'lets it go to its target'}"
+            "START_MOTOR "
+            f"{'only enables the axis, which stays there' if stays else 'lets the axis go to its target'}"
         )

@@ -1,6 +1,6 @@
 """Moves to a target, from rest and on the way (section 18).
 
-Two axes move at once: each goes to its own target, and is busy only while it moves itself.
+Two axes move at the same time: each must go to its own target, and be busy only while it moves itself.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from stagewire_conformance.device.targets import Target
 from stagewire_ms2000 import messages as m
 
 _SHORT: Final = 0.2
-"""Seconds of a move that only has to be long enough to be asked about."""
+"""The duration in seconds of a move that only has to be long enough for a few requests."""
 
 
 TARGETS: Final = Kind(
     name="move-target",
-    title="A target is gone to, and what is said meanwhile and afterwards is true",
+    title="An axis moves to its target, and reports its state correctly on the way and afterwards",
     rules=(
         "target-written",
         "target-moves",
@@ -46,11 +46,9 @@ TARGETS: Final = Kind(
 )
 
 
-@motion_check(
-    TARGETS, "{axis} goes to a target and back, is busy meanwhile, and says so", seconds=1.5
-)
+@motion_check(TARGETS, "{axis} moves to a target and back, and reports busy meanwhile", seconds=1.5)
 def _there_and_back(mover: Mover) -> None:
-    """Move to a target and back; the others stay where they are."""
+    """Move to a target and back; the other axes must not move."""
     mover.ready()
     others = _others(mover)
     goal = mover.goal()
@@ -59,8 +57,8 @@ def _there_and_back(mover: Mover) -> None:
         mover.begin(m.WriteTargetPosition(place))
         mover.trial.must(
             mover.target == place,
-            f"WRITE_TARGET_POSITION of axis {mover.name} wrote {place}, and READ_TARGET_POSITION tells "
-            f"{mover.target}",
+            f"WRITE_TARGET_POSITION of axis {mover.name} wrote {place}, but "
+            f"READ_TARGET_POSITION returned {mover.target}",
         )
         samples = mover.follow(f"on its way to {place}", abs(place - began))
         judge_course(mover, place, samples)
@@ -70,7 +68,8 @@ def _there_and_back(mover: Mover) -> None:
             found = axis.position
             mover.trial.must(
                 abs(found - was) <= DITHER,
-                f"axis {mover.name} was moved, and axis {axis.name} went from {was} to {found}",
+                f"axis {mover.name} was moved, and axis {axis.name} also moved, from {was} "
+                f"to {found}",
             )
 
 
@@ -79,9 +78,9 @@ def _others(mover: Mover) -> dict[Axis, int]:
     return {axis: axis.position for axis in axes if axis.address != mover.address}
 
 
-@motion_check(TARGETS, "{axis} takes another target on its way", seconds=1.0, name="turned-round")
+@motion_check(TARGETS, "{axis} accepts another target on its way", seconds=1.0, name="turned-round")
 def _turned_round(mover: Mover) -> None:
-    """Give another target on the way."""
+    """Set another target on the way."""
     mover.ready()
     goal = mover.goal()
     far = abs(goal - mover.start)
@@ -90,19 +89,19 @@ def _turned_round(mover: Mover) -> None:
         f"on its way to {goal}", far, until=lambda at: abs(at.position - mover.start) > far // 3
     )
     mover.begin(m.WriteTargetPosition(mover.start))
-    mover.follow(f"turned round to {mover.start}", far)
+    mover.follow(f"turned back to {mover.start}", far)
     judge_rest(mover, mover.start)
 
 
 @motion_check(
     TARGETS,
-    "{axis} says in its status byte that it moves while it does, and no longer",
+    "The status byte of {axis} reports motion while it moves, and no longer",
     messages=("READ_STATUS_BYTE",),
     seconds=1.0,
     name="status-byte",
 )
 def _status_byte(mover: Mover) -> None:
-    """Ask for the status byte alone, on the way and at the end."""
+    """Read the status byte alone, on the way and at the end."""
     mover.ready()
     goal = mover.goal(_SHORT)
     far = abs(goal - mover.start)
@@ -113,9 +112,9 @@ def _status_byte(mover: Mover) -> None:
     before, byte, after = mover.sample(), mover.status, mover.sample()
     mover.trial.must(
         not (before.status.motor_signal and after.status.motor_signal) or byte.motor_signal,
-        f"axis {mover.name} on its way from {before.position} to {after.position}: READ_STATUS_BYTE tells "
-        f"{int(byte):#04x}, without bit 0: it does not move; READ_MOTOR_POSITION_AND_STATUS tells "
-        f"{int(after.status):#04x}",
+        f"axis {mover.name} on its way from {before.position} to {after.position}: "
+        f"READ_STATUS_BYTE returned {int(byte):#04x}, without bit 0, which means motion; "
+        f"READ_MOTOR_POSITION_AND_STATUS returned {int(after.status):#04x}",
         wanted=bytes((int(after.status),)),
         came=bytes((int(byte),)),
     )
@@ -124,18 +123,19 @@ def _status_byte(mover: Mover) -> None:
     byte = mover.status
     mover.trial.must(
         not byte.motor_signal and not byte.ramping,
-        f"axis {mover.name} is not busy any more, and READ_STATUS_BYTE tells {int(byte):#04x}: it moves",
+        f"axis {mover.name} is no longer busy, but READ_STATUS_BYTE returned "
+        f"{int(byte):#04x}, which reports motion",
         came=bytes((int(byte),)),
     )
 
 
 _FIRST, _SECOND = 0.3, 0.6
-"""Seconds that the two moves take."""
+"""The durations of the two moves in seconds."""
 
 
 TOGETHER: Final = Kind(
     name="move-together",
-    title="Two axes that move at once do not mix",
+    title="Two axes that move at the same time are not confused",
     rules=("axis-identifiers", "target-moves", "status-busy", "status-not-busy"),
 )
 
@@ -153,7 +153,7 @@ def _pairs(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
 
 @motion_check(
     TOGETHER,
-    "{axis} and axis {other.name} go to their own targets at once",
+    "{axis} and axis {other.name} move to their own targets at the same time",
     seconds=1.5,
     each=_pairs,
 )
@@ -169,7 +169,8 @@ def _both(first: Mover, other: Target) -> None:
     if abs(where - far) > ARRIVED:
         first.trial.must(
             second.is_busy or abs(second.position - far) <= ARRIVED,
-            f"axis {second.name} is not busy at {where} on its way to {far}; axis {first.name} had arrived",
+            f"axis {second.name} is not busy at {where} on its way to {far}, after axis "
+            f"{first.name} arrived",
             wanted=b"B",
             came=b"b",
         )

@@ -1,4 +1,4 @@
-"""Movement at a speed, without a target (section 25)."""
+"""Motion at a speed, without a target (section 25)."""
 
 from __future__ import annotations
 
@@ -11,23 +11,25 @@ from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
 
 _SLOWEST: Final = 20
-"""µm/s of the slowest movement that tells anything."""
+"""The lowest speed that can be judged, in µm/s."""
 _CRUISE: Final = 0.2
-"""Seconds at the speed that was asked for."""
+"""Seconds of motion at the commanded speed."""
 _BRAKE: Final = 0.25
-"""Seconds at top speed that are left to the end of the range when the axis is stopped at the latest: it is
-half as fast, and has not quite half a second to stand."""
+"""Seconds at top speed that remain to the end of the range when the axis is stopped at the latest.
+
+It moves at half that speed, and has almost half a second to come to rest.
+"""
 _OFF: Final = 0.05
-"""The part of a speed by which the one that is told may differ."""
+"""The relative tolerance of a reported speed."""
 _FASTEST: Final = 65_535
-"""µm/s that a controller may take a speed for that is meant to be negative."""
+"""The speed in µm/s that a controller may read instead of a negative one."""
 _GLANCE: Final = 0.1
-"""Seconds in which the way is seen that an axis goes."""
+"""Seconds within which the direction of motion shows."""
 
 
 KIND: Final = Kind(
     name="move-vector",
-    title="A vector speed is kept until something else is told",
+    title="A vector speed is kept until the next command",
     rules=("vector-speed-runs", "vector-speed-no-reply", "current-speed-reply", "status-busy"),
 )
 
@@ -37,12 +39,12 @@ _MESSAGES: Final = ("WRITE_VECTOR_SPEED", "STOP_MOTOR", "START_MOTOR")
 
 @motion_check(
     KIND,
-    "{axis} goes at the speed that it is told, until it is told otherwise",
+    "{axis} moves at the commanded speed until the next command",
     messages=_MESSAGES,
     seconds=1.5,
 )
 def _runs(mover: Mover) -> None:
-    """Move up at a speed, see that it is kept, ask for the speed 0, and stop."""
+    """Move up at a speed, check that it is kept, set the speed 0, and stop."""
     mover.ready()
     trial, line = mover.trial, mover.line
     ramp = mover.ramp_time / 1000
@@ -50,9 +52,9 @@ def _runs(mover: Mover) -> None:
     room = mover.high - mover.position - mover.counts_in(_BRAKE)
     speed = min(mover.top_speed // 2, int(room / mover.counts_in(3 * (ramp + _CRUISE), 1)))
     if speed < _SLOWEST:
-        trial.inconclusive(f"{mover.low}..{mover.high} leaves too little way for a speed")
+        trial.inconclusive(f"{mover.low}..{mover.high} leaves too little room for a speed")
         raise EnoughError
-    what = f"axis {mover.name}, told to go at {speed} µm/s"
+    what = f"axis {mover.name}, commanded to move at {speed} µm/s"
     brake = mover.high - mover.counts_in(_BRAKE)
     mover.begin(m.WriteVectorSpeed(speed))
     try:
@@ -64,19 +66,22 @@ def _runs(mover: Mover) -> None:
         )[-1]
         trial.need(
             reached.busy,
-            f"{what}, is not busy at {reached.position}; it goes on until told otherwise",
+            f"{what}, is not busy at {reached.position}; it should keep moving until the next command",
         )
         trial.need(
             _is(reached.speed, speed),
-            f"{what}, goes at {reached.speed} µm/s after {line.now - end + 2 * ramp + _CRUISE:.2f} s",
+            f"{what}, moves at {reached.speed} µm/s after "
+            f"{line.now - end + 2 * ramp + _CRUISE:.2f} s; it should have reached its speed",
         )
         end = line.now + _CRUISE
         last = mover.follow(what, room, until=lambda at: at.time > end or at.position > brake)[-1]
         _judge_cruise(mover, what, speed, reached, last)
         line.send(m.WriteVectorSpeed(0), mover.address)
         end = line.now + ramp + _CRUISE
-        ended = mover.follow("told to go at 0 µm/s", room, until=lambda at: at.time > end)[-1]
-        trial.info(f"a vector speed of 0 {'goes on' if ended.speed else 'ends the movement'}")
+        ended = mover.follow("set to 0 µm/s", room, until=lambda at: at.time > end)[-1]
+        trial.info(
+            f"a vector speed of 0 {'does not end the motion' if ended.speed else 'ends the motion'}"
+        )
     finally:
         stop(mover)
     mover.silent(m.WriteVectorSpeed(speed))
@@ -85,17 +90,18 @@ def _runs(mover: Mover) -> None:
 def _judge_cruise(mover: Mover, what: str, speed: int, first: Sample, last: Sample) -> None:
     trial = mover.trial
     trial.must(
-        last.busy, f"{what}, is not busy at {last.position}; it goes on until told otherwise"
+        last.busy,
+        f"{what}, is not busy at {last.position}; it should keep moving until the next command",
     )
     seconds = last.time - first.time
     way, due = last.position - first.position, mover.counts_in(seconds, speed)
     trial.must(
         due / 2 <= way <= 2 * due,
-        f"{what}, went {way} counts in {seconds:.3f} s; that makes {due}",
+        f"{what}, moved {way} counts in {seconds:.3f} s; it should move about {due}",
     )
     trial.must(
         bool(last.status.motor_signal),
-        f"{what}, tells the status byte {int(last.status):#04x}, without bit 0: it does not move",
+        f"{what}, has the status byte {int(last.status):#04x}, without bit 0, which means motion",
         came=bytes((int(last.status),)),
     )
 
@@ -105,7 +111,7 @@ def _is(found: int, speed: int) -> bool:
 
 
 def _make_room(mover: Mover) -> None:
-    """Go to the lower part of the range, unless the axis is there: the document has no way to go down."""
+    """Go to the lower part of the range, unless the axis is there: the document has no way to move down."""
     middle = (mover.low + mover.high) // 2
     if mover.start > middle:
         mover.go(mover.goal(upwards=False))
@@ -113,28 +119,29 @@ def _make_room(mover: Mover) -> None:
 
 @motion_check(
     KIND,
-    "{axis} takes a speed of 32768 and more in one way or the other",
+    "{axis} interprets a speed of 32768 or more as signed or unsigned",
     messages=_MESSAGES,
     name="sign",
     seconds=0.5,
 )
 def _sign(mover: Mover) -> None:
-    """See which way an axis goes at a speed whose highest bit is set: the document leaves its sign open.
+    """Find the direction of a speed whose highest bit is set: the document leaves its sign open.
 
-    It is either slow and down, or the fastest of all and up, unless the top speed holds it back. So it is
-    done only where there is way for either.
+    The axis moves either down slowly or up at the highest speed, limited only by the top speed. So this is
+    done only if there is room for both.
     """
     mover.ready()
     trial, line = mover.trial, mover.line
     needed = mover.counts_in(2 * _GLANCE, _FASTEST)
     if min(mover.high - mover.start, mover.start - mover.low) < needed:
         trial.inconclusive(
-            f"not tried: at {_FASTEST} µm/s, what may be a slow speed downwards needs {needed} counts in "
-            f"both directions, and axis {mover.name} stands at {mover.start} in {mover.low}..{mover.high}"
+            f"not tried: at {_FASTEST} µm/s, a speed that may also be a slow one downwards "
+            f"needs {needed} counts in both directions, but axis {mover.name} is at "
+            f"{mover.start} in {mover.low}..{mover.high}"
         )
         return
     slow = max(_SLOWEST, mover.top_speed // 10)
-    # The class refuses such values, since they mean two things; which of them, is to be seen here.
+    # The class refuses such values because they are ambiguous, which is tested here.
     speed = m.WriteVectorSpeed.unpack(_bytes_of(mover, (-slow) % 0x10000))
     line.send(speed, mover.address)
     try:
@@ -144,15 +151,15 @@ def _sign(mover: Mover) -> None:
         stop(mover)
     way = seen[-1].position - mover.start
     if way < 0:
-        trial.info("a vector speed has a sign: 32768 and more go down")
+        trial.info("a vector speed is signed: 32768 or more moves down")
     elif way > 0:
-        trial.info("a vector speed has no sign: 32768 and more go up")
+        trial.info("a vector speed is unsigned: 32768 or more moves up")
     else:
-        trial.info("a vector speed of 32768 and more is ignored")
+        trial.info("a vector speed of 32768 or more is ignored")
 
 
 def _bytes_of(mover: Mover, speed: int) -> bytes:
-    """Return the bytes of WRITE_VECTOR_SPEED with a speed of any 16 bits."""
+    """Return the bytes of WRITE_VECTOR_SPEED with any speed of 16 bits."""
     command = bytearray(m.WriteVectorSpeed(0).pack(mover.address))
     command[3:5] = speed.to_bytes(2, "little")
     return bytes(command)

@@ -1,4 +1,4 @@
-"""Checks that only ask, and send what has an error, which is ignored."""
+"""Checks that only send requests, or commands with errors, which must be ignored."""
 
 from __future__ import annotations
 
@@ -26,4 +26,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     timing.BACK_TO_BACK,
     timing.TIMING,
 )
-"""In the order in which they are run."""
+"""The kinds in the order in which they run."""

@@ -1,4 +1,4 @@
-"""Where a command ends: at the colon behind its data, however long it takes to come (section 2)."""
+"""The end of a command: the colon after its data, however late it comes (section 2)."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from stagewire_conformance.device.targets import Target
 from stagewire_conformance.device.trial import Trial
 
 _WAIT: Final = 0.2
-"""Seconds in which an answer would have come."""
+"""Seconds in which a reply would arrive."""
 _LUDL: Final = 2.2
-"""Seconds beyond the time-out of the controllers that this one imitates, which it has not."""
+"""Seconds: more than the time-out of the controllers that this one imitates; this one has none."""
 
 Look = Callable[[Axis, Command], None]
 
@@ -26,18 +26,14 @@ def _ignored_rest(axis: Axis, request: Command) -> None:
     plain = axis.ask(request)
     for count in (1, 3, 40):
         rest = harmless_bytes(axis.trial.random, count)
-        _same(
-            axis, plain.pack(), request, rest, f"{count} bytes before the colon, which are ignored"
-        )
+        _same(axis, plain.pack(), request, rest, f"{count} bytes before the colon")
 
 
 def _rest_is_a_command(axis: Axis, request: Command) -> None:
-    """See that a command whose colon was lost makes the next one a part of it, and is answered alone."""
+    """Check that a command without its colon absorbs the next one, and is answered alone."""
     plain = axis.ask(request)
     second = request.pack(axis.address)[:-1]
-    _same(
-        axis, plain.pack(), request, second, "a second command before the colon, which is ignored"
-    )
+    _same(axis, plain.pack(), request, second, "a second command before the colon")
 
 
 def _same(axis: Axis, plain: bytes, request: Command, rest: bytes, about: str) -> None:
@@ -45,18 +41,19 @@ def _same(axis: Axis, plain: bytes, request: Command, rest: bytes, about: str) -
     came = axis.line.hear(request)
     axis.trial.must(
         came == plain,
-        f"{request.layout.message} of axis {axis.name} with {about}, was not answered as it is without",
+        f"{request.layout.message} of axis {axis.name} with {about} was not answered as "
+        "without; these bytes should be ignored",
         wanted=plain,
         came=came,
     )
 
 
 def _missing(axis: Axis, request: Command) -> None:
-    _paused(axis, request, request.pack(axis.address)[:-1], _WAIT, "that has no colon yet")
+    _paused(axis, request, request.pack(axis.address)[:-1], _WAIT, "without its colon")
 
 
 def _no_time_out(axis: Axis, request: Command) -> None:
-    _paused(axis, request, request.pack(axis.address)[:2], _LUDL, "of which half is there")
+    _paused(axis, request, request.pack(axis.address)[:2], _LUDL, "with only half of its bytes")
 
 
 def _paused(axis: Axis, request: Command, begun: bytes, pause: float, what: str) -> None:
@@ -66,29 +63,35 @@ def _paused(axis: Axis, request: Command, begun: bytes, pause: float, what: str)
     axis.line.send_bytes(begun, f"the beginning of {name}")
     came = axis.line.listen(pause)
     axis.trial.must(
-        not came, f"{name} of axis {axis.name}, {what}, was answered", wanted=b"", came=came
+        not came,
+        f"{name} of axis {axis.name}, {what}, was answered; it should be answered only "
+        "after its colon",
+        wanted=b"",
+        came=came,
     )
     axis.line.send_bytes(rest, f"the rest of {name}")
     came = axis.line.hear(request)
     axis.trial.must(
         came == plain.pack(),
-        f"{name} of axis {axis.name}, the rest of which came {pause:g} s later, was not answered as usual; "
-        "no time-out gives a command up",
+        f"{name} of axis {axis.name}, completed {pause:g} s later, was not answered as usual; "
+        "commands have no time-out",
         wanted=plain.pack(),
         came=came,
     )
 
 
 def _behind_garbage(axis: Axis, request: Command) -> None:
-    """See that a colon clears the buffers, so that what follows at once is a command."""
+    """Check that a colon clears the buffers, so that the next bytes are a command."""
     plain = axis.ask(request)
     garbage = harmless_bytes(axis.trial.random, 5)
-    axis.line.send_bytes(garbage + END + request.pack(axis.address), "garbage, a colon, a request")
+    axis.line.send_bytes(
+        garbage + END + request.pack(axis.address), "stray bytes, a colon, a request"
+    )
     came = axis.line.hear(request)
     axis.trial.must(
         came == plain.pack(),
-        f"{request.layout.message} of axis {axis.name}, right behind garbage and a colon, was not answered "
-        "as usual; a colon clears the buffers",
+        f"{request.layout.message} of axis {axis.name}, immediately after stray bytes and a "
+        "colon, was not answered as usual; a colon should clear the buffers",
         wanted=plain.pack(),
         came=came,
     )
@@ -96,13 +99,13 @@ def _behind_garbage(axis: Axis, request: Command) -> None:
 
 _CASES: Final[dict[str, tuple[str, Look, tuple[str, ...], float]]] = {
     "missing": (
-        "A request is not answered before its colon, and is with it",
+        "A request is answered after its colon, and not before",
         _missing,
         ("not-recognised-before-colon", "commands-processed-at-colon", "ends-with-colon"),
         0.4,
     ),
     "no-time-out": (
-        f"A request whose bytes come {_LUDL:g} s apart is answered",
+        f"A request with a pause of {_LUDL:g} s between its bytes is answered",
         _no_time_out,
         ("no-timeout",),
         2.4,
@@ -120,13 +123,13 @@ _CASES: Final[dict[str, tuple[str, Look, tuple[str, ...], float]]] = {
         0.2,
     ),
     "behind-garbage": (
-        "A request right behind garbage and a colon is answered",
+        "A request immediately after stray bytes and a colon is answered",
         _behind_garbage,
         ("clears-on-colon",),
         0.2,
     ),
 }
-"""Name -> what has to hold, what looks at it, the rules, and about how long it takes."""
+"""Name -> title, function, rules, and approximate duration."""
 
 
 KIND: Final = Kind(

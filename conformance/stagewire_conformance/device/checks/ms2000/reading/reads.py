@@ -1,6 +1,6 @@
-"""Every command that reads: exactly its bytes come back, and the same again while nothing changes.
+"""Every command that reads: the reply has the right length, and is the same again while nothing changes.
 
-The identification of an axis is read as well (section 7).
+The identification of an axis is also checked (section 7).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
 _MOTORS: Final = ("X", "Y", "Z")
-"""The axes of which the document says what they answer."""
+"""The axes whose identification the document defines."""
 _MOTOR: Final = b"EMOT "
 _LAST: Final = b": "
 """The sixth byte: the colon of the example, or the blank of the text."""
@@ -30,14 +30,14 @@ _LAST: Final = b": "
 
 IDENTIFICATION: Final = Kind(
     name="identification",
-    title="Every axis says what it is",
+    title="Every axis identifies itself",
     rules=("identification-reply", "identification-blanks", "axis-identifiers"),
 )
 
 
 @axis_check(
     IDENTIFICATION,
-    "{axis} says in six bytes what it is",
+    "{axis} identifies itself with six bytes",
     messages=("READ_IDENTIFICATION",),
     seconds=0.2,
 )
@@ -45,32 +45,34 @@ def _identification(axis: Axis) -> None:
     came = axis.ask(m.ReadIdentification(), quiet=0.2).pack()
     if axis.name not in _MOTORS:
         axis.trial.info(
-            f"axis {axis.name} says that it is {came!r}; the document does not say what is due"
+            f"axis {axis.name} identifies itself as {came!r}; the document does not define "
+            "its identification"
         )
         return
     axis.trial.must(
         came[:5] == _MOTOR,
-        f"axis {axis.name} says that it is {came!r}; it has to say EMOT and a blank",
+        f"axis {axis.name} identifies itself as {came!r}; it should be EMOT and a blank",
         wanted=_MOTOR + _LAST[:1],
         came=came,
     )
     axis.trial.must(
         came[5] in _LAST,
-        f"the identification of axis {axis.name} ends with {came[5]:#04x}; it ends with a colon or a blank",
+        f"the identification of axis {axis.name} ends with {came[5]:#04x}; it should end "
+        "with a colon or a blank",
         wanted=_MOTOR + _LAST[:1],
         came=came,
     )
     if came[5:] == b" ":
-        axis.trial.info("its sixth byte is the blank of the text, not the colon of the example")
+        axis.trial.info("the sixth byte is the blank of the text, not the colon of the example")
 
 
 _OWN: Final = ("READ_IDENTIFICATION",)
-"""Has a kind of its own."""
+"""Commands that have a kind of their own."""
 
 
 READS: Final = Kind(
     name="reads",
-    title="Every command that reads is answered by exactly its bytes",
+    title="Every command that reads gets a reply of the right length",
     rules=(
         "no-ascii", "command-parts", "ends-with-colon", "command-identifiers", "size-of-data",
         "data-of-command", "no-blanks-in-replies", "status-answered", "position-reply", "position-size",
@@ -99,25 +101,26 @@ def _requests(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]
 
 @axis_check(
     READS,
-    "{request.layout.message} of {axis} is answered by {size}, and nothing else",
+    "{request.layout.message} of {axis} is answered with exactly {size}",
     each=_requests,
 )
 def _reads(axis: Axis, request: Command) -> None:
     name = request.layout.message
     first = axis.ask(request)
     _values_are_known(axis, first)
-    second = axis.ask(request, after="asked again")
+    second = axis.ask(request, after="at the second request")
     if name in SETTINGS_READ:
         axis.trial.must(
             first == second,
-            f"{name} of axis {axis.name} answers {second!r} where it answered {first!r}, and nothing was set",
+            f"{name} of axis {axis.name} was answered with {second!r} after {first!r}, "
+            "though nothing was set in between",
             wanted=first.pack(),
             came=second.pack(),
         )
 
 
 def _values_are_known(axis: Axis, reply: Reply) -> None:
-    """Hold the values of a reply against the ranges and names that the document has for them."""
+    """Compare the values of a reply with the documented ranges and names."""
     name = reply.layout.message
     for field, entry in axis.trial.declared.registry.fields(name, "reply").items():
         value = getattr(reply, field)
@@ -125,13 +128,13 @@ def _values_are_known(axis: Axis, reply: Reply) -> None:
             known = ", ".join(f"{value:#04x}" for value in entry["enum"].values())
             axis.trial.must(
                 value in entry["enum"].values(),
-                f"{name} of axis {axis.name} answers {value:#04x}; it is one of {known}",
+                f"{name} of axis {axis.name} returned {value:#04x}; it should be one of {known}",
                 came=reply.pack(),
             )
         elif isinstance(value, int):
             axis.trial.must(
                 entry["minimum"] <= value <= entry["maximum"],
-                f"{name} of axis {axis.name} answers {field} {value}; it lies within {entry['minimum']} to "
-                f"{entry['maximum']}",
+                f"{name} of axis {axis.name} returned {field} {value}; it should be from "
+                f"{entry['minimum']} to {entry['maximum']}",
                 came=reply.pack(),
             )

@@ -1,7 +1,6 @@
-"""A command with an error is ignored: nothing answers it, and the next good request is answered (section 2).
+"""Commands with errors: they are not answered, and the next valid request is answered (section 2).
 
-A controller also sends nothing while nothing is asked: the document has no message that it sends by
-itself.
+A controller must also send nothing without a request: the document has no unsolicited messages.
 """
 
 from __future__ import annotations
@@ -23,25 +22,27 @@ _SECONDS: Final = 0.5
 
 QUIET: Final = Kind(
     name="quiet",
-    title="Nothing comes unasked",
+    title="Nothing unsolicited comes",
     rules=("no-blanks-in-replies",),
 )
 
 
-@QUIET.check("Nothing comes while nothing is asked", seconds=_SECONDS)
+@QUIET.check("Nothing comes without a request", seconds=_SECONDS)
 def _quiet(trial: Trial) -> None:
     came = line_of(trial).listen(_SECONDS)
     trial.must(
-        not came, f"{len(came)} bytes came within {_SECONDS:g} s, and nothing was asked", came=came
+        not came,
+        f"{len(came)} bytes came within {_SECONDS:g} s without a request; nothing should come",
+        came=came,
     )
 
 
 _WAIT: Final = 0.1
-"""Seconds in which an answer would have come."""
+"""Seconds in which a reply would arrive."""
 _PREFIX: Final = bytes((PROTOCOL.marks.prefix,))
 _XOFF: Final = 0x13
 _LONG: Final = 300
-"""Bytes that are more than any buffer for commands of nine has to hold."""
+"""More bytes than any buffer for commands of nine bytes must hold."""
 
 Make = Callable[[Declaration, Random], Iterable[bytes]]
 
@@ -71,7 +72,7 @@ def _unknown_axes(declared: Declaration, random: Random) -> Iterator[bytes]:
 
 def _reserved_axes(declared: Declaration, random: Random) -> Iterator[bytes]:
     for axis in declared.registry.axes.values():
-        if axis.get("reserved") and axis["value"] != _XOFF:  # which would stop the line
+        if axis.get("reserved") and axis["value"] != _XOFF:  # this byte would stop the line
             yield bytes((axis["value"],)) + _request(declared)
 
 
@@ -102,60 +103,60 @@ def _unknown_setup(declared: Declaration, random: Random) -> Iterator[bytes]:
 
 _CASES: Final[dict[str, tuple[str, str, Make, tuple[str, ...]]]] = {
     "unknown-command": (
-        "a command byte that no command has",
-        "A command that the document does not have is not answered",
+        "an unknown command byte",
+        "An unknown command is not answered",
         _unknown_commands,
         ("foreign-command-silent", "errors-ignored", "command-identifiers"),
     ),
     "unknown-axis": (
-        "a request to an axis that is none",
-        "A request to an identifier that no axis has is not answered",
+        "a request to an unknown axis",
+        "A request to an unknown identifier is not answered",
         _unknown_axes,
         ("errors-ignored", "axis-identifiers"),
     ),
     "reserved-axis": (
-        "a request to an identifier that is reserved",
-        "A request to an identifier that is reserved for the future is not answered",
+        "a request to a reserved identifier",
+        "A request to a reserved identifier is not answered",
         _reserved_axes,
         ("reserved-identifiers",),
     ),
     "aborted": (
-        "a colon right behind an axis",
-        "A colon in the place of the command aborts it",
+        "a colon immediately after an axis",
+        "A colon instead of the command aborts it",
         _aborted,
         ("colon-after-command-aborts",),
     ),
     "colons": (
         "colons alone",
-        "A colon alone is no command",
+        "A colon alone is not answered",
         _colons,
         ("clears-on-colon", "errors-ignored"),
     ),
     "garbage": (
-        "garbage up to a colon",
-        "Garbage up to a colon is not answered",
+        "stray bytes and a colon",
+        "Stray bytes up to a colon are not answered",
         _garbage,
         ("clears-on-colon", "errors-ignored"),
     ),
     "long-garbage": (
-        f"{_LONG} bytes up to a colon",
-        "More bytes up to a colon than any command has are not answered",
+        f"{_LONG} bytes and a colon",
+        "More bytes before a colon than any command has are not answered",
         _long_garbage,
         ("clears-on-colon", "errors-ignored"),
     ),
     "unknown-setup": (
-        "255 and a byte that no setup command has",
-        "255 and a byte that no setup command has are not answered",
+        "255 and an unknown setup byte",
+        "255 and an unknown setup byte are not answered",
         _unknown_setup,
         ("setup-prefix", "errors-ignored"),
     ),
 }
-"""Name -> what is sent, what has to hold, what makes the bytes, and the rules."""
+"""Name -> description of the bytes, title, function that makes the bytes, and rules."""
 
 
 SILENCE: Final = Kind(
     name="silence",
-    title="What has an error is ignored, and what follows is not",
+    title="A command with an error is ignored, and the next one is answered",
     rules=tuple(dict.fromkeys(rule for case in _CASES.values() for rule in case[3])),
 )
 
@@ -182,7 +183,7 @@ def _silence(trial: Trial, about: str, make: Make) -> None:
         came = line.listen(_WAIT)
         trial.must(
             not came,
-            f"{about} ({_shortly(raw)}) was answered; what has an error is ignored",
+            f"{about} ({_shortly(raw)}) was answered; commands with errors should be ignored",
             wanted=b"",
             came=came,
         )

@@ -1,10 +1,10 @@
-"""The size slot of commands that read: there, left out, zero (section 2, group 3).
+"""The size byte of commands that read: present, omitted, zero (section 2, group 3).
 
-Three commands have no size, and the examples of two more leave it out. The document does not say whether
-other commands may leave it out, and clients of both kinds exist. So the report says which form a controller
-understands, and does not judge it; but any answer has to be the reply.
+Three commands have no size, and the examples of two more omit it. The document does not say whether other
+commands may omit it, and clients of both kinds exist. So the report states which forms a controller accepts,
+without judging them. But any reply must be the right one.
 
-Requests with a wrong size are sent as well (section 2, group 3).
+Requests with a wrong size are also sent (section 2, group 3).
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
 _FORM_WAIT: Final = 0.2
-"""Seconds in which an answer would have come."""
+"""Seconds in which a reply would arrive."""
 
 
 SIZES: Final = Kind(
     name="sizes",
-    title="A request in its other form, with or without its size, is answered rightly or ignored",
+    title="A request in its other form, with or without its size, is answered correctly or ignored",
     rules=("size-omitted-by-three", "size-of-data", "errors-ignored"),
 )
 
@@ -52,7 +52,7 @@ def _requests_in_both_forms(declared: Declaration, allowed: Permissions) -> Iter
 
 @axis_check(
     SIZES,
-    "{request.layout.message} {form} is answered by the reply, or not at all",
+    "{request.layout.message} {form} is answered with its reply, or ignored",
     seconds=0.4,
     each=_requests_in_both_forms,
 )
@@ -66,24 +66,24 @@ def _sizes(axis: Axis, request: Command) -> None:
         axis.trial.info(f"{name} {form} is ignored")
     else:
         axis.exact(request, came, f"sent {form}")
-        axis.trial.info(f"{name} {form} is understood")
+        axis.trial.info(f"{name} {form} is accepted")
     clean.again(f"after {name} {form}")
 
 
 _ERROR_WAIT: Final = 0.1
-"""Seconds in which an answer would have come."""
+"""Seconds in which a reply would arrive."""
 _SUPPORTED: Final = range(7)
 """Sizes that are supported up to firmware 3.3."""
 _LARGE: Final = range(7, 0x100)
-"""Sizes that are not."""
+"""Sizes that are not supported."""
 _EXAMPLES: Final = {m.ReadMotorPositionAndStatus.layout.message: (3,)}
-"""A size that an example has, though the table has another."""
+"""The sizes in examples that differ from the table."""
 
 
 def _wrong_sizes(axis: Axis, request: Command) -> list[int]:
-    """Return some sizes that are wrong: one that is supported, one that is not, and that of an example.
+    """Return some wrong sizes: one that is supported, one that is not, and that of an example.
 
-    None is the byte of a command, nor ends anything.
+    None is a command byte or a terminator.
     """
     own, draw = request.layout.size, axis.trial.random
     small = draw.choice([size for size in _SUPPORTED if size != own])
@@ -93,7 +93,7 @@ def _wrong_sizes(axis: Axis, request: Command) -> list[int]:
 
 WRONG_SIZE: Final = Kind(
     name="wrong-size",
-    title="A request with another size than its own is ignored",
+    title="A request with a wrong size is ignored",
     rules=("size-of-data", "sizes-supported", "errors-ignored"),
 )
 
@@ -111,7 +111,7 @@ def _requests_with_a_size(declared: Declaration, allowed: Permissions) -> Iterat
 
 @axis_check(
     WRONG_SIZE,
-    "{request.layout.message} with another size than its own is ignored",
+    "{request.layout.message} with a wrong size is ignored",
     seconds=0.6,
     each=_requests_with_a_size,
 )
@@ -127,13 +127,21 @@ def _wrong_size(axis: Axis, request: Command) -> None:
             trial.info(f"{about}, as in its example, is {'answered' if came else 'ignored'}")
             trial.must(
                 len(came) in (0, due),
-                f"{about} was answered by {len(came)} bytes, not by its {due}",
+                f"{about} was answered with {len(came)} bytes; the reply should have {due}",
                 came=came,
             )
         elif len(came) == due:
-            trial.should(False, f"{about} was answered; it has an error", wanted=b"", came=came)
+            trial.should(
+                False,
+                f"{about} was answered; a command with an error should be ignored",
+                wanted=b"",
+                came=came,
+            )
         else:
             trial.must(
-                not came, f"{about} was answered by {len(came)} bytes; it has an error", came=came
+                not came,
+                f"{about} was answered with {len(came)} bytes; a command with an error "
+                "should be ignored",
+                came=came,
             )
         clean.again(f"after {about}")

@@ -1,4 +1,4 @@
-"""What an axis at rest says of itself: letter, bits, position and speed agree (sections 4, 8, 9 and 14)."""
+"""An axis at rest: letter, bits, position and speed agree (sections 4, 8, 9 and 14)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from stagewire_ms2000.flags import StatusBits
 
 _SAMPLES: Final = 5
 _APART: Final = 0.1
-"""Seconds between two samples: half a second in all, in which a servo that settles has settled."""
+"""Seconds between two samples. A servo settles within the half second of all samples."""
 
 
 class _Sample(NamedTuple):
-    """What an axis says of itself at about one instant."""
+    """The values of an axis at about one instant."""
 
     busy: bool
     position: int
@@ -35,7 +35,7 @@ def _sample(axis: Axis) -> _Sample:
 
 KIND: Final = Kind(
     name="status",
-    title="An axis at rest says so, by its letter, its bits, its position and its speed",
+    title="An axis at rest reports this by its letter, bits, position and speed",
     rules=(
         "status-answered", "status-not-busy", "status-byte-reply", "status-moving-bit",
         "status-servo-bit", "status-ramping-bits", "status-limit-bits", "position-and-status-reply",
@@ -46,7 +46,7 @@ KIND: Final = Kind(
 
 @axis_check(
     KIND,
-    "{axis} at rest says so, in every way",
+    "{axis} at rest reports it consistently",
     messages=(
         "READ_STATUS", "READ_STATUS_BYTE", "READ_MOTOR_POSITION",
         "READ_MOTOR_POSITION_AND_STATUS", "READ_CURRENT_SPEED", "READ_TARGET_POSITION",
@@ -62,7 +62,8 @@ def _look(axis: Axis) -> None:
     way = max(positions) - min(positions)
     if way > DITHER and all(sample.busy for sample in samples):
         axis.trial.inconclusive(
-            f"axis {axis.name} moved by {way} counts while it was looked at (somebody at the joystick?)"
+            f"axis {axis.name} moved by {way} counts during the check (is somebody using "
+            "the joystick?)"
         )
         return
     _bits(axis, samples)
@@ -72,20 +73,20 @@ def _look(axis: Axis) -> None:
 
 
 def _bits(axis: Axis, samples: list[_Sample]) -> None:
-    """Look at the bits that an axis at rest has or has not; one that settles may show some now and then."""
+    """Check the bits of an axis at rest. A servo that settles may show some of them now and then."""
     for name, all_bits in (
         ("READ_STATUS_BYTE", [sample.status for sample in samples]),
         ("READ_MOTOR_POSITION_AND_STATUS", [sample.status_with_position for sample in samples]),
     ):
         last = all_bits[-1]
-        told = f"axis {axis.name} at rest: {name} tells {int(last):#04x}"
+        told = f"axis {axis.name} at rest: {name} returned {int(last):#04x}"
         for holds, what in (
             (all(bits.servo for bits in all_bits), "without bit 1, which is always set"),
-            (not all(bits.motor_signal for bits in all_bits), "with bit 0, that it moves"),
-            (not all(bits.ramping for bits in all_bits), "with bit 4, that it ramps"),
+            (not all(bits.motor_signal for bits in all_bits), "with bit 0, which means motion"),
+            (not all(bits.ramping for bits in all_bits), "with bit 4, which means ramping"),
             (
                 not all(bits.upper_limit and bits.lower_limit for bits in all_bits),
-                "with bits 6 and 7, that it is at both ends",
+                "with bits 6 and 7, which mean both ends",
             ),
         ):
             axis.trial.must(holds, f"{told}, {what}", came=bytes((int(last),)))
@@ -94,34 +95,41 @@ def _bits(axis: Axis, samples: list[_Sample]) -> None:
 def _speed(axis: Axis, samples: list[_Sample]) -> None:
     axis.trial.must(
         not all(sample.speed for sample in samples),
-        f"axis {axis.name} stands at {samples[-1].position}, and READ_CURRENT_SPEED tells "
-        f"{samples[-1].speed} µm/s",
+        f"axis {axis.name} is at rest at {samples[-1].position}, but READ_CURRENT_SPEED "
+        f"returned {samples[-1].speed} µm/s",
     )
 
 
 def _agree(axis: Axis, sample: _Sample) -> None:
-    """Both commands that tell the status byte, and both that tell the position, tell the same."""
+    """Compare the two commands that return the status byte, and the two that return the position."""
     axis.trial.must(
         sample.status == sample.status_with_position,
-        f"axis {axis.name} at rest: READ_STATUS_BYTE tells {int(sample.status):#04x}, "
-        f"READ_MOTOR_POSITION_AND_STATUS {int(sample.status_with_position):#04x}; it is the same byte",
+        f"axis {axis.name} at rest: READ_STATUS_BYTE returned {int(sample.status):#04x}, but "
+        f"READ_MOTOR_POSITION_AND_STATUS {int(sample.status_with_position):#04x}; the status "
+        "byte should be the same",
         wanted=bytes((int(sample.status),)),
         came=bytes((int(sample.status_with_position),)),
     )
     axis.trial.must(
         abs(sample.position - sample.position_with_status) <= DITHER,
-        f"axis {axis.name} at rest: READ_MOTOR_POSITION tells {sample.position}, "
+        f"axis {axis.name} at rest: READ_MOTOR_POSITION returned {sample.position}, but "
         f"READ_MOTOR_POSITION_AND_STATUS {sample.position_with_status}",
     )
 
 
 def _letter(axis: Axis, samples: list[_Sample]) -> None:
-    """See that it is not busy, unless it is disabled away from its target (section 16)."""
+    """Check that the axis is not busy, unless it is disabled away from its target (section 16)."""
     if not all(sample.busy for sample in samples):
         return
     target, position = axis.target, samples[-1].position
-    told = f"axis {axis.name} has stood at {position} for {_SAMPLES * _APART:.1f} s, its target is {target}"
+    told = (
+        f"axis {axis.name} has been at {position} for {_SAMPLES * _APART:.1f} s, with the "
+        f"target {target}"
+    )
     if axis.trial.must(
-        abs(target - position) > DITHER, f"{told}, and READ_STATUS tells B", wanted=b"b", came=b"B"
+        abs(target - position) > DITHER,
+        f"{told}, but READ_STATUS returned B",
+        wanted=b"b",
+        came=b"B",
     ):
-        axis.trial.info(f"{told}, and it is busy: disabled, by a controller before firmware 3.3")
+        axis.trial.info(f"{told}, and is busy: disabled, with firmware before 3.3")

@@ -1,6 +1,6 @@
-"""How fast replies come; the document promises nothing, a vendor may.
+"""Checks of response times; the document sets no limit, a vendor may promise one in the PICS.
 
-Requests without a pause between them are sent as well.
+Requests without a pause between them are also sent.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _MEASURED: Final = 200
 
 TIMING: Final = Kind(
     name="timing",
-    title="Replies come as fast as the vendor promises",
+    title="Replies come within the time that the vendor promises",
     rules=(),
 )
 
@@ -44,7 +44,7 @@ def _first(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
 
 @axis_check(
     TIMING,
-    f"99 in 100 of {_MEASURED} replies of {{axis}} come within what the vendor promises",
+    f"99 in 100 of {_MEASURED} replies of {{axis}} come within the time that the vendor promises",
     messages=("READ_MOTOR_POSITION",),
     name="reply",
     seconds=2.0,
@@ -61,9 +61,12 @@ def _look(axis: Axis) -> None:
         times.append((line.now - began) * 1000)
     p50, p99 = percentile(times, 50), percentile(times, 99)
     figures = {"p50_ms": p50, "p99_ms": p99, "jitter_ms": jitter.late * 1000}
-    told = f"half of {_MEASURED} replies came within {p50:.2f} ms, 99 in 100 within {p99:.2f} ms; {jitter}"
+    told = (
+        f"half of {_MEASURED} replies came within {p50:.2f} ms, 99 in 100 within {p99:.2f} ms; "
+        f"{jitter}"
+    )
     if promised is None:
-        trial.inconclusive(f"{told}; neither the document nor the PICS has a bound", **figures)
+        trial.inconclusive(f"{told}; neither the document nor the PICS sets a limit", **figures)
     elif jitter.blurs(promised / 1000):
         trial.inconclusive(f"{told}, too much to judge the promised {promised:g} ms", **figures)
     else:
@@ -80,7 +83,7 @@ _BURST: Final = 8
 
 
 def _claimed(declared: Declaration) -> list[tuple[Target, Command]]:
-    """Return what can be asked whom; all axes are asked one thing, then the next."""
+    """Return the claimed requests with their axes: each request to all axes, then the next."""
     return [
         (place, request)
         for name, request in requests_of(declared).items()
@@ -101,7 +104,7 @@ def _all(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @BACK_TO_BACK.check(
-    f"Each of {_SENT} requests, sent as soon as the reply before is there, is answered",
+    f"Each of {_SENT} requests, sent immediately after the previous reply, is answered",
     name="one-by-one",
     seconds=2.0,
     each=_all,
@@ -115,23 +118,23 @@ def _one_by_one(trial: Trial) -> None:
             was = first.setdefault((place.address, name), came)
             trial.must(
                 came == was,
-                f"request {number} of {_SENT}, {name} of axis {place.name}, was answered otherwise than "
-                "before, and nothing was set",
+                f"request {number} of {_SENT}, {name} of axis {place.name}, was answered with "
+                "other bytes than before, though nothing was set in between",
                 wanted=was,
                 came=came,
             )
     behind = line_of(trial).listen(QUIET)
-    trial.must(not behind, f"{len(behind)} bytes came behind the last reply", came=behind)
+    trial.must(not behind, f"{len(behind)} bytes came after the last reply", came=behind)
 
 
 @BACK_TO_BACK.check(
-    f"{_BURST} requests at once are answered by nothing but their replies",
+    f"{_BURST} requests without a pause get no bytes but their replies",
     name="bursts",
     seconds=1.5,
     each=_all,
 )
 def _bursts(trial: Trial) -> None:
-    """Several at once; the document, which says that a colon clears the buffers, promises nothing of it."""
+    """Send several requests without a pause. Some may be lost, because a colon clears the buffers."""
     line, clean = line_of(trial), Clean(trial)
     requests = cycle(_claimed(trial.declared))
     missing = 0
@@ -144,16 +147,16 @@ def _bursts(trial: Trial) -> None:
         came = line.collect(due, about="replies to all of them")
         trial.must(
             len(came) <= due,
-            f"{_BURST} requests at once ask for {due} bytes, {len(came)} came",
+            f"{_BURST} requests without a pause should get {due} bytes; {len(came)} came",
             came=came,
         )
         missing += max(0, due - len(came))
     trial.info(
-        f"of {_BURSTS} bursts of {_BURST} requests "
+        f"in {_BURSTS} bursts of {_BURST} requests, "
         + (f"{missing} bytes are missing" if missing else "all were answered"),
         missing_bytes=missing,
     )
-    if missing:  # what was lost may have left half a request
-        line.send_bytes(END, "ends what may be open")
+    if missing:  # half a request may be pending after a loss
+        line.send_bytes(END, "ends a pending command")
         line.listen(QUIET)
     clean.again(f"after {_BURSTS} bursts of requests")

@@ -1,4 +1,4 @@
-"""Checks that change settings, and put them back."""
+"""Checks that change settings, and restore them."""
 
 from __future__ import annotations
 
@@ -19,4 +19,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     marks_in_data.KIND,
     joystick.KIND,
 )
-"""In the order in which they are run."""
+"""The kinds in the order in which they run."""

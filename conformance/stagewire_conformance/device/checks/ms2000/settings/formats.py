@@ -1,7 +1,7 @@
-"""The two formats, and the setup commands that lead from one into the other (section 1).
+"""The two formats, and the setup commands that switch between them (section 1).
 
-RESET_CONTROLLER is never sent: it may lose the position. Nor is what chooses the digits of WHERE: nothing of
-this document tells which were chosen, so that they could not be put back.
+RESET_CONTROLLER is never sent, because it may lose the position. Neither are the commands that set the digits
+of WHERE: no documented command reads them, so they could not be restored.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 
 _WAIT: Final = 0.2
-"""Seconds in which an answer would have come."""
+"""Seconds in which a reply would arrive."""
 
 
 def _low_level_again(trial: Trial) -> None:
@@ -30,7 +30,7 @@ def _low_level_again(trial: Trial) -> None:
 
 
 def _high_level(trial: Trial) -> None:
-    """Leave the low-level format, see that its commands are none then, and come back."""
+    """Leave the low-level format, check that its commands do nothing there, and come back."""
     line, clean = line_of(trial), Clean(trial)
     place, request = asked(trial.declared)
     answer = Axis(trial, place).ask(request).pack()
@@ -39,23 +39,24 @@ def _high_level(trial: Trial) -> None:
     came = line.ask(request, place.address, _WAIT)
     trial.must(
         came != answer,
-        f"after 255 65, which leaves the low-level format, {request.layout.message} was answered as in it",
+        f"after 255 65, which leaves the low-level format, {request.layout.message} was "
+        "answered as in that format",
         came=came,
     )
     line.send(m.SwitchToLowLevel())
-    line.listen(_WAIT)  # of text it may have answered anything
+    line.listen(_WAIT)  # it may have answered text with anything
     clean.again("after 255 65 and 255 66")
 
 
 def _capital(trial: Trial) -> None:
-    """See that a small letter switches nothing."""
+    """Check that a lower-case letter switches nothing."""
     line, clean = line_of(trial), Clean(trial)
     trial.undo("the low-level format", partial(line.send, m.SwitchToLowLevel()))
     small = bytes((PROTOCOL.marks.prefix, ord("a"), PROTOCOL.marks.terminator))
-    line.send_bytes(small, "255 and a small a")
+    line.send_bytes(small, "255 and a lower-case a")
     came = line.listen(_WAIT)
-    trial.must(not came, "255 97 was answered; the letter has to be a capital", came=came)
-    clean.again("after 255 97, the letter of which is no capital")
+    trial.must(not came, "255 97 was answered; the letter should be upper-case", came=came)
+    clean.again("after 255 97, whose letter is lower-case")
 
 
 def _switch(trial: Trial, command: SetupCommand) -> None:
@@ -63,7 +64,7 @@ def _switch(trial: Trial, command: SetupCommand) -> None:
     line.send(command)
     came = line.listen(_WAIT)
     name = command.layout.message
-    trial.must(not came, f"{name} was answered; it has no reply", wanted=b"", came=came)
+    trial.must(not came, f"{name} was answered; it should get no reply", wanted=b"", came=came)
 
 
 _CASES: Final[
@@ -77,26 +78,26 @@ _CASES: Final[
         False,
     ),
     "high-level": (
-        "255 65 leaves the low-level format, and 255 66 leads back",
+        "255 65 leaves the low-level format, and 255 66 enters it again",
         _high_level,
         ("SWITCH_TO_HIGH_LEVEL", "SWITCH_TO_LOW_LEVEL"),
         ("low-level-only-by-setup", "setup-prefix", "high-level-switch", "low-level-switch"),
         True,
     ),
     "capital-letter": (
-        "255 and a small letter switch nothing",
+        "255 and a lower-case letter switch nothing",
         _capital,
         ("SWITCH_TO_HIGH_LEVEL",),
         ("high-level-switch",),
         True,
     ),
 }
-"""Name -> what has to hold, what looks at it, the messages, the rules, whether it may switch formats."""
+"""Name -> title, function, messages, rules, and whether it may switch formats."""
 
 
 KIND: Final = Kind(
     name="formats",
-    title="Setup commands lead from one format into the other, and back",
+    title="Setup commands switch from one format to the other and back",
     rules=("low-level-only-by-setup", "setup-prefix", "high-level-switch", "low-level-switch"),
 )
 

@@ -1,4 +1,4 @@
-"""Joystick or knob: disabled and enabled, and the bit that tells it (sections 14, 26 and 27)."""
+"""The joystick or knob: disabled and enabled, and its status bit (sections 14, 26 and 27)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stagewire_ms2000 import messages as m
 
 KIND: Final = Kind(
     name="joystick",
-    title="Joystick or knob is disabled and enabled, and the status byte tells it",
+    title="The joystick or knob can be disabled and enabled, and the status byte shows it",
     rules=(
         "joystick-enabled", "joystick-size-optional", "joystick-disabled",
         "joystick-disable-size-optional", "status-joystick-bit",
@@ -24,16 +24,17 @@ KIND: Final = Kind(
 
 @axis_check(
     KIND,
-    "Bit 3 of {axis} tells that its joystick is disabled and enabled, with the size or without",
+    "Bit 3 of {axis} shows whether its joystick is enabled, with and without the size",
     messages=("JOYSTICK_ENABLE", "JOYSTICK_DISABLE", "READ_STATUS_BYTE"),
     needs={Need.SETTINGS},
-    does="disables joystick or knob of every axis for a moment; enables it if it was enabled",
+    does="disables the joystick or knob of every axis for a moment, and enables it again if it "
+    "was enabled",
     seconds=0.8,
 )
 def _look(axis: Axis) -> None:
-    """Switch it off and on, in both forms, and leave it as it was.
+    """Switch the joystick off and on, in both forms, and leave it as it was.
 
-    One that was disabled is not enabled unless things may move: nobody knows how the joystick stands.
+    If it was disabled, enable it only if motion is allowed: it may be deflected.
     """
     was = axis.status.joystick_enabled
     others = {each: each.status.joystick_enabled for each in _others(axis)}
@@ -50,23 +51,25 @@ def _look(axis: Axis) -> None:
             _switch(axis, m.JoystickDisable(), sized)
     if not may_enable:
         axis.trial.info(
-            "it was disabled, and is not enabled unless things may move (--allow-motion)"
+            "the joystick was disabled, and is not enabled without permission for motion "
+            "(--allow-motion)"
         )
     for each, enabled in others.items():
         axis.trial.must(
             each.status.joystick_enabled is enabled,
-            f"the joystick of axis {axis.name} was switched, and bit 3 of axis {each.name} followed",
+            f"the joystick of axis {axis.name} was switched, and bit 3 of axis {each.name} changed; "
+            "it should not change",
         )
 
 
 def _put_back(axis: Axis, enabled: bool, *, told: bool) -> None:
-    """Switch it back; of another axis only if a controller has switched more than it was told."""
+    """Restore the state; for another axis, only if the controller has changed it."""
     if told or axis.status.joystick_enabled is not enabled:
         _switch(axis, m.JoystickEnable() if enabled else m.JoystickDisable(), None)
 
 
 def _others(axis: Axis) -> list[Axis]:
-    """Return the other axes, as far as they tell the bit."""
+    """Return the other axes that report the bit."""
     return [
         Axis(axis.trial, place)
         for place in axis.trial.declared.places
@@ -82,7 +85,7 @@ def _switch(axis: Axis, command: Command, sized: bool | None) -> None:
     status = axis.status
     axis.trial.must(
         status.joystick_enabled is wanted,
-        f"after {name}{form}, the status byte of axis {axis.name} is {int(status):#04x}; bit 3 has to be "
-        f"{int(wanted)}",
+        f"after {name}{form}, the status byte of axis {axis.name} is {int(status):#04x}; bit 3 "
+        f"should be {int(wanted)}",
         came=bytes((int(status),)),
     )

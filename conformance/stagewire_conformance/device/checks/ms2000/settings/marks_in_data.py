@@ -1,8 +1,8 @@
-"""The colon and 255 among data: which of two readings a controller follows is told, not judged.
+"""A colon or 255 in the data: the report states which of two interpretations a controller follows.
 
-Section 2 has as many bytes for data as the size says, a colon among them too, and says elsewhere that any
-colon clears the buffers. Section 1 has 255 before the letter of a setup command, and does not say whether
-that is so in the midst of a command. Whichever way a controller takes, it does nothing in between.
+Section 2 counts as data as many bytes as the size states, including colons, but also states that any colon
+clears the buffers. Section 1 places 255 before the letter of a setup command, and does not say whether this
+also holds within a command. A controller may follow either interpretation, but nothing in between.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from stagewire_ms2000 import PROTOCOL
 _COLON: Final = PROTOCOL.marks.terminator
 _SIZE: Final = INCREMENT.write.layout.length
 _NOTHING: Final = bytes((PROTOCOL.marks.prefix, ord("B")))
-"""The setup command that changes nothing, since the low-level format is in force."""
+"""The setup command that changes nothing, because the low-level format is active."""
 
 _COLONS: Final = {"low": (0,), "middle": (1,), "high": (2,), "all": (0, 1, 2)}
-"""Which bytes of the data are colons."""
+"""Name -> the data bytes that are colons."""
 
 
 KIND: Final = Kind(
     name="marks-in-data",
-    title="A colon or 255 among the data does no harm",
+    title="A colon or 255 in the data does no harm",
     rules=("colon-found-behind-data", "setup-prefix"),
 )
 
 
-_DOES: Final = "writes increments with colons and 255 in them, and puts the increment back"
+_DOES: Final = "writes increments that contain colons and 255, and restores the increment"
 
 
 def _first(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
@@ -51,7 +51,7 @@ def _places_of_colons(declared: Declaration, allowed: Permissions) -> Iterator[A
 
 @axis_check(
     KIND,
-    f"{INCREMENT.name} with a colon in its data writes just that, or nothing",
+    f"{INCREMENT.name} with a colon in its data writes exactly that value, or nothing",
     rules=("colon-found-behind-data",),
     each=_places_of_colons,
     messages=INCREMENT.messages,
@@ -63,12 +63,12 @@ def _colons(axis: Axis, at: tuple[int, ...]) -> None:
     data = bytearray(harmless_bytes(axis.trial.random, _SIZE))
     for place in at:
         data[place] = _COLON
-    _try(axis, bytes(data), "a colon among the data is data", "any colon ends a command")
+    _try(axis, bytes(data), "a colon in the data is data", "any colon ends a command")
 
 
 @axis_check(
     KIND,
-    f"{INCREMENT.name} with 255 in its data writes just that, or nothing",
+    f"{INCREMENT.name} with 255 in its data writes exactly that value, or nothing",
     rules=("setup-prefix",),
     name="prefix",
     each=_first,
@@ -79,7 +79,7 @@ def _colons(axis: Axis, at: tuple[int, ...]) -> None:
 )
 def _prefix(axis: Axis) -> None:
     data = _NOTHING + harmless_bytes(axis.trial.random, 1)
-    _try(axis, data, "255 among the data is data", "255 and a letter are a setup command anywhere")
+    _try(axis, data, "255 in the data is data", "255 and a letter are a setup command anywhere")
 
 
 def _try(axis: Axis, data: bytes, taken: str, not_taken: str) -> None:
@@ -90,10 +90,13 @@ def _try(axis: Axis, data: bytes, taken: str, not_taken: str) -> None:
     found = INCREMENT.of(axis)
     if trial.must(
         found in (value, present),
-        f"{INCREMENT.name} of axis {axis.name} with the data {data.hex(' ')} made {found} of {present}; it "
-        f"writes {value}, or nothing",
+        f"{INCREMENT.name} of axis {axis.name} with the data {data.hex(' ')} changed {present} "
+        f"to {found}; it should write {value}, or nothing",
         wanted=data,
         came=(found % 256**_SIZE).to_bytes(_SIZE, "little"),
     ):
-        trial.info(f"of two readings of the document: {taken if found == value else not_taken}")
+        trial.info(
+            "of two interpretations of the document, the controller follows: "
+            f"{taken if found == value else not_taken}"
+        )
     clean.again(f"after {INCREMENT.name} with the data {data.hex(' ')}")

@@ -1,6 +1,6 @@
-"""What was written to an axis is read back, and nothing else changes (sections 21, 22 and 24).
+"""Settings of an axis are read back as written, and nothing else changes (sections 21, 22 and 24).
 
-Commands that write change nothing when they are cut short or have a wrong size (section 2).
+Write commands that are truncated or have a wrong size must change nothing (section 2).
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from stagewire_conformance.device.lines.command_line import QUIET
 from stagewire_conformance.device.permissions import Need, Permissions
 
 _ROUNDING: Final = 0.02
-"""The part of a speed by which one that is read may differ: servos have steps of their own."""
+"""The relative difference of a speed that may be due to rounding: servos have their own steps."""
 
 
 READBACK: Final = Kind(
     name="readback",
-    title="What was written is read back, and nothing else changes",
+    title="Settings are read back as written, and nothing else changes",
     rules=(
         "data-order", "twos-complement", "data-of-command", "increment-written",
         "increment-write-no-reply", "ramp-time-written", "ramp-time-range", "ramp-time-no-reply",
@@ -50,9 +50,10 @@ def _stored_of_all_axes(declared: Declaration, allowed: Permissions) -> Iterator
 
 @axis_check(
     READBACK,
-    "{stored.read.layout.message} of {axis} tells what {stored.name} wrote, and nothing else changes",
+    "{stored.read.layout.message} of {axis} returns the value that {stored.name} wrote, "
+    "and nothing else changes",
     needs={Need.SETTINGS},
-    does="writes increment, ramp time and top speed of every axis, and puts them back",
+    does="writes increment, ramp time and top speed of every axis, and restores them",
     seconds=0.6,
     each=_stored_of_all_axes,
 )
@@ -68,14 +69,14 @@ def _readback(axis: Axis, stored: Stored) -> None:
             found = each.of(other)
             if not trial.must(
                 found == was,
-                f"{stored.name} of axis {axis.name} changed {each.read.layout.message} of axis {other.name} "
-                f"from {was} to {found}",
+                f"{stored.name} of axis {axis.name} changed {each.read.layout.message} of axis "
+                f"{other.name} from {was} to {found}; it should change only its own setting",
             ):
                 each.put_back(other, was)
 
 
 def _others(axis: Axis, stored: Stored) -> list[tuple[Axis, Stored]]:
-    """Return all other settings of all axes, as far as they can be written and read."""
+    """Return all other settings of all axes that can be written and read."""
     return [
         (Axis(axis.trial, place), each)
         for place in axis.trial.declared.places
@@ -88,10 +89,10 @@ def _is_there(axis: Axis, stored: Stored, value: int) -> None:
     size = stored.write.layout.length
     found = stored.of(axis)
     read = stored.read.layout.message
-    text = f"{stored.name} of axis {axis.name} wrote {value}, and {read} tells {found}"
+    text = f"{stored.name} of axis {axis.name} wrote {value}, but {read} then returned {found}"
     raw, came = ((each % 256**size).to_bytes(size, "little") for each in (value, found))
     if stored is TOP_SPEED and abs(found - value) <= max(1, _ROUNDING * value):
-        axis.trial.should(found == value, f"{text}: it is rounded", wanted=raw, came=came)
+        axis.trial.should(found == value, f"{text}: the value was rounded", wanted=raw, came=came)
     else:
         axis.trial.must(found == value, text, wanted=raw, came=came)
 
@@ -102,7 +103,7 @@ _LARGE: Final = 7
 
 WRITTEN_SIZE: Final = Kind(
     name="written-size",
-    title="A command that writes with another size than its own changes nothing",
+    title="A write command with a wrong size changes nothing",
     rules=(
         "size-of-data", "sizes-supported", "errors-ignored", "colon-after-command-aborts",
         "data-of-command",
@@ -122,9 +123,9 @@ def _stored_of_one_axis(declared: Declaration, allowed: Permissions) -> Iterator
 
 @axis_check(
     WRITTEN_SIZE,
-    "{stored.name} with another size than its own changes nothing",
+    "{stored.name} with a wrong size changes nothing",
     needs={Need.SETTINGS},
-    does="sends commands that write with a wrong size, which are to be ignored",
+    does="sends write commands with a wrong size, which should be ignored",
     seconds=1.0,
     each=_stored_of_one_axis,
 )
@@ -132,7 +133,7 @@ def _written_size(axis: Axis, stored: Stored) -> None:
     trial, clean = axis.trial, Clean(axis.trial)
     present = keep(axis, stored)
     id, own = stored.write.layout.id, stored.write.layout.size
-    assert own is not None  # what writes has data
+    assert own is not None  # every write command has data
     begin = bytes((axis.address, id))
     _is_ignored(axis, stored, present, begin + END, "without size and data")
     clean.again(f"after {stored.name} without size and data")
@@ -147,12 +148,17 @@ def _is_ignored(axis: Axis, stored: Stored, present: int, raw: bytes, about: str
     trial = axis.trial
     axis.line.send_bytes(raw, f"{stored.name} {about}")
     came = axis.line.listen(QUIET)
-    trial.must(not came, f"{stored.name} {about} was answered", wanted=b"", came=came)
+    trial.must(
+        not came,
+        f"{stored.name} {about} was answered; it should get no reply",
+        wanted=b"",
+        came=came,
+    )
     found = stored.of(axis)
     trial.should(
         found == present,
-        f"{stored.name} of axis {axis.name} {about} ({raw.hex(' ')}) changed {present} to {found}; what has "
-        "an error is ignored",
+        f"{stored.name} of axis {axis.name} {about} ({raw.hex(' ')}) changed {present} to "
+        f"{found}; a command with an error should be ignored",
     )
     if found != present:
         axis.line.settle()
