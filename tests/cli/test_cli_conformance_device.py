@@ -393,7 +393,7 @@ def test_what_was_allowed_and_did_not_come_about_is_in_the_last_line(
     result = stagewire(*words, "0..1counts", *only, "--json", path, "--html", page)
     assert result.code == 0
     last = result.out.splitlines()[-1]
-    missed = "; no check that moves came to a result: 0x50 channel 1 is at 0 counts"
+    missed = "; no check that moves came to a result: 0x50 channel 1, at 0 counts"
     assert last.startswith("PASSED: ")
     assert missed in last
     assert missed in report(path)["summary"]

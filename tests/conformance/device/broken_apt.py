@@ -194,64 +194,65 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "no answer":
         ("TDC001", sends(VEL, dropped), VEL_50, FAIL, "was not answered"),
     "an answer that is too short":
-        ("TDC001", sends(VEL, shorter), VEL_50, FAIL, "packet of 13 bytes, which should have 14"),
+        ("TDC001", sends(VEL, shorter), VEL_50, FAIL, "packet of 13 bytes instead of 14"),
     "two answers":
         ("TDC001", sends(VEL, twice), VEL_50, FAIL, "was answered 2 times"),
     "another channel":
-        ("TDC001", sends(VEL, byte(6, 2)), VEL_50, FAIL, "channel 2; it should be about channel 1"),
+        ("TDC001", sends(VEL, byte(6, 2)), VEL_50, FAIL, "channel 2; it should be for channel 1"),
     "a start velocity":
         ("TDC001", sends(VEL, byte(8, 1)), VEL_50, FAIL, "min_velocity is 1; it is always zero"),
     "values that change":
-        ("TDC001", sends(VEL, every(2, plus(12, 1))), VEL_50, FAIL, "in two ways"),
+        ("TDC001", sends(VEL, every(2, plus(12, 1))), VEL_50, FAIL, "two different replies"),
     "an address that the document has not":
         ("TDC001", sends(VEL, byte(5, 0x33)), VEL_50, FAIL, "goes from 0x33 to 0x01"),
     "the address of a bay":
-        ("TDC001", sends(VEL, byte(5, 0x22)), VEL_50, FAIL, "came from 0x22 to 0x01; it should"),
+        ("TDC001", sends(VEL, byte(5, 0x22)), VEL_50, FAIL, "went from 0x22 to 0x01; it should"),
     "a packet that is not announced":
         ("TDC001", sends(VEL, flip(4, DATA_FLAG)), VEL_50, FAIL, "announces no data packet"),
     "something beside the answer":
         ("TDC001", sends(VEL, followed_by(frame(ENABLED, 1, 1))), VEL_50, FAIL,
-         "beside the answer to MOT_REQ_VELPARAMS for channel 1 to 0x50 there came MOD_GET_CHANENABLESTATE"),
+         "in addition to the reply to MOT_REQ_VELPARAMS for channel 1 to 0x50, the controller sent "
+         "MOD_GET_CHANENABLESTATE"),
     "an end of a move beside the answer":
         ("TDC001", sends(VEL, followed_by(frame("MOT_MOVE_COMPLETED", 1))), VEL_50, FAIL,
-         "there came MOT_MOVE_COMPLETED"),
+         "the controller sent MOT_MOVE_COMPLETED"),
     "an error beside the answer":
         ("TDC001", sends(VEL, followed_by(frame("HW_RESPONSE"))), VEL_50, NON_STRICT, "reports a fault"),
     "another message for an answer":
         ("TDC001", sends("MOT_GET_GENMOVEPARAMS", renamed("MOT_GET_MOVERELPARAMS")),
-         "answers/0x50/MOT_REQ_GENMOVEPARAMS/1", FAIL, "there came MOT_GET_MOVERELPARAMS"),
+         "answers/0x50/MOT_REQ_GENMOVEPARAMS/1", FAIL, "received MOT_GET_MOVERELPARAMS"),
     "a value that stands for nothing":
         ("TDC001", sends(ENABLED, byte(3, 3)), "answers/0x50/MOD_REQ_CHANENABLESTATE/1", FAIL,
-         "enable_state is 3; the document has 1 (ENABLE), 2 (DISABLE)"),
+         "enable_state is 3; the document defines 1 (ENABLE), 2 (DISABLE)"),
     "a value out of range":
         ("TPZ001", sends("PZ_GET_PICONSTS", byte(9, 1)), "answers/0x50/PZ_REQ_PICONSTS/1", FAIL,
-         "the document has 0 to 255"),
+         "the document allows 0 to 255"),
     "a bay that answers as another":
         ("BBD102", sends(VEL, of_source(0x21, byte(5, 0x22))), "answers/0x21/MOT_REQ_VELPARAMS/1", FAIL,
-         "came from 0x22 to 0x01 (bay 2); it should come from 0x21"),
+         "went from 0x22 (bay 2) to 0x01; it should go from 0x21"),
     "a bay that answers as the motherboard":
         ("BSC102", LinkFault(of_source(0x22, byte(5, 0x11))), "frames/0x22", FAIL,
-         "0x01 (the motherboard); it"),
+         "0x11 (the motherboard) to 0x01; it"),
     "a wrong length in the header":
-        ("TDC001", sends(VEL, byte(2, 0)), FRAMES, FAIL, "which is no message"),
+        ("TDC001", sends(VEL, byte(2, 0)), FRAMES, FAIL, "which is not a message"),
     "big-endian lengths":
         ("TDC001", sends(VEL, swapped_length), FRAMES, FAIL, "3584 bytes"),
     "a destination that is not the host":
-        ("TDC001", sends(VEL, byte(4, 0x82)), FRAMES, FAIL, "to 0x02: not from a controller to the host"),
+        ("TDC001", sends(VEL, byte(4, 0x82)), FRAMES, FAIL, "to 0x02, not from a controller to the host"),
     "an unused parameter":
         ("TST001", sends("HUB_GET_BAYUSED", byte(3, 9)), FRAMES, FAIL, "byte 3 is 0x09"),
     "a request to the host":
         ("TDC001", sends(VEL, followed_by(by_host("MOT_REQ_VELPARAMS", 1))), FRAMES, FAIL,
-         "what only a host sends"),
+         "which only a host sends"),
     "hardware information that is too short":
-        ("TDC001", sends(INFO, shorter), IDENTITY, FAIL, "packet of 83 bytes, which should have 84"),
+        ("TDC001", sends(INFO, shorter), IDENTITY, FAIL, "packet of 83 bytes instead of 84"),
     "hardware information that is longer":
-        ("TDC001", sends(INFO, longer), IDENTITY, NON_STRICT, "90 bytes, with 00 01 02 03 04 05 behind"),
+        ("TDC001", sends(INFO, longer), IDENTITY, NON_STRICT, "undocumented bytes 00 01 02 03 04 05"),
     "a serial number with nine digits":
         ("BBD103", sends(INFO, lambda raw: raw[:6] + (103_000_007).to_bytes(4, "little") + raw[10:]),
-         "identification/0x11", NON_STRICT, "the serial number 103000007 has 9 digits; the document has 8"),
+         "identification/0x11", NON_STRICT, "103000007 has 9 digits; the document states 8"),
     "a channel too many":
-        ("TDC001", sends(INFO, byte(88, 2)), IDENTITY, FAIL, "has 2 channels; TDC001 should have 1"),
+        ("TDC001", sends(INFO, byte(88, 2)), IDENTITY, FAIL, "channels is 2; TDC001 should have 1"),
     "a card with the channels of the rack":
         ("BBD103", sends(INFO, of_source(0x23, byte(88, 3))), "identification/0x23", FAIL,
          "BBD103 in bay 3 should have 1"),
@@ -259,7 +260,7 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
         ("TDC001", sends(INFO, lambda raw: raw[:6] + bytes(4) + raw[10:]), IDENTITY, FAIL,
          "the serial number is 0"),
     "a serial number that changes":
-        ("TDC001", sends(INFO, every(2, plus(6, 1))), IDENTITY, FAIL, "in two ways"),
+        ("TDC001", sends(INFO, every(2, plus(6, 1))), IDENTITY, FAIL, "two different replies"),
     "a model number that nobody can read":
         ("TDC001", sends(INFO, byte(10, 7)), IDENTITY, FAIL, "the model number is"),
     "a cube that calls itself a motherboard":
@@ -267,48 +268,48 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "a byte of the version that is unused":
         ("TDC001", sends(INFO, byte(23, 1)), IDENTITY, NON_STRICT, "the last byte of the software version"),
     "a status with another position":
-        ("TDC001", sends(DC, plus(8, 1)), STATUS, FAIL, "MOT_GET_POSCOUNTER has 0 as its answer"),
+        ("TDC001", sends(DC, plus(8, 1)), STATUS, FAIL, "MOT_GET_POSCOUNTER, read before and after"),
     "a status that came by itself with another position":
-        ("TST001", sends(STEPPER, every(2, plus(8, 1))), STATUS, FAIL, "that came by itself has"),
+        ("TST001", sends(STEPPER, every(2, plus(8, 1))), STATUS, FAIL, "periodic MOT_GET_STATUSUPDATE has"),
     "the status of steppers":
-        ("TDC001", sends(DC, renamed(STEPPER)), STATUS, FAIL, "there came MOT_GET_STATUSUPDATE"),
+        ("TDC001", sends(DC, renamed(STEPPER)), STATUS, FAIL, "received MOT_GET_STATUSUPDATE"),
     "motion that is none":
-        ("TDC001", sends(DC, flip(16, 0x10)), STATUS, FAIL, "says moving_forward, though the position stays"),
+        ("TDC001", sends(DC, flip(16, 0x10)), STATUS, FAIL, "reports moving_forward, but the position stays"),
     "motion in both directions":
-        ("TDC001", sends(DC, flip(16, 0x30)), STATUS, FAIL, "moving_forward and moving_reverse at once"),
+        ("TDC001", sends(DC, flip(16, 0x30)), STATUS, FAIL, "moving_forward and moving_reverse at the same"),
     "an enabled channel that says that it is not":
         ("TDC001", sends(DC, flip(19, 0x80)), STATUS, FAIL, "channel_enabled"),
     "a velocity at rest":
-        ("TDC001", sends(DC, byte(12, 9)), STATUS, FAIL, "has the velocity 9, though the position stays"),
+        ("TDC001", sends(DC, byte(12, 9)), STATUS, FAIL, "has the velocity 9, but the position stays"),
     "a position that runs away":
-        ("BMS001", running_away(), STATUS, FAIL, "and no bit that says that it moves"),
+        ("BMS001", running_away(), STATUS, FAIL, "but no motion bit is set"),
     "both limit switches":
-        ("BMS001", LinkFault(to_host=at_both_ends), STATUS, NON_STRICT, "both limit switches are active"),
+        ("BMS001", LinkFault(to_host=at_both_ends), STATUS, NON_STRICT, "both limit switches as active"),
     "other bits for each question":
         ("TDC001", sends(BITS, flip(9, 4)), STATUS, FAIL, "differ in homed"),
     "other bits for each question to a stepper":
         ("BMS001", sends(BITS, flip(9, 4)), STATUS, FAIL, "differ in homed"),
     "the status of channel 1 for channel 2":
-        ("BMS002", sends(STEPPER, byte(6, 1)), "status/0x50/2", FAIL, "it should be about channel 2"),
+        ("BMS002", sends(STEPPER, byte(6, 1)), "status/0x50/2", FAIL, "it should be for channel 2"),
     "a closed loop that is open":
         ("BPC301", sends(PIEZO, flip(13, 4)), STATUS, FAIL, "closed_loop"),
     "no status at all":
-        ("TPZ001", sends(PIEZO, dropped), STATUS, FAIL, "was followed by nothing"),
+        ("TPZ001", sends(PIEZO, dropped), STATUS, FAIL, "received nothing"),
     "an answer to what has none":
         ("TDC001", takes_of("MOD_IDENTIFY", followed_by(by_host("HW_REQ_INFO"))), "identify/0x50", FAIL,
          "MOD_IDENTIFY to 0x50 was answered with HW_GET_INFO"),
     "one answer of fifty lost":
-        ("TDC001", LinkFault(every(50, dropped)), "back-to-back", FAIL, "1 were not answered"),
+        ("TDC001", LinkFault(every(50, dropped)), "back-to-back", FAIL, "1 of 10 requests without a pause"),
     "answers out of order":
-        ("TDC001", LinkFault(disorderly()), "back-to-back", FAIL, "which had been asked first"),
+        ("TDC001", LinkFault(disorderly()), "back-to-back", FAIL, "which was sent first"),
     "one answer of fifty sent twice":
-        ("TDC001", LinkFault(every(50, twice)), "back-to-back", FAIL, "each should be answered once"),
+        ("TDC001", LinkFault(every(50, twice)), "back-to-back", FAIL, "each request should be answered once"),
     "answers that are late":
         ("TDC001", LinkFault(late=0.02), "timing/reply", FAIL, "the PICS promises 10 ms"),
     "an answer to an unknown message":
-        ("TDC001", takes(answer_unknown), "unknown-id/header", FAIL, "there came HW_GET_INFO"),
+        ("TDC001", takes(answer_unknown), "unknown-id/header", FAIL, "the controller sent HW_GET_INFO"),
     "packets that are read as messages":
-        ("TDC001", takes(read_packets), "unknown-id/message-inside", FAIL, "there came HW_GET_INFO"),
+        ("TDC001", takes(read_packets), "unknown-id/message-inside", FAIL, "the controller sent HW_GET_INFO"),
     "a frame lost after an unknown one":
         ("TDC001", losing(1, is_unknown), "unknown-id/packet", FAIL, "HW_REQ_INFO to 0x50 was not answered"),
     "a frame lost after a request with a packet":
@@ -316,43 +317,43 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "no way out of a request with a packet":
         ("TDC001", locked_by(is_request_with_packet), "wrong-length/empty", FAIL, "was not answered"),
     "a setting that is not whole, and taken":
-        ("TDC001", takes(filled_up), "wrong-length/short/0x50", NON_STRICT, "should set nothing"),
+        ("TDC001", takes(filled_up), "wrong-length/short/0x50", NON_STRICT, "should change nothing"),
     "an answer at any address":
         ("TDC001", takes(answer_all), "foreign-destination/undocumented", FAIL,
-         "an address that the document does not have, there came HW_GET_INFO"),
+         "undocumented address"),
     "an answer for other units":
         ("BSC001", takes(answer_all), "foreign-destination/documented", NON_STRICT, "with HW_GET_INFO"),
     "no way out of a part of a header":
-        ("TDC001", locked_by(is_no_frame), "truncated/header", FAIL, "though it was asked 6 times"),
+        ("TDC001", locked_by(is_no_frame), "truncated/header", FAIL, "was not answered in 6 attempts"),
     "a long way out of a part of a packet":
-        ("TDC001", losing(2, is_no_frame), "truncated/packet", NON_STRICT, "only when it was asked 3 times"),
+        ("TDC001", losing(2, is_no_frame), "truncated/packet", NON_STRICT, "only at attempt 3"),
     "no way out of a stray byte":
-        ("TDC001", locked_by(is_no_frame), "garbage/one", FAIL, "though it was asked 6 times"),
+        ("TDC001", locked_by(is_no_frame), "garbage/one", FAIL, "was not answered in 6 attempts"),
     "a long way out of garbage":
-        ("TDC001", losing(1, is_no_frame), "garbage/many", NON_STRICT, "only when it was asked 2 times"),
+        ("TDC001", losing(1, is_no_frame), "garbage/many", NON_STRICT, "only at attempt 2"),
     "an occupied bay called empty":
-        ("BSC103", sends(BAY, byte(3, 2)), "bays/used", FAIL, "declares that bay occupied, which is 1"),
+        ("BSC103", sends(BAY, byte(3, 2)), "bays/used", FAIL, "bay occupied, so the state should be 1"),
     "a bay state that stands for nothing":
         ("BSC103", sends(BAY, byte(3, 7)), "bays/used", FAIL, "bay_state is 7"),
     "another bay than was asked for":
-        ("BSC103", sends(BAY, byte(2, 0)), "bays/used", FAIL, "bay ident 0; 1 was asked for"),
+        ("BSC103", sends(BAY, byte(2, 0)), "bays/used", FAIL, "bay ident 0; 1 was requested"),
     "no word of bays":
         ("BSC103", sends(BAY, dropped), "bays/used", FAIL, "bay ident 0 was not answered"),
     "an empty bay that answers":
         ("BSC102", LinkFault(of_source(0x21, byte(5, 0x23)), in_bay_three), "bays/empty", FAIL,
-         "0x23, a bay that is declared empty, was answered with HW_GET_INFO"),
+         "0x23, a bay declared empty, was answered with HW_GET_INFO"),
     "no updates":
         ("TDC001", takes_of(START, dropped), UPDATES, FAIL, "MOT_GET_DCSTATUSUPDATE 0 times"),
     "updates without end":
-        ("TDC001", takes_of(STOP, dropped), UPDATES, FAIL, "nothing should come any more"),
+        ("TDC001", takes_of(STOP, dropped), UPDATES, FAIL, "nothing more should come"),
     "updates of two bays for one start":
         ("BBD103", takes_of(START, lambda raw: raw + byte(4, 0x22)(raw)), UPDATES, FAIL,
-         "0x21 started MOT_GET_DCSTATUSUPDATE from 0x22"),
+         "0x21 also started MOT_GET_DCSTATUSUPDATE from 0x22"),
     "an end of two bays for one stop":
         ("BBD103", takes_of(STOP, lambda raw: raw + byte(4, 0x23)(raw)), UPDATES, FAIL,
-         "0x21 ended MOT_GET_DCSTATUSUPDATE from 0x23"),
+         "0x21 also stopped MOT_GET_DCSTATUSUPDATE from 0x23"),
     "updates of a channel that is not there":
-        ("TDC001", sends(DC, byte(6, 2)), UPDATES, FAIL, "is about channel 2; it has 1"),
+        ("TDC001", sends(DC, byte(6, 2)), UPDATES, FAIL, "is for channel 2; the target has 1"),
     "updates half as often":
         ("BBD102", sends(DC, every(2, dropped)), UPDATES, FAIL, "came 5.00 times a second"),
     "updates half as often, where the document says what is typical":
@@ -367,11 +368,11 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "silence where the list has no sign of life":
         ("TPZ001", sends(PIEZO, from_the(51, dropped)), "updates/rate", NON_STRICT, "came 50 times, the"),
     "silence for ever":
-        ("TDC001", takes_of(ACK, dropped), "keep-alive", FAIL, "nor when HW_START_UPDATEMSGS was sent again"),
+        ("TDC001", takes_of(ACK, dropped), "keep-alive", FAIL, "nor after HW_START_UPDATEMSGS was sent"),
     "an answer to a sign of life":
         ("TDC001", takes_of(ACK, followed_by(by_host("HW_REQ_INFO"))), "keep-alive", FAIL,
          "MOT_ACK_DCSTATUSUPDATE to 0x50 was answered with HW_GET_INFO"),
     "silence too early":
         ("BSC103", sends(STEPPER, of_source(0x22, from_the(31, dropped))), "keep-alive", FAIL,
-         "0x22 has sent MOT_GET_STATUSUPDATE 30 times without MOT_ACK_DCSTATUSUPDATE, and then no more"),
+         "0x22 stopped after it had sent MOT_GET_STATUSUPDATE 30 times without MOT_ACK_DCSTATUSUPDATE"),
 }.items()}  # fmt: skip

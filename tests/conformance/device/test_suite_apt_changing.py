@@ -214,7 +214,7 @@ def test_value_that_the_document_does_not_allow_is_told_and_put_back() -> None:
     link = faulty_link(on, LinkFault(to_host=of("PZ_GET_OUTPUTLUTPARAMS", byte(12, 0))))
     found = complaints(run_on(on, ("readback",), link=link))
     assert list(found) == ["readback/0x50/PZ_SET_OUTPUTLUTPARAMS/1"]
-    assert "num_cycles is 0; the document has 1 to 2147483647" in found[next(iter(found))]
+    assert "num_cycles is 0; the document allows 1 to 2147483647" in found[next(iter(found))]
 
 
 def test_ids_do_not_depend_on_what_is_allowed() -> None:

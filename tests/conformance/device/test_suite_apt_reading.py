@@ -209,7 +209,7 @@ def test_what_comes_by_itself_is_found() -> None:
 
     (quiet,) = outcomes(Talkative(controller_of("TDC001")), declare("TDC001"), ["quiet"])
     assert quiet.result is Result.FAIL
-    assert "though nothing was asked, there came MOD_GET_CHANENABLESTATE" in words_of(quiet)
+    assert "without any request, the controller sent MOD_GET_CHANENABLESTATE" in words_of(quiet)
 
 
 def test_updates_that_do_not_end_are_found() -> None:
@@ -218,14 +218,14 @@ def test_updates_that_do_not_end_are_found() -> None:
     link = FaultyAptLink(stepped, LinkFault(to_controller=of("HW_STOP_UPDATEMSGS", dropped)))
     (quiet,) = outcomes(link, declare("BBD102"), ["quiet"])
     assert quiet.result is Result.FAIL
-    assert "though they had been stopped, first MOT_GET_DCSTATUSUPDATE" in words_of(quiet)
+    assert "after they were stopped; the first was MOT_GET_DCSTATUSUPDATE" in words_of(quiet)
 
 
 def test_controller_that_never_falls_silent_is_found() -> None:
     controller = stagewire_virtual.TDC001(line="rs232")
     (outcome,) = outcomes(SteppedLink(controller), declare("TDC001"), ["keep-alive"])
     assert outcome.result is Result.FAIL
-    assert "times without MOT_ACK_DCSTATUSUPDATE, and goes on" in words_of(outcome)
+    assert "times without MOT_ACK_DCSTATUSUPDATE and did not stop" in words_of(outcome)
 
 
 def test_updates_that_are_seldom_are_not_taken_for_silence() -> None:
@@ -236,7 +236,7 @@ def test_updates_that_are_seldom_are_not_taken_for_silence() -> None:
     link = FaultyAptLink(SteppedLink(controller), LinkFault(seldom))
     (outcome,) = outcomes(link, declare("TDC001"), ["keep-alive"])
     assert outcome.result is Result.INFO
-    assert "too seldom to see" in words_of(outcome)
+    assert "too rarely to show" in words_of(outcome)
 
 
 def test_bays_counted_from_one_as_printed_are_not_strict() -> None:
@@ -252,7 +252,7 @@ def test_bays_counted_from_one_as_printed_are_not_strict() -> None:
     link = FaultyAptLink(SteppedLink(controller_of("BSC103")), LinkFault(one_more, one_less))
     (outcome,) = outcomes(link, declare("BSC103"), ["bays/used"])
     assert outcome.result is Result.NON_STRICT
-    assert "the first bay is named 1" in words_of(outcome)
+    assert "numbers the first bay 1" in words_of(outcome)
 
 
 def test_damage_that_locks_the_controller_is_not_laid_at_the_next_check() -> None:
@@ -297,4 +297,4 @@ def test_promise_is_kept_or_cannot_be_judged() -> None:
 
     (timing,) = outcomes(Sleepy(controller_of("TDC001")), declare(pics), ["timing"])
     assert timing.result is Result.INFO
-    assert "too late to tell" in words_of(timing)
+    assert "too much to tell" in words_of(timing)

@@ -12,7 +12,7 @@ _PACKAGES: Final = {"thorlabs_apt": "apt", "asi_ms2000": "ms2000"}
 
 
 def kinds_of(protocol: Protocol) -> tuple[Kind, ...]:
-    """Return the kinds of checks of a protocol, in the order in which they run; of others none."""
+    """Return the kinds of checks of a protocol, in the order in which they run; empty if it has none."""
     package = _PACKAGES.get(protocol.name)
     if package is None:
         return ()

@@ -1,6 +1,6 @@
-"""The checks of Thorlabs APT: those that only ask first, then those that change something.
+"""Checks of Thorlabs APT: first those that only send requests, then those that change something.
 
-A folder each; beside the folders stands what several of them use.
+Each group has a folder. Modules that several groups use are next to the folders.
 """
 
 from __future__ import annotations
@@ -21,4 +21,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     *outputs.KINDS,
     *motion.KINDS,
 )
-"""In the order in which they are run."""
+"""The kinds in the order in which they run."""

@@ -1,7 +1,6 @@
-"""After whatever was wrong with what was sent: a clean request has to be answered.
+"""The check after invalid data: a clean request must be answered.
 
-Where it is not, the line is put into step again as far as that can be done, so that the checks that follow
-are not held to what this one found.
+If it is not, this module tries to resynchronise the line, so that the failure does not affect later checks.
 """
 
 from __future__ import annotations
@@ -22,17 +21,17 @@ if TYPE_CHECKING:
 
 
 SILENCE: Final = 0.2
-"""Seconds in which an answer that should not come would have come."""
+"""Seconds to listen for a reply that must not come."""
 
 _PATIENCE: Final = 0.4
-"""Seconds that a clean request is given when it is asked again."""
+"""Seconds to wait for the reply when a clean request is repeated."""
 
 _LONGEST: Final = 300
-"""Bytes that fill any packet that a controller may be waiting for, and a header."""
+"""Enough bytes to complete any packet that a controller may be waiting for, and a header."""
 
 
 def identity_of(declared: Declaration) -> tuple[str, ...]:
-    """Return the requests that ask what a unit is."""
+    """Return the requests for the identity of a unit."""
     return tuple(
         name
         for name, entry in declared.registry.messages.items()
@@ -41,9 +40,11 @@ def identity_of(declared: Declaration) -> tuple[str, ...]:
 
 
 def clean_request(declared: Declaration, place: Target | None = None) -> Request | None:
-    """Return what is asked to see whether all is well: what a unit is, or else whatever can be asked.
+    """Return the request that shows whether the controller still replies.
 
-    :param place: whom; None: the first that claims any request.
+    This is the request for its identity or, if that is not claimed, any request.
+
+    :param place: the target of the request; None: the first target that claims a request.
     """
     names = identity_of(declared)
     for each in declared.places if place is None else (place,):
@@ -53,15 +54,17 @@ def clean_request(declared: Declaration, place: Target | None = None) -> Request
 
 
 def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int = 1) -> bool:
-    """See that a clean request is answered, and return whether it is.
+    """Check that a clean request is answered, and return whether it is.
 
-    :param after: for the sentence: ``after 3 bytes of a header``.
-    :param tries: how often it is asked at most, where the document leaves open how soon a controller has to
-        find out that what came was no message.
+    :param after: the beginning of the sentence: ``after 3 bytes of a header``.
+    :param tries: the most times to send the request. The document leaves open how soon a controller must
+        notice that it received no message.
     """
     request = clean_request(trial.declared, place)
     if request is None:
-        trial.inconclusive("no request is claimed that could show whether the controller is well")
+        trial.inconclusive(
+            "the controller claims no request, so nothing can show whether it still replies"
+        )
         return False
     address = request.place.address
     for attempt in range(1, tries + 1):
@@ -69,16 +72,16 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
         if trial.line.ask(request.message, address, wait=wait) is not None:
             trial.should(
                 attempt == 1,
-                f"{after}, {request.about} was answered only when it was asked {attempt} times; it should "
-                f"be answered the first time, since the controller had a second of silence to find out",
+                f"{after}, {request.about} was answered only at attempt {attempt}; the "
+                "controller had a second of silence to recover, so it should answer the first",
             )
             return True
     came = trial.line.drain()
-    asked = "" if tries == 1 else f", though it was asked {tries} times"
+    asked = "" if tries == 1 else f" in {tries} attempts"
     trial.must(
         False,
-        f"{after}, {request.about} was not answered{asked}; {' or '.join(request.answers)} should have come, "
-        f"there came {described(trial, came)}",
+        f"{after}, {request.about} was not answered{asked}; expected "
+        f"{' or '.join(request.answers)}, received {described(trial, came)}",
         came=raw_of(came),
     )
     _put_into_step(trial, request)
@@ -86,11 +89,11 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
 
 
 def unheeded(trial: Trial, raw: bytes, about: str, quiet: float = SILENCE) -> None:
-    """Send what a controller has to leave alone, and see that nothing comes of it.
+    """Send bytes that the controller must ignore, and check that nothing comes back.
 
-    An error message (page 19) may: the document does not say what counts as a fault.
+    An error message (page 19) is allowed: the document does not define what counts as a fault.
 
-    :param about: what is sent, for sentences and for the log.
+    :param about: a description of the bytes, for sentences and the log.
     """
     trial.line.send_bytes(raw, about)
     for heard in joined(trial.line.listen(quiet)):
@@ -101,26 +104,28 @@ def unheeded(trial: Trial, raw: bytes, about: str, quiet: float = SILENCE) -> No
 
 
 def is_error(trial: Trial, heard: Incoming) -> bool:
-    """Return whether a message reports a fault: it comes unasked, can be muted, and is no status."""
+    """Return whether a message reports a fault: it is unsolicited, can be muted, and is not a status."""
     exchange = trial.declared.registry.messages.get(heard.name, {}).get("exchange", {})
     return bool(exchange.get("muted_by")) and not exchange.get("counts_for_keep_alive")
 
 
 def _put_into_step(trial: Trial, request: Request) -> None:
-    """Fill up what the controller may be waiting for with zeros, which are no message and no address."""
+    """Send zeros, which contain no message and no address, to complete a frame that may be pending."""
     for zeros in (1, 1, 1, 1, 1, _LONGEST, 1, 1, 1, 1, 1):
-        trial.line.send_bytes(bytes(zeros), "zeros, to end what the controller may be waiting for")
+        trial.line.send_bytes(
+            bytes(zeros), "zeros, to complete what the controller may be waiting for"
+        )
         if trial.line.ask(request.message, request.place.address, wait=_PATIENCE) is not None:
             return
 
 
 def before_clean_request(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    """Give the case of a check that sends something odd before a clean request, which has to be answered.
+    """Yield the case of a check that sends an odd frame before a clean request, which must be answered.
 
-    It is skipped where no request could show that all is well.
+    The case is skipped if no request could show that the controller still replies.
     """
     request = clean_request(declared)
     if request is None:
-        yield Case(skip="no request is claimed that could show that all is well")
+        yield Case(skip="the controller claims no request that could show whether it still replies")
     else:
         yield Case(messages=request.messages)

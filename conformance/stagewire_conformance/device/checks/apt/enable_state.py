@@ -1,4 +1,4 @@
-"""A channel is enabled or disabled for a check, and afterwards as it was."""
+"""The enable state of a channel: changed for a check, and restored after it."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
 _TRIES: Final = 2
-"""Times that it is put back, where it is not seen to be there."""
+"""The most attempts to restore the state."""
 
 ENABLED_SETS: Final = frozenset(
     {"MOD_SET_CHANENABLESTATE", "MOD_REQ_CHANENABLESTATE", "MOD_GET_CHANENABLESTATE"}
 )
-"""The messages that a place has to claim."""
+"""The messages that a target must claim."""
 
 
 def enable_state(trial: Trial, place: Target, channel: int) -> int:
-    """Ask for the enable state (page 17); the check ends where nothing answers."""
+    """Return the enable state (page 17); end the check if there is no reply."""
     state: int = trial.reply(m.ModReqChanEnableState(channel), place.address).message.enable_state
     return state
 
 
 def switch(trial: Trial, place: Target, channel: int, state: int) -> None:
-    """Enable or disable a channel until the end of the check; nothing is sent where it is so already.
+    """Enable or disable a channel until the end of the check. Send nothing if it is already in that state.
 
-    The check ends where the controller does not do it.
+    The check ends if the controller does not change the state.
     """
     if not place.messages >= ENABLED_SETS:
         return
@@ -45,21 +45,21 @@ def switch(trial: Trial, place: Target, channel: int, state: int) -> None:
     now = enable_state(trial, place, channel)
     trial.need(
         now == state,
-        f"{place.name} channel {channel}: MOD_SET_CHANENABLESTATE wrote {EnableState(state).name}, and "
-        f"MOD_GET_CHANENABLESTATE then said {now}",
+        f"{place.name} channel {channel}: MOD_SET_CHANENABLESTATE set "
+        f"{EnableState(state).name}, but MOD_GET_CHANENABLESTATE then returned {now}",
     )
 
 
 def put_back(trial: Trial, place: Target, channel: int, before: int) -> None:
-    """Write the enable state that was there, and see that it is there again.
+    """Write the previous enable state, and check that it is in effect.
 
-    Raises :class:`~stagewire.errors.StagewireError` with what to do where it is not.
+    Raise :class:`~stagewire.errors.StagewireError`, which says what to do, if it is not.
     """
-    for _ in range(_TRIES):  # one lost message is not to leave it changed
+    for _ in range(_TRIES):  # a lost message must not leave the state changed
         trial.line.send(m.ModSetChanEnableState(channel, before), place.address)
         came = trial.line.ask(m.ModReqChanEnableState(channel), place.address)
         if came is not None and came.message.enable_state == before:
             return
     raise StagewireError(
-        f"{place.name} channel {channel}: write MOD_SET_CHANENABLESTATE enable_state={before}"
+        f"{place.name} channel {channel}: send MOD_SET_CHANENABLESTATE with enable_state={before}"
     )

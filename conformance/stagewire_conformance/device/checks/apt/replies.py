@@ -1,7 +1,8 @@
-"""Judgement of a message that came: its class, its length, its addresses, channel and values.
+"""Judgement of a received message: its class, length, addresses, channel and values.
 
-Known of real controllers, and therefore no failure: addresses of 0, unless several bays are told apart by
-them, or those of the request as they came, and packets that are longer than the document has them.
+Real controllers are known to send addresses of 0, or the addresses of the request unswapped, and packets
+longer than documented. These deviations are not failures, unless the addresses have to distinguish several
+bays.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Request:
-    """One question.
+    """One request.
 
-    :param name: of the message.
-    :param place: who is asked.
-    :param channel: about which; None: the message names none.
-    :param answers: the messages that answer it.
-    :param message: the question.
+    :param name: the name of the message.
+    :param place: the target of the request.
+    :param channel: the channel of the request; None: the message has no channel.
+    :param answers: the messages that answer the request.
+    :param message: the message to send.
     """
 
     name: str
@@ -40,31 +41,31 @@ class Request:
 
     @property
     def about(self) -> str:
-        """What is asked whom, for a sentence: ``MOT_REQ_VELPARAMS for channel 1 to 0x50``."""
+        """The request and its target, for a sentence: ``MOT_REQ_VELPARAMS for channel 1 to 0x50``."""
         channel = "" if self.channel is None else f" for channel {self.channel}"
         return f"{self.name}{channel} to {self.place.name}"
 
     @property
     def id(self) -> str:
-        """What distinguishes it in the id of a check: ``0x50/MOT_REQ_VELPARAMS/1``."""
+        """The part of the id of a check that identifies the request: ``0x50/MOT_REQ_VELPARAMS/1``."""
         channel = "" if self.channel is None else f"/{self.channel}"
         return f"{self.place.name}/{self.name}{channel}"
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """It and what answers it."""
+        """The names of the request and of its replies."""
         return self.name, *self.answers
 
     @property
     def skip(self) -> str:
-        """Why it is not asked, which only the PICS can say; empty: it is."""
+        """Why the request is not sent, which only the PICS can decide; empty if it is sent."""
         return next((why for name in self.messages if (why := self.place.why_not(name))), "")
 
 
 def requests_of(declared: Declaration, place: Target) -> Iterator[Request]:
-    """Give every request in the list of a place, channel by channel, in the order of the registry.
+    """Yield every request in the list of a target, channel by channel, in the order of the registry.
 
-    Those that the PICS takes back are among them, see :attr:`Request.skip`.
+    This includes requests that the PICS withdraws; see :attr:`Request.skip`.
     """
     for name, entry in declared.registry.messages.items():
         if (
@@ -77,14 +78,14 @@ def requests_of(declared: Declaration, place: Target) -> Iterator[Request]:
 
 
 def a_request(declared: Declaration, place: Target, names: Iterable[str] = ()) -> Request | None:
-    """Return a request that a place claims: the first of ``names``, or else any; None where there is none."""
+    """Return a claimed request of a target: the first of ``names``, otherwise any; None without one."""
     claimed = [each for each in requests_of(declared, place) if not each.skip]
     chosen = [each for name in names for each in claimed if each.name == name]
     return next(iter([*chosen, *claimed]), None)
 
 
 def ask_for(declared: Declaration, place: Target, name: str, channel: int | None = None) -> Request:
-    """Make one request."""
+    """Return one request."""
     answers = tuple(declared.registry.messages[name]["exchange"]["answered_by"])
     return Request(name, place, channel, answers, declared.request(name, channel))
 
@@ -95,19 +96,19 @@ def _names_channel(declared: Declaration, name: str) -> bool:
 
 
 _ALWAYS_ZERO: Final = frozenset({"min_velocity", "jog_min_velocity"})
-"""Start velocities, which are always zero (pages 30 and 32): stated of the controller, not of the field."""
+"""Start velocities. Pages 30 and 32 state that they are always zero: of the controller, not of the field."""
 
 _UNNAMED: Final = {"param1": 2, "param2": 3}
-"""Where parameters of a header stand that have no meaning."""
+"""Byte offsets of the header parameters that have no meaning."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Something in a message that the document does not have.
+    """An undocumented value in a message.
 
     :param text: a sentence.
-    :param grave: whether the document excludes it; else it is only not meant so, such as a 0 in a field
-        that begins with 1, which nobody has set yet.
+    :param grave: whether the document excludes the value. Otherwise it is merely not intended, such as a 0
+        that was never set in a field whose range starts at 1.
     """
 
     text: str
@@ -115,10 +116,10 @@ class Fault:
 
 
 def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
-    """Give what is wrong by the document with the values of a message that came.
+    """Yield the values in a received message that the document does not allow.
 
-    The channel is left out: whether it is the right one depends on what was asked. So are the texts by which
-    a unit says what it is, which have a check of their own.
+    The channel is left out: which one is right depends on the request. Identity texts have a check of their
+    own.
     """
     layout = message.layout
     values = message.values()
@@ -134,17 +135,20 @@ def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
 
 
 def unused_parameters(message: FramedMessage) -> Iterator[str]:
-    """Give what is wrong with the parameters of a header to which its message gives no meaning."""
+    """Yield what is wrong with the header parameters that the message does not use."""
     layout = message.layout
     for name in layout.unnamed:
         came, due = getattr(message, name), layout.constants.get(name, 0)
         if came != due:
             at = _UNNAMED[name]
-            yield f"byte {at} is {came:#04x}; it has no meaning here, and should be {due:#04x}"
+            yield (
+                f"byte {at} is {came:#04x}; this message does not use it, so it should be "
+                f"{due:#04x}"
+            )
 
 
 def is_readable(text: str) -> bool:
-    """Return whether a text can be read as far as it goes; what is behind a NUL is no part of it."""
+    """Return whether a text is readable up to its first NUL."""
     read = text.partition("\0")[0]
     return read.isascii() and (read.isprintable() or not read)
 
@@ -157,18 +161,16 @@ def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
             yield Fault(f"{name} is {value}; it is always zero at present")
     elif flags and not is_open:
         if more := value & ~sum(flags.values()):
-            yield Fault(
-                f"{name} is {value:#x}; the bits {more:#x} of it stand for nothing in the document"
-            )
+            yield Fault(f"{name} is {value:#x}; the document does not define the bits {more:#x}")
     elif table and not is_open and "modifiers" not in field:
         if value not in table.values():
             known = ", ".join(
                 f"{each} ({key})" for key, each in sorted(table.items(), key=lambda item: item[1])
             )
-            yield Fault(f"{name} is {value}; the document has {known}")
+            yield Fault(f"{name} is {value}; the document defines {known}")
     elif not field["minimum"] <= value <= field["maximum"]:
         yield Fault(
-            f"{name} is {value}; the document has {field['minimum']} to {field['maximum']}",
+            f"{name} is {value}; the document allows {field['minimum']} to {field['maximum']}",
             grave=bool(value),
         )
 
@@ -176,11 +178,11 @@ def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
 def ask_all(
     trial: Trial, request: Request, wait: float = 1.0, after: float = 0.03
 ) -> list[Incoming]:
-    """Ask, and return all that came up to ``after`` seconds behind the reply.
+    """Send a request, and return everything received until ``after`` seconds after the reply.
 
-    Bytes that are no message are whole, though the rest of a frame may be waited for in vain.
+    Bytes that are not a message are returned whole, after the wait for the rest of a frame.
 
-    :param wait: seconds in which the reply has to be there.
+    :param wait: seconds in which the reply must arrive.
     """
     line = trial.line
     heard: list[Incoming] = line.ask_all(request.message, request.place.address, wait, after)
@@ -190,48 +192,49 @@ def ask_all(
 
 
 def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> Incoming | None:
-    """Say what is wrong with all that came after a request, and return the reply; None: there is none.
+    """Report what is wrong with the data received after a request; return the reply, or None without one.
 
-    Exactly one reply of the right class has to come, and nothing beside it that nobody asked for.
+    Exactly one reply of the right class must arrive, and nothing unsolicited.
     """
     wanted = " or ".join(request.answers)
     replies = [each for each in heard if each.kind == "message" and each.name in request.answers]
     others = joined(each for each in heard if each not in replies)
-    expected = f"one {wanted} from {request.place.name} should have come"
+    expected = f"expected one {wanted} from {request.place.name}"
     if not trial.must(
         bool(replies),
-        f"{request.about} was not answered: {expected}; there came {described(trial, heard)}",
+        f"{request.about} was not answered: {expected}, received {described(trial, heard)}",
         came=raw_of(heard),
     ):
         return None
     trial.must(
         len(replies) == 1,
-        f"{request.about} was answered {len(replies)} times, with {described(trial, replies)}; {expected}",
+        f"{request.about} was answered {len(replies)} times: {expected}, received "
+        f"{described(trial, replies)}",
         came=raw_of(replies),
     )
     reply = next((each for each in replies if _is_of(each, request)), replies[0])
     judge_message(trial, request.place, request.channel, reply)
     for each in others:
-        judge_unasked(trial, each, f"beside the answer to {request.about}")
+        judge_unasked(trial, each, f"in addition to the reply to {request.about}")
     return reply
 
 
 def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incoming) -> None:
-    """Say what is wrong with a message that a place sent about one of its channels."""
+    """Report what is wrong with a message that a target sent about one of its channels."""
     judge_addresses(trial, place, heard)
     message: Any = heard.message
     length, due = len(heard.raw) - HEADER_SIZE, message.layout.length
     trial.should(
         length == due,
-        f"{heard.name} has a packet of {length} bytes, with {heard.extra.hex(' ')} behind those that "
-        f"are documented; it should have {due}",
+        f"{heard.name} has a packet of {length} bytes, with the undocumented bytes "
+        f"{heard.extra.hex(' ')} at the end; it should have {due} bytes",
         came=heard.raw,
     )
     field = trial.declared.framed.channel
     if field is not None and channel is not None and heard.channel is not None:
         trial.must(
             heard.channel == channel,
-            f"{heard.name} is about channel {heard.channel}; it should be about channel {channel}",
+            f"{heard.name} is for channel {heard.channel}; it should be for channel {channel}",
             wanted=with_value(heard, field, channel),
             came=heard.raw,
         )
@@ -241,14 +244,14 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incom
 
 
 def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
-    """Say what is wrong with the addresses of a message from a place to the host."""
+    """Report what is wrong with the addresses of a message from a target to the host."""
     host = trial.declared.framed.host
     came = heard.dest, heard.source
     if came == (host, place.address):
         return
     text = (
-        f"{heard.name} came from {heard.source:#04x} to {heard.dest:#04x}{_whose(trial, place, heard)}; it "
-        f"should come from {place.address:#04x} to {host:#04x}"
+        f"{heard.name} went from {heard.source:#04x}{_whose(trial, place, heard)} to "
+        f"{heard.dest:#04x}; it should go from {place.address:#04x} to {host:#04x}"
     )
     wanted = _readdressed(heard.raw, host, place.address)
     alone = sum(each.bay is not None for each in trial.declared.places) < 2
@@ -257,17 +260,17 @@ def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
 
 
 def judge_unasked(trial: Trial, heard: Incoming, when: str) -> None:
-    """Say that something came that nobody asked for; status messages are left to the checks of updates.
+    """Report an unsolicited message. Leave status messages to the checks of updates.
 
-    :param when: for the sentence: ``beside the answer to …``.
+    :param when: the beginning of the sentence: ``in addition to the reply to …``.
     """
     exchange = trial.declared.registry.messages.get(heard.name, {}).get("exchange", {})
     counts, muted = exchange.get("counts_for_keep_alive"), exchange.get("muted_by")
-    if counts and not muted:  # ends of moves can be muted, and come only where something moved
+    if counts and not muted:  # end messages can be muted, and come only after a motion
         return
-    text = f"{when} there came {described(trial, [heard])}, which nobody asked for"
+    text = f"{when}, the controller sent {described(trial, [heard])}, which was not requested"
     if exchange.get("unsolicited") and muted and not counts:
-        trial.should(False, f"{text}: the controller reports a fault", came=heard.raw)
+        trial.should(False, f"{text}; it reports a fault", came=heard.raw)
     else:
         trial.must(False, text, came=heard.raw)
 
@@ -284,10 +287,10 @@ def _is_of(heard: Incoming, request: Request) -> bool:
 
 
 def with_value(heard: Incoming, field: str, value: int) -> bytes:
-    """Return the bytes of a message that came with another value in one field."""
+    """Return the bytes of a received message, with another value in one field."""
     message: Any = heard.message
     values = {**message.values(), field: value}
-    other = type(message).keep(values)  # unchecked: its other values may be wrong, too
+    other = type(message).keep(values)  # unchecked: its other values may also be wrong
     raw = bytes(other.pack(heard.dest, heard.source))
     return raw[:2] + heard.raw[2:4] + raw[4:] + heard.extra if heard.extra else raw
 

@@ -1,4 +1,4 @@
-"""Status messages that come by themselves: what starts them, what ends them, and which ones they are."""
+"""Periodic status messages: the messages that start and stop them, and the status itself."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 
 class Stream:
-    """The status messages of a place, from the start to the stop.
+    """The status messages of a target, from start to stop.
 
-    :param place: whose they are.
+    :param place: the target that sends them.
     :param start: the message that starts them.
-    :param stop: the message that ends them.
-    :param status: the message that comes again and again.
+    :param stop: the message that stops them.
+    :param status: the message that is sent periodically.
     """
 
     def __init__(
@@ -33,38 +33,38 @@ class Stream:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """The messages that it is made of."""
+        """The names of the start, stop and status messages."""
         return self.start.layout.message, self.stop.layout.message, self.status
 
     @property
     def skip(self) -> str:
-        """Why it is not started, which only the PICS can say; empty: it is."""
+        """Why the stream is not started, which only the PICS can decide; empty if it is started."""
         return next((why for name in self.messages if (why := self.place.why_not(name))), "")
 
     @property
     def sign(self) -> str:
-        """The message that keeps it going on USB; empty where the place claims none."""
+        """The keep-alive message of the stream on USB; empty if the target claims none."""
         sign = self.place.keep_alive
         return "" if sign is None else sign.layout.message
 
     def give_sign(self, trial: Trial) -> None:
-        """Send the message that keeps it going, if there is one."""
+        """Send the keep-alive message, if there is one."""
         if self.place.keep_alive is not None:
             trial.line.send(self.place.keep_alive(), self.place.address)
 
     def begin(self, trial: Trial) -> None:
-        """Start it, and see to it that it is stopped at the end of the check."""
+        """Start the stream, and stop it at the end of the check."""
         what = f"status updates of {self.place.name}"
         if all(undo.what != what for undo in trial.undos):
             trial.undo(what, lambda: self.end(trial))
         trial.line.send(self.start, self.place.address)
 
     def end(self, trial: Trial) -> None:
-        """Stop it."""
+        """Stop the stream."""
         trial.line.send(self.stop, self.place.address)
 
     def of_it(self, heard: Iterable[Incoming]) -> list[Incoming]:
-        """Return what came of it; addresses of 0, which some controllers send, may be anybody's."""
+        """Return the received messages of this stream; a source of 0 may be any target."""
         mine = self.place.address
         return [
             each
@@ -73,7 +73,7 @@ class Stream:
         ]
 
     def by_channel(self, heard: Iterable[Incoming]) -> dict[int, list[Incoming]]:
-        """Return what came of it, channel by channel, those included of which nothing came."""
+        """Return the received messages of this stream by channel, including channels without messages."""
         mine = self.of_it(heard)
         return {
             number: [each for each in mine if each.channel == number]
@@ -82,13 +82,13 @@ class Stream:
 
 
 def streams_of(declared: Declaration) -> list[Stream]:
-    """Return the status messages of all places whose lists have some."""
+    """Return the streams of all targets that have one."""
     found = [stream_of(declared, place) for place in declared.places]
     return [stream for stream in found if stream is not None]
 
 
 def stream_of(declared: Declaration, place: Target) -> Stream | None:
-    """Return the status messages of a place; None for one that has no channels, or whose list has none."""
+    """Return the stream of a target; None if it has no channels or its list has no stream."""
     for name, entry in declared.registry.messages.items():
         exchange = entry["exchange"]
         if "periodic_ms" not in exchange or name not in place.listed or not place.channels:

@@ -1,4 +1,4 @@
-"""What came, in words: for the sentences of findings."""
+"""Descriptions of received data, for the sentences of findings."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 _SHOWN: Final = 4
-"""Messages that a sentence names, at most."""
+"""The most messages that a sentence names."""
 
 
 def described(trial: Trial, heard: Iterable[Incoming]) -> str:
-    """Return what came, in words, for a sentence: ``MOT_GET_VELPARAMS from 0x50 to 0x01, …``."""
+    """Return a description of received data: ``MOT_GET_VELPARAMS from 0x50 to 0x01, …``."""
     every = joined(heard)
     if not every:
         return "nothing"
@@ -30,7 +30,7 @@ def described(trial: Trial, heard: Iterable[Incoming]) -> str:
 
 
 def joined(heard: Iterable[Incoming]) -> list[Incoming]:
-    """Return what came with bytes that belong together in one piece, if they are no message."""
+    """Return received data, with consecutive bytes that do not form a message merged into one piece."""
     pieces: list[Incoming] = []
     for each in heard:
         if pieces and pieces[-1].kind == each.kind == "garbage":
@@ -41,7 +41,7 @@ def joined(heard: Iterable[Incoming]) -> list[Incoming]:
 
 
 def raw_of(heard: Iterable[Incoming]) -> bytes | None:
-    """Return all bytes that came; None where none did."""
+    """Return all received bytes; None if there are none."""
     return b"".join(each.raw for each in heard) or None
 
 
@@ -53,18 +53,16 @@ def _said(declared: Declaration, heard: Incoming) -> str:
             return f"{heard.name}{channel} {addresses}"
         case "unknown":
             id = int.from_bytes(heard.raw[:2], "little")
-            return f"a message {addresses} with the id {id:#06x}, which no message has"
+            return f"a message {addresses} with the unknown id {id:#06x}"
         case "bad_length":
             name, lengths = _of_id(declared, heard.raw)
             length = len(heard.raw) - HEADER_SIZE
-            return (
-                f"{name} {addresses} with a packet of {length} bytes, which should have {lengths}"
-            )
-    return f"{heard.raw.hex(' ')}, which is no message ({_why_none(declared, heard.raw)})"
+            return f"{name} {addresses} with a packet of {length} bytes instead of {lengths}"
+    return f"{heard.raw.hex(' ')}, which is not a message ({_why_none(declared, heard.raw)})"
 
 
 def _of_id(declared: Declaration, raw: bytes) -> tuple[str, str]:
-    """Return the name of the message that bytes have the id of, and the lengths that its packet has."""
+    """Return the name of the message with the id of these bytes, and the lengths that its packet can have."""
     id = int.from_bytes(raw[:2], "little")
     entry = next(each for each in declared.registry.messages.values() if each["id"] == id)
     lengths = sorted({layout["length"] for layout in entry["layouts"] if layout["length"]})
@@ -72,7 +70,7 @@ def _of_id(declared: Declaration, raw: bytes) -> tuple[str, str]:
 
 
 def _why_none(declared: Declaration, raw: bytes) -> str:
-    """Return why bytes are no message, by the frame that they begin with."""
+    """Return why bytes are not a message, judged by the frame at their start."""
     protocol = declared.framed
     has_packet = len(raw) >= HEADER_SIZE and bool(raw[4] & DATA_FLAG)
     packet = int.from_bytes(raw[2:4], "little") if has_packet else 0
@@ -84,15 +82,15 @@ def _why_none(declared: Declaration, raw: bytes) -> str:
         return str(error)
     name = frame.message.layout.message
     if declared.registry.messages[name]["direction"] == "to_controller":
-        return f"read as {name} it is what only a host sends"
+        return f"decoded as {name}, which only a host sends"
     return (
-        f"read as {name} it goes from {frame.source:#04x} to {frame.dest:#04x}: not from a controller to "
-        f"the host"
+        f"decoded as {name}, it goes from {frame.source:#04x} to {frame.dest:#04x}, not from a "
+        "controller to the host"
     )
 
 
 def _why_no_packet(protocol: FramedProtocol, raw: bytes) -> str:
-    """Return what is wrong with a frame whose packet is not announced; empty where that is not it."""
+    """Return what is wrong with a frame that has an unannounced packet; empty if nothing is."""
     try:
         protocol.decode(raw)
     except TrailingBytesError as error:

@@ -1,4 +1,4 @@
-"""Checks that move motors, within the range that was allowed."""
+"""Checks that move motors, within the allowed range."""
 
 from __future__ import annotations
 
@@ -27,4 +27,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     limits.KIND,
     targets.ALONE,
 )
-"""In the order in which they are run; homing first, because positions count from there."""
+"""The kinds in the order in which they run: homing first, because positions count from home."""

@@ -1,8 +1,8 @@
-"""A motor channel during a check: where it is, where it may go, and how it is kept there.
+"""A motor channel during a check: its position, its limits, and how it is kept within them.
 
-Nothing moves before the position has been read and lies within what was allowed, and no target or stopping
-place lies outside. At the end of the check the motor goes back to where it was, and is disabled again if it
-was.
+A check moves a motor only if its position was read and is within the allowed range, and only to targets and
+stopping points within it. At the end of the check, the motor returns to its previous position, and is
+disabled again if it was disabled.
 """
 
 from __future__ import annotations
@@ -25,39 +25,39 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
 POLL: Final = 0.05
-"""Seconds between two looks at a motor in motion."""
+"""Seconds between two status requests to a moving motor."""
 
 _STILL: Final = 0.3
-"""Seconds without motion after which a motor stands."""
+"""Seconds without motion after which a motor is at rest."""
 
 _LEAVING: Final = 10.0
-"""Seconds in which a stop has to have happened."""
+"""Seconds within which a motor must come to rest after a stop."""
 
 _SETTLING: Final = 0.5
-"""Seconds by which bits that say that a motor moves may be late when it stands."""
+"""Seconds by which the motion bits may be late after a motor has come to rest."""
 
 _SHORTEST: Final = 16
-"""Counts of the shortest move that shows anything."""
+"""The shortest move in counts that can be observed."""
 JITTER: Final = 4
-"""Counts by which a servo at rest is seen to move."""
+"""Counts by which a servo at rest may be seen to move."""
 HELD: Final = 64
 """Counts within which a servo holds its stage."""
 
 _MOTION: Final = (
     "moving_forward", "moving_reverse", "jogging_forward", "jogging_reverse", "homing",
 )  # fmt: skip
-"""Bits that say that a motor is in motion."""
+"""Bits that report motion."""
 
 _BITS: Final = {"dc": flags.DcStatusBits, "stepper": flags.StepperStatusBits}
 
 
 @dataclass(frozen=True)
 class Status:
-    """What a status message said.
+    """The content of a status message.
 
-    :param time: when it came.
-    :param bits: with a name for each.
-    :param velocity: as it is told; None: it is not.
+    :param time: when it arrived.
+    :param bits: the status bits, with a name for each.
+    :param velocity: the velocity; None if the message has none.
     """
 
     time: float
@@ -68,7 +68,7 @@ class Status:
 
     @property
     def direction(self) -> MoveDirection | None:
-        """The direction in which it says that the motor moves or jogs; None: in neither, or in both."""
+        """The direction of the reported move or jog; None if the motor reports neither or both."""
         bits = self.bits
         forward = bits.moving_forward or bits.jogging_forward
         reverse = bits.moving_reverse or bits.jogging_reverse
@@ -78,16 +78,16 @@ class Status:
 
     @property
     def moving(self) -> bool:
-        """Whether it says that the motor is in motion."""
+        """Whether the motor reports motion."""
         return any(getattr(self.bits, name) for name in _MOTION)
 
 
 class Axis:
     """A motor channel.
 
-    :param trial: of the check.
-    :param place: where it is.
-    :param channel: its number.
+    :param trial: the trial of the check.
+    :param place: the target that has the channel.
+    :param channel: the number of the channel.
     """
 
     def __init__(self, trial: Trial, place: Target, channel: int) -> None:
@@ -95,63 +95,65 @@ class Axis:
         self.place = place
         self.channel = channel
         self.text = f"{place.name} channel {channel}"
-        assert trial.allowed.motion is not None  # who moves needs it
+        assert trial.allowed.motion is not None  # required for every motion
         self.low, self.high = trial.declared.reach(place, channel, trial.allowed.motion)
         query = place.unit.status_query
         assert query is not None
-        assert query.req is not None  # whoever has a motor has a status that can be asked for
+        assert query.req is not None  # every unit with motors has a status that can be requested
         self._request = trial.declared.make(query.req.layout.message, channel)
         self.start = 0
-        """Where it goes back to at the end."""
+        """The position to which it returns at the end."""
         self.backlash = 0
         self.settle_time: int | None = None
-        """The cycles that it settles after a move (page 67); None: it has no such parameter."""
+        """The settle time in cycles after a move (page 67); None if it has no such parameter."""
         self.pace = Pace(1.0, 1.0, known=False)
         self.clockwise = 0
-        """1 where positions rise in the direction forward, -1 where they fall; 0 until a motion has shown it.
+        """1 if positions rise in the direction forward, -1 if they fall; 0 until a motion has shown it.
 
-        Forward is clockwise (page 77), and no page gives that a sign: erratum apt-clockwise-without-sign.
+        Forward is clockwise (page 77), but no page gives clockwise a sign: erratum
+        apt-clockwise-without-sign.
         """
 
     def inside(self) -> Status:
-        """Return the status of a motor at rest within the range; the check ends for any other.
+        """Return the status of a motor at rest within the range; end the check for any other.
 
-        Where a stage stands, and who else moves it, says nothing of its controller.
+        The position of a stage, or its motion by another cause, is not a fault of the controller.
         """
         first = self.status()
         status = self.settled(first)
         self.start = max(self.low, min(status.position, self.high))
         if abs(status.position - self.start) > HELD:
             self.trial.inconclusive(
-                f"{self.text} is at {status.position} counts, outside of what was allowed ({self.low}.."
-                f"{self.high} counts), so nothing was moved; bring it there, or allow a range that "
-                "includes its position"
+                f"{self.text} is at {status.position} counts, outside of the allowed range "
+                f"({self.low}..{self.high} counts), so it was not moved; move it into the "
+                "range, or allow a range that includes its position"
             )
             raise EnoughError
         if status.moving and abs(status.position - first.position) > JITTER:
             self.trial.inconclusive(
-                f"{self.text} is being moved, from {first.position} to {status.position} counts, though "
-                "this run did not tell it to; so nothing was moved"
+                f"{self.text} is moving from {first.position} to {status.position} counts, "
+                "though this run did not start a motion; the check did not move it"
             )
             raise EnoughError
         self.trial.need(
             not status.moving,
-            f"{self.text} says that it is moving before it was told to: {status.heard.text}",
+            f"{self.text} reports motion before this run has started one: {status.heard.text}",
             came=status.heard.raw,
         )
         return status
 
     def begin(self) -> None:
-        """Make ready for moving; the check ends where that may not be.
+        """Prepare a motor for motion; end the check if this is not allowed.
 
-        End messages are let through, which is the default (page 83); who suspended them cannot be told.
+        End messages are resumed, which is their default state (page 83); whether they were suspended cannot
+        be read.
         """
         status = self.inside()
         self.send_if_claimed(m.MotResumeEndOfMoveMsgs())
         switch(self.trial, self.place, self.channel, EnableState.ENABLE)
         self.pace = pace_of(self.trial, self.place, self.channel)
         if status.bits.homed and "MOT_REQ_PMDSTAGEAXISPARAMS" in self.place.messages:
-            # Such a controller knows the travel of its stage (page 76), which a range may exceed.
+            # Such a controller has the travel of its stage (page 76), which the allowed range may exceed.
             told = self.ask(m.MotReqPmdStageAxisParams(self.channel)).message
             self.low = min(max(self.low, told.min_pos), self.start)
             self.high = max(min(self.high, told.max_pos), self.start)
@@ -165,53 +167,53 @@ class Axis:
                 self._do_without_backlash()
 
     def can_return_to(self, position: int) -> bool:
-        """Return whether a move to a position keeps within the range, from wherever it comes.
+        """Return whether a move to a position from anywhere in the range stays within it.
 
-        Against the backlash a motor goes beyond its target, and comes back (page 34).
+        To correct the backlash, a motor goes beyond its target and comes back (page 34).
         """
         return self.low <= min(position, position - self.backlash) and (
             max(position, position - self.backlash) <= self.high
         )
 
     def _do_without_backlash(self) -> None:
-        """Switch the correction of the backlash off until the end of the check, or end it."""
+        """Switch the backlash correction off until the end of the check; end it if this is not allowed."""
         setting = "MOT_SET_GENMOVEPARAMS"
         if not self.trial.allowed.settings or setting not in self.place.messages:
             self.trial.inconclusive(
-                f"{self.text} is at {self.start} counts, where it would leave {self.low}..{self.high} for "
-                f"its backlash of {self.backlash} counts; allow a wider range, or settings, so that it can "
-                "be switched off"
+                f"{self.text} is at {self.start} counts; there, the correction of its backlash "
+                f"of {self.backlash} counts would leave {self.low}..{self.high}; allow a wider "
+                "range, or settings, so that it can be switched off"
             )
             raise EnoughError
         change(self, setting, backlash_distance=0)
         self.backlash = 0
 
-    # Asking and telling
+    # Messages
 
     def send(self, message: FramedMessage) -> None:
-        """Send a message to the place."""
+        """Send a message to the target."""
         self.trial.line.send(message, self.place.address)
 
     def send_if_claimed(self, message: FramedMessage) -> None:
-        """Send a message if the place claims to take it."""
+        """Send a message if the target claims it."""
         if message.layout.message in self.place.messages:
             self.send(message)
 
     def ask(self, request: FramedMessage) -> Incoming:
-        """Ask the place; the check ends where nothing answers."""
+        """Send a request, and return the reply; the check ends without one."""
         return self.trial.reply(request, self.place.address)
 
     def status(self) -> Status:
-        """Ask for the status; the check ends where nothing answers."""
+        """Request the status; the check ends without a reply."""
         return self.status_of(self.ask(self._request))
 
     def status_within(self, seconds: float) -> Status | None:
-        """Ask for the status; None where nothing answers in time."""
+        """Request the status; return None without a reply in time."""
         heard = self.trial.line.ask(self._request, self.place.address, seconds)
         return None if heard is None else self.status_of(heard)
 
     def settled(self, status: Status) -> Status:
-        """Return a later status, if it is needed until one says that nothing moves, and half a second."""
+        """Return a status without motion, or the latest one after half a second."""
         end = self.trial.line.now + _SETTLING
         while status.moving and self.trial.line.now < end:
             self.pause(POLL)
@@ -219,35 +221,35 @@ class Axis:
         return status
 
     def status_of(self, heard: Incoming) -> Status:
-        """Return what a message with a status says."""
+        """Return the content of a message with a status."""
         message = heard.message
         bits = _BITS[self.place.status or ""](message.status_bits)
         velocity: int | None = getattr(message, "velocity", None)
         return Status(heard.time, message.position, bits, velocity, heard)
 
-    # Its directions
+    # Directions
 
     def direction_of(self, way: int) -> MoveDirection | None:
-        """Return the direction in which positions rise (1) or fall (-1); None: that is not known yet."""
+        """Return the direction in which positions rise (1) or fall (-1); None if it is not known yet."""
         if not self.clockwise:
             return None
         return MoveDirection.FORWARD if way == self.clockwise else MoveDirection.REVERSE
 
     def way_of(self, direction: MoveDirection) -> int:
-        """Return how positions change in a direction: 1 up, -1 down; 0: that is not known yet."""
+        """Return how positions change in a direction: 1 up, -1 down; 0 if it is not known yet."""
         return self.clockwise if direction is MoveDirection.FORWARD else -self.clockwise
 
     def learn(self, way: int, direction: MoveDirection) -> None:
-        """Note that positions rise (1) or fall (-1) in a direction."""
+        """Record that positions rise (1) or fall (-1) in a direction."""
         self.clockwise = way if direction is MoveDirection.FORWARD else -way
 
-    # Where it may go
+    # Limits
 
     @property
     def inner(self) -> tuple[int, int]:
-        """The range without a margin at both ends, and without what the backlash needs (page 34).
+        """The range without a margin at both ends and without the room for the backlash (page 34).
 
-        Against the backlash a motor goes beyond its target and comes back.
+        To correct the backlash, a motor goes beyond its target and comes back.
         """
         margin = (self.high - self.low) // 50
         return (
@@ -256,50 +258,50 @@ class Axis:
         )
 
     def room(self, position: int, direction: int) -> int:
-        """Return how many counts it may go from a position, to higher ones (1) or to lower ones (-1)."""
+        """Return the counts of room from a position to higher positions (1) or to lower ones (-1)."""
         low, high = self.inner
         return max(0, high - position if direction > 0 else position - low)
 
     def wider(self, position: int) -> int:
-        """Return the direction in which there is more room."""
+        """Return the direction with more room: 1 or -1."""
         return 1 if self.room(position, 1) >= self.room(position, -1) else -1
 
     def distance(self, position: int, seconds: float, pace: Pace | None = None) -> int:
-        """Return a distance, with its direction, that takes about so many seconds.
+        """Return a signed distance that takes about so many seconds.
 
-        Without room for one the check is INFO, and ends.
+        The check ends with INFO if there is no room for one.
         """
         direction = self.wider(position)
         room = self.room(position, direction)
-        self._need_room(room, _SHORTEST, f"is at {position} counts, and")
+        self._need_room(room, _SHORTEST, f"at {position} counts")
         return direction * self._within(room, seconds, pace)
 
     def step(self, seconds: float, pace: Pace) -> int:
-        """Return a distance that takes about so many seconds, with room for it up and down from some place.
+        """Return a distance that takes about so many seconds and fits both up and down from some position.
 
-        Without room for one the check is INFO, and ends.
+        The check ends with INFO if there is no room for one.
         """
         return self._within(self.half(_SHORTEST), seconds, pace)
 
     def half(self, least: int) -> int:
-        """Return for how many counts there is room up and down from the middle of the range.
+        """Return the counts of room both up and down from the middle of the range.
 
-        Where that is less than ``least`` the check is INFO, and ends.
+        The check ends with INFO if there is less than ``least``.
         """
         low, high = self.inner
         half = (high - low) // 2
-        self._need_room(half, least, "may go forward to higher or to lower positions, and")
+        self._need_room(half, least, "moving in either direction")
         return half
 
     def place_with_room(self, distance: int) -> int:
-        """Return the nearest place from which there is room for a distance up and down."""
+        """Return the nearest position with room for a distance both up and down."""
         low, high = self.inner
         return max(low + distance, min(self.start, high - distance))
 
     def _need_room(self, room: int, least: int, why: str) -> None:
         if room < least:
             self.trial.inconclusive(
-                f"{self.text} {why} has no more than {room} counts to go to in {self.low}..{self.high} "
+                f"{self.text}, {why}, has only {room} counts of room in {self.low}..{self.high} "
                 f"(the backlash is {self.backlash} counts); allow a wider range"
             )
             raise EnoughError
@@ -307,14 +309,14 @@ class Axis:
     def _within(self, room: int, seconds: float, pace: Pace | None) -> int:
         pace = pace or self.pace
         wanted = pace.distance(seconds)
-        if not pace.known:  # a share of the range, so that something is to be seen
+        if not pace.known:  # a share of the range, so that the motion can be observed
             wanted = max(wanted, (self.high - self.low) // 200)
         return max(_SHORTEST, min(wanted, room))
 
-    # Standing
+    # Rest
 
     def standing(self, wait: float = _LEAVING) -> Status:
-        """Wait until it stands, and return its status; what comes meanwhile stays to be heard."""
+        """Wait until the motor is at rest, and return its status. Keep all other messages in the inbox."""
         end = self.trial.line.now + wait
         last = self.status()
         since = last.time
@@ -329,21 +331,21 @@ class Axis:
         return last
 
     def pause(self, seconds: float) -> None:
-        """Wait; what comes meanwhile stays to be heard."""
+        """Wait, and keep all messages in the inbox."""
         line = self.trial.line
         kept = line.listen(seconds)
         line.heard[:0] = kept
 
     def halt(self) -> Status:
-        """Stop it now, whatever it does, and wait until it stands."""
+        """Stop the motor immediately, and wait until it is at rest."""
         self.send(m.MotMoveStop(self.channel, StopMode.IMMEDIATE))
         return self.standing()
 
     def tolerance(self, distance: int) -> int:
-        """Return by how many counts it may miss the target of a move over some distance.
+        """Return the counts by which a motor may miss its target after a move over some distance.
 
-        The document gives no figure: half a percent, or what a servo holds; never more than a quarter of the
-        way.
+        The document gives no figure. This is half a per cent or the accuracy of a servo, but never more than
+        a quarter of the distance.
         """
         return max(JITTER, min(max(HELD, abs(distance) // 200), abs(distance) // 4))
 
@@ -354,11 +356,11 @@ def present(axis: Axis, setting: str) -> Values:
 
 
 def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
-    """Change values of a parameter set until the end of the check, and see that they are there.
+    """Change values of a parameter set until the end of the check, and check that they are in effect.
 
-    The check ends where they are not: what it would do then, nobody can tell.
+    End the check if they are not: its effect would be unpredictable.
 
-    :param at_most: the value that may come back smaller, such as a velocity that the controller rounds.
+    :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
     placed = _placed_set(axis, setting)
     before = placed.read(axis.trial)
@@ -372,7 +374,8 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
     says = ", ".join(f"{name} = {told[name]}" for name in values)
     axis.trial.need(
         told == ({**wanted, at_most: told[at_most]} if lower else wanted),
-        f"{axis.text}: {setting} wrote {wrote}, and {placed.set.get} then said {says}; so nothing was moved",
+        f"{axis.text}: {setting} wrote {wrote}, but {placed.set.get} then returned {says}; "
+        "nothing was moved",
         wanted=placed.expected(axis.trial, wanted, came),
         came=came.raw,
     )

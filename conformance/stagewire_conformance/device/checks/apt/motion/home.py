@@ -1,8 +1,8 @@
-"""``home``: motors home, say so once, and count from there (pages 28 and 41).
+"""``home``: motors home, report it once, and count from home (pages 28 and 41).
 
-It comes first of what moves: only a motor that was homed knows where it is. A range has to include 0, which
-is home; on its way a motor may leave the range as far as its switch, or its index mark, makes it. Afterwards
-it goes back to where it stood. Where it was not homed before, its positions from then on are others.
+This is the first check with motion: only a homed motor has a known position. The range must include 0, which
+is home. On its way, a motor may leave the range, depending on where its switch or index mark is. Afterwards
+it returns to its previous position. If it was not homed before, its positions change.
 """
 
 from __future__ import annotations
@@ -31,33 +31,33 @@ if TYPE_CHECKING:
 _HOMED: Final = "MOT_MOVE_HOMED"
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _LIMIT: Final = 180.0
-"""Seconds after which homing is given up while the motor still moves."""
+"""Seconds after which homing is stopped."""
 _NEAR: Final = 64
 """Counts within which a servo holds its stage."""
 _MOVES: Final = 8
-"""Counts by which a motor has moved between two looks at it, if they are more."""
+"""Counts between two readings above which a motor has moved."""
 _LATE: Final = 0.1
-"""Seconds after the first look in which the bit may still be missing."""
+"""Seconds after the first reading in which the homing bit may be missing."""
 _LOOKS: Final = 3
-"""Looks at a motor on its way home before it is stopped."""
+"""Readings of a motor on its way home before it is stopped."""
 _HOME: Final = "MOT_MOVE_HOME"
 
 
 def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
     place, channel = motor
     if not place.connected_to(channel).homes:
-        return f"the PICS says that channel {channel} of {place.name} does not home"
+        return f"the PICS states that channel {channel} of {place.name} does not home"
     if allowed.motion is None:
         return ""
     low, high = declared.reach(place, channel, allowed.motion)
     if low <= 0 <= high:
         return ""
-    return f"homing goes to 0: allow a range that includes it, not {allowed.motion}"
+    return f"homing goes to 0; allow a range that includes it instead of {allowed.motion}"
 
 
 KIND = Kind(
     name="home",
-    title="A motor homes, says so once, and counts from there",
+    title="A motor homes, reports it once, and counts from home",
     rules=(
         "home-starts",
         "home-no-response",
@@ -74,10 +74,11 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_HOME homes {motors}, and the end is reported once",
+    "MOT_MOVE_HOME homes {motors}, and each reports the end once",
     messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
-    does="homes all motors at once, stopping each on its way first: each runs to its switch or "
-    "index mark wherever that is, counts from there as 0, and goes back to where it stood",
+    does="homes all motors together, after stopping each once on its way: each goes to its switch "
+    "or index mark, which may be outside the range, counts from there as 0, and returns to its "
+    "previous position",
     seconds=10.0,
     lacks=_lacks,
     also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
@@ -101,7 +102,10 @@ def _home(axes: Sequence[Axis]) -> None:
 
 
 def _stop_homing(axes: Sequence[Axis]) -> None:
-    """Begin to home, stop it on the way, and judge what comes; one that is at home already has no way."""
+    """Start homing, stop it on the way, and judge the messages.
+
+    A motor that is already at home has no way to go.
+    """
     began = {axis: axis.status().position for axis in axes}
     looks = dict.fromkeys(axes, 0)
 
@@ -133,12 +137,13 @@ def _judge(axis: Axis, before: Status, seen: Watched) -> None:
         return
     axis.trial.must(
         status.bits.homed,
-        f"{axis.text}: {_HOMED} came, and {status.heard.name} does not say homed",
+        f"{axis.text} sent {_HOMED}, but {status.heard.name} does not report homed",
         came=status.heard.raw,
     )
     axis.trial.must(
         abs(status.position) <= _NEAR,
-        f"{axis.text}: {_HOMED} came, and the position is {status.position}; it should count from home, 0",
+        f"{axis.text} sent {_HOMED}, but its position is {status.position}; it should count "
+        "from home, which is 0",
         came=status.heard.raw,
     )
     if "MOT_REQ_POSCOUNTER" in axis.place.messages:
@@ -146,24 +151,25 @@ def _judge(axis: Axis, before: Status, seen: Watched) -> None:
         position: int = counter.message.position
         axis.trial.must(
             abs(position - status.position) <= _NEAR,
-            f"{axis.text}: after homing MOT_GET_POSCOUNTER said {position}, and {status.heard.name} "
-            f"{status.position}; the counter should show the actual position",
+            f"{axis.text}: after homing, MOT_GET_POSCOUNTER has {position}, but "
+            f"{status.heard.name} has {status.position}; the counter should show the actual "
+            "position",
             came=counter.raw,
         )
 
 
 def _unsafe(axis: Axis) -> str:
-    """Return why it might run into an end without stopping; empty where it should not.
+    """Return why the motor might run into a mechanical end while it homes; empty if it should not.
 
     Home parameters of zero have driven stages into their ends. Stages of brushless controllers, which have no
-    parameters of limit switches, ignore them (pages 37 and 39).
+    limit switch parameters, ignore them (pages 37 and 39).
     """
     place = axis.place
     if "MOT_REQ_HOMEPARAMS" not in place.messages or "MOT_SET_LIMSWITCHPARAMS" not in place.listed:
         return ""
     told = axis.ask(m.MotReqHomeParams(axis.channel)).message
     if told.limit_switch == 0:
-        return "its home parameters name no limit switch, so it might run into its end"
+        return "its home parameters name no limit switch, so it might run into its mechanical end"
     return ""
 
 
@@ -175,19 +181,21 @@ def _judge_way(axis: Axis, statuses: Sequence[Status]) -> None:
         if abs(status.position - earlier.position) > _MOVES and not earlier.bits.homing:
             axis.trial.must(
                 False,
-                f"{axis.text}: on its way home, at {earlier.position}, {earlier.heard.name} does not say "
-                "that it is homing",
+                f"{axis.text}: at {earlier.position} on its way home, {earlier.heard.name} does "
+                "not report homing",
                 came=earlier.heard.raw,
             )
             return
 
 
 def _way_back(axis: Axis, before: Status, way: Sequence[Status], now: Status) -> int:
-    """Return where it stood, as it counts now; where that is not to be reached within the range, it stays."""
+    """Return the previous position in the current count, or the current one if it cannot be reached."""
     stood = before.position
     if not before.bits.homed and way:
         stood += now.position - way[-1].position
     if axis.can_return_to(stood):
         return stood
-    nearest = max(axis.low, min(now.position, axis.high))  # it may tremble at the end of the range
+    nearest = max(
+        axis.low, min(now.position, axis.high)
+    )  # it may oscillate at the end of the range
     return nearest if abs(now.position - nearest) <= _NEAR else now.position

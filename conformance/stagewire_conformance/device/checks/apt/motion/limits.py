@@ -1,10 +1,10 @@
-"""``limits``: a motor that runs into a limit switch stops there, tells its end and which switch it is.
+"""``limits``: a limit switch stops a motor, which reports the end of the motion and the switch.
 
-It goes to the nearer end of its travel that lies within the range, slowly for the last part. Before that, the
-status bits of a short move show which direction leads there, because no page says in which one positions
-rise. The PICS has to declare the travel and that there are switches; the motor has to be homed, or its
-positions say nothing of where the ends are. Brushless controllers have no parameters of limit switches
-(page 39), and are left out.
+Each motor goes to the nearest end of its travel within the range, slowly for the last part. Before that, the
+status bits of a short move show which direction leads there, because no page states in which direction
+positions rise. The PICS must declare the travel and the switches, and the motor must be homed, so that the
+positions of the ends are known. Brushless controllers have no limit switch parameters (page 39), and are left
+out.
 """
 
 from __future__ import annotations
@@ -32,23 +32,23 @@ if TYPE_CHECKING:
 
 _PARAMETERS: Final = "MOT_SET_LIMSWITCHPARAMS"
 _APPROACH: Final = 0.3
-"""Seconds that the last part takes, about."""
+"""The approximate duration of the last part in seconds."""
 _BEYOND: Final = 100
-"""A switch may lie beyond the declared end by this part of the travel."""
+"""A switch may be beyond the declared end by this fraction of the travel."""
 _SWITCHES: Final = (HardLimit.MAKES, HardLimit.BREAKS)
-"""What a switch has to be set to so that it stops any motion (page 39)."""
+"""The settings with which a switch stops any motion (page 39)."""
 _VALUE: Final = 0x7F
-"""Without the bit that swaps the switches."""
+"""The mask without the bit that swaps the switches."""
 
 
 @dataclass(frozen=True)
 class _End:
-    """The end of the travel that a motor runs to.
+    """The end of the travel to which a motor runs.
 
     :param way: 1 for the upper end, -1 for the lower one.
-    :param direction: that leads there.
-    :param place: in counts.
-    :param beyond: counts by which the switch may lie beyond it.
+    :param direction: the direction that leads there.
+    :param place: the position of the end in counts.
+    :param beyond: counts by which the switch may be beyond the end.
     """
 
     axis: Axis
@@ -59,26 +59,26 @@ class _End:
 
     @property
     def told(self) -> str:
-        """What is sent, for sentences."""
+        """The command, for sentences."""
         return f"MOT_MOVE_VELOCITY {self.direction.name.lower()} to the end of the travel at {self.place}"
 
     @property
     def last(self) -> int:
-        """Counts of the last part, which is gone slowly."""
+        """The length in counts of the last, slow part."""
         backlash = abs(self.axis.backlash) + 1
         return max(1, backlash, self.axis.pace.distance(_APPROACH))
 
     def passed(self, status: Status, times: int = 1) -> bool:
-        """Return whether a motor has gone further beyond the end than a switch may lie."""
+        """Return whether a motor is further beyond the end than a switch may be."""
         return (status.position - self.place) * self.way > times * self.beyond
 
     def left(self, status: Status) -> bool:
-        """Return whether a motor that was near the end has gone away from it."""
+        """Return whether a motor that was near the end has moved away from it."""
         return (self.place - status.position) * self.way > 2 * self.last + HELD
 
 
 def _ways(declared: Declaration, allowed: Permissions, place: Target, channel: int) -> list[int]:
-    """Return the ways, 1 up and -1 down, in which an end of the travel lies within the range."""
+    """Return the ways (1 up, -1 down) in which an end of the travel is within the range."""
     travel = place.travel_of(channel)
     if travel is None or allowed.motion is None:
         return []
@@ -91,17 +91,17 @@ def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
     what = f"channel {channel} of {place.name}"
     travel = place.travel_of(channel)
     if not place.connected_to(channel).limit_switches:
-        return f"the PICS says that {what} has no limit switches"
+        return f"the PICS states that {what} has no limit switches"
     if travel is None:
-        return f"the PICS declares no travel of {what}, so nobody knows where its ends are"
+        return f"the PICS declares no travel of {what}, so the positions of its ends are unknown"
     if allowed.motion and not _ways(declared, allowed, place, channel):
-        return f"no end of the travel of {what} ({travel} counts) lies within {allowed.motion}"
+        return f"no end of the travel of {what} ({travel} counts) is within {allowed.motion}"
     return ""
 
 
 KIND = Kind(
     name="limits",
-    title="A limit switch stops a motion, and is told",
+    title="A limit switch stops a motion, and is reported",
     rules=(
         "velocity-move-until-limit",
         "velocity-move-completed",
@@ -113,7 +113,7 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "A limit switch of {motors} stops a motion and is told",
+    "A limit switch of {motors} stops a motion and is reported",
     messages=(
         "MOT_MOVE_VELOCITY",
         "MOT_MOVE_ABSOLUTE",
@@ -124,8 +124,8 @@ KIND = Kind(
         "MOT_GET_VELPARAMS",
         COMPLETED,
     ),
-    does="runs all motors at once slowly into the limit switch at an end of the travel that lies within "
-    "{range}, and goes back",
+    does="runs all motors together slowly into the limit switch at an end of the travel that is "
+    "within {range}, and returns",
     settings=True,
     seconds=8.0,
     lacks=_lacks,
@@ -167,18 +167,20 @@ def _run(axes: Sequence[Axis]) -> None:
 def _is_homed(axis: Axis) -> bool:
     homed: bool = axis.status().bits.homed
     if not homed:
-        axis.trial.inconclusive(f"{axis.text} is not homed, so nobody knows where its ends are")
+        axis.trial.inconclusive(
+            f"{axis.text} is not homed, so the positions of its ends are unknown"
+        )
     return homed
 
 
 def _end_of(axis: Axis) -> _End | None:
-    """Return the end that a motor runs to; None: there is none that it may run to."""
+    """Return the end to which a motor runs; None if it may not run to any."""
     trial, place = axis.trial, axis.place
     travel: Travel | None = place.travel_of(axis.channel)
-    assert travel is not None  # else it is not run
+    assert travel is not None  # otherwise the check does not run
     if not axis.clockwise:
         trial.inconclusive(
-            f"{axis.text} was not heard on its way, so nobody knows which direction leads to which end"
+            f"{axis.text} sent no status on its way, so the direction of each end is unknown"
         )
         return None
     told = axis.ask(m.MotReqLimSwitchParams(axis.channel)).message
@@ -189,7 +191,7 @@ def _end_of(axis: Axis) -> _End | None:
         if switches[way] & _VALUE in _SWITCHES
     ]
     if not ways:
-        trial.inconclusive(f"{axis.text}: no limit switch in reach is set to stop a motion")
+        trial.inconclusive(f"{axis.text}: no limit switch within reach is set to stop a motion")
         return None
     places = {1: travel.high, -1: travel.low}
     way = min(ways, key=lambda each: abs(places[each] - axis.start))
@@ -202,16 +204,17 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
     if seen.strayed is not None and end.left(seen.strayed):
         axis.trial.must(
             False,
-            f"{axis.text}: after {end.told} it went the other way, to {seen.strayed.position}, and was "
-            f"stopped; it had said that it moves {end.direction.name.lower()} towards that end",
+            f"{axis.text}: after {end.told}, it went the other way, to {seen.strayed.position}, "
+            f"and was stopped; before, it reported motion {end.direction.name.lower()} towards "
+            "that end",
             came=seen.strayed.heard.raw,
         )
         return
     if beyond := seen.strayed or seen.stopped:
         axis.trial.must(
             False,
-            f"{axis.text}: after {end.told} it ran on to {beyond.position} and was stopped; its limit "
-            "switch should have stopped it",
+            f"{axis.text}: after {end.told}, it ran on to {beyond.position} and was stopped; "
+            "its limit switch should have stopped it",
             came=beyond.heard.raw,
         )
         return
@@ -220,7 +223,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
     status = judge_rest(axis, end.told)
     axis.trial.must(
         abs(status.position - end.place) <= end.beyond,
-        f"{axis.text}: after {end.told} it is at {status.position}, where no limit is",
+        f"{axis.text}: after {end.told}, it is at {status.position}, away from the end",
         came=status.heard.raw,
     )
     name = end.direction.name.lower()
@@ -228,7 +231,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
     hard = getattr(bits, f"{name}_hardware_limit")
     axis.trial.must(
         hard or getattr(bits, f"{name}_software_limit", False),
-        f"{axis.text}: after {end.told} it is at {status.position}, and {status.heard.name} does not "
-        f"say that its {name} limit switch is active",
+        f"{axis.text}: after {end.told}, it is at {status.position}, but {status.heard.name} "
+        f"does not report its {name} limit switch as active",
         came=status.heard.raw,
     )

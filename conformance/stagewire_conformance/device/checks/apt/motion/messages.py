@@ -1,7 +1,7 @@
-"""Messages that come by themselves because of a motion: its end, and its status.
+"""Unsolicited messages about a motion: its end, and its status.
 
-- ``suspend``: end messages that are suspended do not come, and come again when resumed (pages 82 and 83).
-- ``move-updates``: status messages that come by themselves follow a motion (pages 11 and 20).
+- ``suspend``: suspended end messages do not come, and come again when resumed (pages 82 and 83).
+- ``move-updates``: periodic status messages follow a motion (pages 11 and 20).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _SECONDS_SUSPENDED: Final = 0.25
 _AFTER: Final = 0.2
-"""Seconds in which an end message would come behind the end of a move."""
+"""Seconds after the end of a move in which an end message would arrive."""
 
 
 SUSPEND = Kind(
@@ -48,8 +48,8 @@ SUSPEND = Kind(
         "MOT_MOVE_ABSOLUTE",
         COMPLETED,
     ),
-    does="moves all motors at once within {range} while their end messages are suspended, and back when they "
-    "are resumed",
+    does="moves all motors together within {range} while their end messages are suspended, and back "
+    "after they are resumed",
 )
 def _suspend_and_resume(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial
@@ -59,7 +59,7 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
         missed = status.position - axis.start - ways[axis]
         return not status.moving and abs(missed) <= axis.tolerance(ways[axis])
 
-    trial.undo("end messages, resumed", lambda: _tell(axes, m.MotResumeEndOfMoveMsgs()))
+    trial.undo("resumed end messages", lambda: _tell(axes, m.MotResumeEndOfMoveMsgs()))
     _tell(axes, m.MotSuspendEndOfMoveMsgs())
     for axis, way in ways.items():
         axis.send(m.MotMoveAbsolute(axis.channel, axis.start + way))
@@ -67,7 +67,7 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
     behind = trial.line.listen(_AFTER)
     for axis, way in ways.items():
         target = axis.start + way
-        told = f"MOT_MOVE_ABSOLUTE to {target}, end messages being suspended"
+        told = f"MOT_MOVE_ABSOLUTE to {target} with suspended end messages"
         mine = [
             each
             for each in behind
@@ -76,32 +76,32 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
         came = [*seen[axis].ends, *mine]
         trial.must(
             not came,
-            f"{axis.text}: after {told}, there came {', '.join(each.name or each.text for each in came)}; "
-            "nothing should come",
+            f"{axis.text}: after {told}, it sent "
+            f"{', '.join(each.name or each.text for each in came)}; it should send nothing",
             came=raw_of(came),
         )
         if not judge_place(axis, told, judge_rest(axis, told), axis.start, target):
             axis.halt()
     _tell(axes, m.MotResumeEndOfMoveMsgs())
-    move([absolute(axis, axis.start, ", end messages being resumed") for axis in axes])
+    move([absolute(axis, axis.start, " after end messages were resumed") for axis in axes])
 
 
 def _tell(
     axes: Sequence[Axis], message: m.MotResumeEndOfMoveMsgs | m.MotSuspendEndOfMoveMsgs
 ) -> None:
-    """Send a message to each place once."""
+    """Send a message to each target once."""
     for axis in {axis.place.address: axis for axis in axes}.values():
         axis.send(message)
 
 
 _SECONDS: Final = 0.4
 _FRESH: Final = 0.5
-"""Seconds in which a status message comes that was made after the end of a move."""
+"""Seconds within which a status message from after the end of a move arrives."""
 
 
 UPDATES = Kind(
     name="move-updates",
-    title="Status messages that come by themselves follow a motion",
+    title="Periodic status messages follow a motion",
     rules=(
         "updates-content",
         "status-updates-position",
@@ -114,9 +114,9 @@ UPDATES = Kind(
 
 @motor_check(
     UPDATES,
-    "Status messages of {motors} that come by themselves follow their motion",
+    "Periodic status messages of {motors} follow their motion",
     messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors at once within {range} while status messages come, and back",
+    does="moves all motors together within {range} and back while status messages are running",
 )
 def _follow_motion(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial
@@ -135,7 +135,8 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
         last = _fresh(axis, streams[axis])
         trial.must(
             last is not None,
-            f"{axis.text}: no {streams[axis].status} came by itself within {_FRESH} s of the end of a move",
+            f"{axis.text} sent no periodic {streams[axis].status} within {_FRESH} s of the "
+            "end of a move",
         )
         if last is not None:
             came = [each for each in seen[axis].others if _is_of(axis, streams[axis], each)]
@@ -143,7 +144,7 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
 
 
 def _fresh(axis: Axis, stream: Stream) -> Status | None:
-    """Return what comes by itself from now on; what is waiting is older."""
+    """Return the next periodic status. Messages that are already waiting are older."""
     line = axis.trial.line
     kept = line.listen(0)
     came = line.listen(_FRESH, until=lambda heard: _is_of(axis, stream, heard))
@@ -160,13 +161,13 @@ def _judge_updates(axis: Axis, came: Sequence[Status], last: Status) -> None:
     asked = axis.status()
     axis.trial.must(
         abs(last.position - asked.position) <= HELD and last.moving == asked.moving,
-        f"{axis.text}: after a move {last.heard.name} that comes by itself says {last.heard.text}; "
-        f"asked for, it says {asked.heard.text}",
+        f"{axis.text}: after a move, the periodic {last.heard.name} reports {last.heard.text}, "
+        f"but the requested one reports {asked.heard.text}",
         came=last.heard.raw,
     )
     axis.trial.must(
         not came or any(status.moving or status.position != axis.start for status in came),
-        f"{axis.text}: while it moved, {len(came)} times {last.heard.name} came and said that it stood at "
-        f"{axis.start}",
+        f"{axis.text}: during a move, all {len(came)} periodic {last.heard.name} reported no "
+        f"motion at {axis.start}",
         came=came[-1].heard.raw if came else None,
     )

@@ -1,10 +1,10 @@
-"""Checks of motors: one for all of a kind, which move at once, where what is allowed and claimed suffices.
+"""Checks of motors: one check for all motors of a kind, which move together.
 
-A controller with several bays, or channels, has to keep them apart all the time; so all its motors move at
-once, each to a place of its own. Those that are declared alike make one check.
+A controller with several bays or channels must never confuse them. So all its motors move at the same time,
+each to a different position. Motors with the same declaration share one check, if the permissions suffice and
+the messages are claimed.
 
-:data:`MOTION_BITS`, :data:`COMPLETION` and :data:`APART` are rules that several kinds of moves hold a
-controller to.
+:data:`MOTION_BITS`, :data:`COMPLETION` and :data:`APART` are rules that several kinds of moves check.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
 MOTION_BITS: Final = ("status-bits-motion", "dc-status-bits-motion")
-"""What the status says of a motor that moves, and of one that does not."""
+"""Rules for the status of a motor in motion and at rest."""
 
 COMPLETION: Final = (
     "move-no-response",
@@ -38,7 +38,7 @@ COMPLETION: Final = (
     "dc-status-velocity",
     *MOTION_BITS,
 )
-"""What holds for every move to a target."""
+"""Rules for every move to a target."""
 
 APART: Final = (
     "slot-addressed-by-destination",
@@ -48,21 +48,21 @@ APART: Final = (
     "module-channels",
     "dual-channel-idents",
 )
-"""What holds where several motors move."""
+"""Rules for several motors."""
 
 
 Motor = tuple["Target", int]
-"""A channel of a place."""
+"""A channel of a target."""
 
 Moving = Callable[[Sequence[Axis]], None]
-"""Looks at motors that are ready to move."""
+"""Checks motors that are ready to move."""
 
 _MOTOR: Final = "MOT_MOVE_HOME"
-"""A unit that has it in its list moves something: a solenoid driver has other messages of motors."""
+"""Units with this message in their list move something. Solenoid drivers have other motor messages."""
 
 
 def motors(declared: Declaration) -> Iterator[Motor]:
-    """Give the channels that move something."""
+    """Yield the channels that move something."""
     for place in declared.places:
         if _MOTOR in place.listed:
             for channel in place.channels:
@@ -70,7 +70,7 @@ def motors(declared: Declaration) -> Iterator[Motor]:
 
 
 def lacks_range(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
-    """Return why the range that is allowed says nothing of a motor; empty where it does."""
+    """Return why the allowed range cannot be applied to a motor; empty if it can."""
     if allowed.motion is None:
         return ""
     try:
@@ -94,15 +94,15 @@ def motor_check(
     also: tuple[str, ...] = (),
     only: str = _MOTOR,
 ) -> Callable[[Moving], Moving]:
-    """Declare a function that looks at motors as a check of all motors that are declared alike.
+    """Declare a function as a check of all motors with the same declaration; a decorator.
 
-    :param title: names them as ``{motors}``.
-    :param does: names the range that was allowed as ``{range}``.
-    :param settings: whether it also changes settings.
-    :param lacks: returns what else is missing of what was allowed.
-    :param name: of the check within its kind, if the kind has several.
-    :param at_least: how many motors it takes.
-    :param also: messages that it uses where they are claimed; those of the status are always among them.
+    :param title: has the motors as ``{motors}``.
+    :param does: has the allowed range as ``{range}``.
+    :param settings: whether the check also changes settings.
+    :param lacks: returns why the permissions do not suffice.
+    :param name: the name of the check within its kind, if the kind has several.
+    :param at_least: the number of motors that the check requires.
+    :param also: messages that the check uses if they are claimed; those of the status are always included.
     :param only: a message that units with such motors have in their lists.
     """
 
@@ -140,7 +140,7 @@ def motor_check(
 
 
 def _used(declared: Declaration, place: Target, also: tuple[str, ...]) -> list[str]:
-    """Return what else is used of what a place claims: the status, and what is named."""
+    """Return the claimed messages that are also used: those of the status, and ``also``."""
     query = place.unit.status_query
     names = [query.req.layout.message] if query and query.req else []
     for name in list(names):
@@ -149,7 +149,7 @@ def _used(declared: Declaration, place: Target, also: tuple[str, ...]) -> list[s
 
 
 def _alike(declared: Declaration) -> list[list[Motor]]:
-    """Return the motors in groups of those of which the same is declared."""
+    """Return the motors, grouped by equal declarations."""
     groups: dict[tuple[object, ...], list[Motor]] = {}
     for place, channel in motors(declared):
         connected = place.connected_to(channel)
@@ -165,20 +165,20 @@ def _alike(declared: Declaration) -> list[list[Motor]]:
 
 
 def _name(group: Sequence[Motor]) -> str:
-    """Return what names the motors in an id: ``0x21/1+0x22/1``."""
+    """Return the part of an id that identifies the motors: ``0x21/1+0x22/1``."""
     return "+".join(f"{place.name}/{channel}" for place, channel in group)
 
 
 def unseen(place: Target) -> str:
-    """Return why nobody can see where a motor is, which only the PICS can say; empty where it can be seen."""
+    """Return why the position of a motor cannot be read, which only the PICS can decide; empty if it can."""
     query = place.unit.status_query
     return place.why_not(query.req.layout.message) if query and query.req else ""
 
 
 def _skip(place: Target, messages: tuple[str, ...]) -> str:
-    """Return why a motor cannot be looked at, which only the PICS can say; empty where it can.
+    """Return why a motor cannot be checked, which only the PICS can decide; empty if it can.
 
-    Whoever moves something has to see where it is, must be able to stop it, and to bring it back.
+    A check with motion must be able to read the position, to stop the motor, and to move it back.
     """
     every = (*messages, "MOT_MOVE_STOP", "MOT_MOVE_ABSOLUTE")
     return unseen(place) or place.why_none(every)

@@ -1,4 +1,4 @@
-"""Moves: told, watched to their ends, and judged."""
+"""Moves: started, watched to their ends, and judged."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
 COMPLETED: Final = "MOT_MOVE_COMPLETED"
 
 _LESS: Final = 0.75
-"""Each motor goes less far than the one before it, so that none can be taken for another."""
+"""The ratio of the distances of successive motors, which makes the motors distinguishable."""
 
 
 @dataclass(frozen=True)
 class Move:
     """A move of one motor.
 
-    :param message: what is sent.
-    :param target: where it brings the motor, in counts; of a jog whose way is not known yet, one of the two
-        places where it may.
-    :param told: what is sent, for sentences.
-    :param jog: the pace of a jog; None: it is a move.
-    :param direction: of a jog.
+    :param message: the message to send.
+    :param target: the target position in counts. For a jog in a direction of unknown sign, one of the two
+        possible targets.
+    :param told: the command, for sentences.
+    :param jog: the pace of a jog; None for another move.
+    :param direction: the direction of a jog.
     """
 
     axis: Axis
@@ -51,7 +51,7 @@ class Move:
 
 
 def absolute(axis: Axis, target: int, about: str = "") -> Move:
-    """Return the move to a position."""
+    """Return a move to a position."""
     return Move(
         axis,
         m.MotMoveAbsolute(axis.channel, target),
@@ -61,14 +61,14 @@ def absolute(axis: Axis, target: int, about: str = "") -> Move:
 
 
 def relative(axis: Axis, way: int) -> Move:
-    """Return the move by a distance, from where it is."""
+    """Return a move by a distance from the current position."""
     target = axis.status().position + way
     message = m.MotMoveRelative(axis.channel, way)
     return Move(axis, message, target, f"MOT_MOVE_RELATIVE by {way}")
 
 
 def jog(axis: Axis, direction: MoveDirection, step: int, pace: Pace) -> Move:
-    """Return the jog by a step that is set, from where it is."""
+    """Return a jog by a set step from the current position."""
     target = axis.status().position + (axis.way_of(direction) or 1) * step
     told = f"MOT_MOVE_JOG {direction.name.lower()} by a step of {step}"
     message = m.MotMoveJog(axis.channel, direction)
@@ -76,9 +76,9 @@ def jog(axis: Axis, direction: MoveDirection, step: int, pace: Pace) -> Move:
 
 
 def make_room(distances: Mapping[Axis, int]) -> bool:
-    """Move motors to where they may go by a distance both up and down, and return whether all got there.
+    """Move motors to positions with room for a distance both up and down; return whether all arrived.
 
-    Whoever names a direction does not know before which of the two it is.
+    The sign of a commanded direction is not known beforehand.
     """
     places = {axis: axis.place_with_room(distance) for axis, distance in distances.items()}
     moves = [absolute(axis, place) for axis, place in places.items() if place != axis.start]
@@ -86,23 +86,23 @@ def make_room(distances: Mapping[Axis, int]) -> bool:
 
 
 def distances(axes: Sequence[Axis], seconds: float) -> dict[Axis, int]:
-    """Return how far motors are to go from where they are: some time's way, and none like another."""
+    """Return a distance for each motor, each of a different length, from the duration of a move."""
     return {
         axis: axis.distance(axis.start, seconds * _LESS**index) for index, axis in enumerate(axes)
     }
 
 
 def move(moves: Sequence[Move]) -> bool:
-    """Send messages that move motors, all at once, and judge what comes; return whether all got there.
+    """Send commands that move motors together, and judge the reaction; return whether all arrived.
 
-    A target that is outside of the range, because the motor is not where it should be, is left out.
+    Targets outside of the range are left out; they occur if a motor is not where it should be.
     """
     moves = [
         each
         for each in moves
         if each.axis.low - HELD
         <= each.target
-        <= each.axis.high + HELD  # relative to where it trembles
+        <= each.axis.high + HELD  # relative to a position that may oscillate
     ]
     if not moves:
         return False
@@ -141,7 +141,7 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
 
 
 def _as_it_went(one: Move, start: int, seen: Watched) -> Move:
-    """Return a jog with the target on the side to which it went."""
+    """Return a jog with its target on the side to which the motor went."""
     gone = next((place - start for place in _places(seen) if place != start), 0)
     if gone * (one.target - start) >= 0:
         return one
@@ -149,7 +149,7 @@ def _as_it_went(one: Move, start: int, seen: Watched) -> Move:
 
 
 def _places(seen: Watched) -> Iterator[int]:
-    """Yield where a motor said that it was, the last place first."""
+    """Yield the positions that a motor reported, the last one first."""
     for end in reversed(seen.ends):
         if hasattr(end.message, "position"):
             yield end.message.position
@@ -157,18 +157,18 @@ def _places(seen: Watched) -> Iterator[int]:
 
 
 def returning(axes: Sequence[Axis]) -> None:
-    """See to it that motors go back, all at once, at the end of the check."""
+    """Move the motors back together at the end of the check."""
     where = " and ".join(axis.text for axis in axes)
     axes[0].trial.undo(f"position of {where}", lambda: go_back(axes), moves=True)
 
 
 def go_back(axes: Sequence[Axis]) -> None:
-    """Move those that are elsewhere to where they were at the beginning.
+    """Move motors that are not at their initial positions back to them.
 
-    Where something was found, all of them are: what they tell of their places may be wrong, and the next
-    check would begin from somewhere that nobody knows.
+    If the check has a finding, move all of them: the positions that they report may be wrong, and the next
+    check must not begin at an unknown position.
 
-    Raises :class:`~stagewire.errors.StagewireError` for one that does not get there; it is stopped.
+    Raise :class:`~stagewire.errors.StagewireError` for a motor that does not arrive; it is stopped.
     """
     away = {}
     trusted = axes[0].trial.result is Result.PASS
@@ -180,7 +180,7 @@ def go_back(axes: Sequence[Axis]) -> None:
             away[axis] = axis.start - status.position
     if not away:
         return
-    axes[0].trial.line.listen(0)  # ends of what was stopped before are not those of the way back
+    axes[0].trial.line.listen(0)  # end messages of earlier stops do not belong to the way back
 
     def goes_away(axis: Axis, status: Status) -> bool:
         distance = abs(away[axis]) + abs(axis.backlash)

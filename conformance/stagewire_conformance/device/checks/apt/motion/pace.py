@@ -1,4 +1,4 @@
-"""How fast a motor moves, in counts: from what the controller says of its velocity and acceleration."""
+"""The speed of a motor in counts, from the velocity and acceleration that the controller reports."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 
 _PATIENCE: Final = 5.0
-"""Seconds that a move may take beyond twice of what it should."""
+"""Seconds that a move may take beyond twice its expected time."""
 _UNKNOWN: Final = 60.0
-"""Seconds that a move may take where nobody knows how long it should."""
+"""Seconds that a move of unknown duration may take."""
 
 
 @dataclass(frozen=True)
 class Pace:
     """A velocity in counts/s and an acceleration in counts/s².
 
-    :param known: whether there are scales for both. Else the raw values stand for them, as page 30 has it;
-        controllers are known that multiply them, so that a motor is slower then, and none where it is faster.
+    :param known: whether both have scales. Otherwise the raw values are used as they are (page 30). Some
+        controllers are known to scale them so that the motor is slower, none so that it is faster.
     """
 
     velocity: float
@@ -34,26 +34,26 @@ class Pace:
     known: bool
 
     def distance(self, seconds: float) -> int:
-        """Return how far a move from rest to rest goes in some time."""
+        """Return the distance of a move from rest to rest in some time."""
         ramp = self.velocity / self.acceleration
         if seconds >= 2 * ramp:
             return int(self.velocity * (seconds - ramp))
         return int(self.acceleration * seconds * seconds / 4)
 
     def seconds(self, distance: int) -> float:
-        """Return how long a move from rest to rest over a distance takes."""
+        """Return the duration of a move from rest to rest over a distance."""
         ramp = self.velocity / self.acceleration
         if abs(distance) >= self.velocity * ramp:
             return abs(distance) / self.velocity + ramp
         return 2 * math.sqrt(abs(distance) / self.acceleration)
 
     def limit(self, distance: int) -> float:
-        """Return after how many seconds a move over a distance is given up."""
+        """Return the seconds after which a move over a distance is given up."""
         return 2 * self.seconds(distance) + _PATIENCE if self.known else _UNKNOWN
 
 
 def pace_of(trial: Trial, place: Target, channel: int) -> Pace:
-    """Return the pace of moves (page 30); where it is not told, one that makes them short."""
+    """Return the pace of moves (page 30); if it cannot be read, one that keeps moves short."""
     if "MOT_REQ_VELPARAMS" not in place.messages:
         return Pace(1000.0, 1000.0, known=False)
     told = trial.reply(m.MotReqVelParams(channel), place.address).message
@@ -66,7 +66,7 @@ def jog_pace_of(place: Target, channel: int, told: m.MotGetJogParams) -> Pace:
 
 
 def status_velocity(place: Target, channel: int) -> float | None:
-    """Return how many counts/s one of velocity is in a status (page 79); None: nobody knows."""
+    """Return the counts/s of one unit of velocity in a status (page 79); None if unknown."""
     ratio = _ratio(place, channel, "status_velocity")
     return None if ratio is None else float(ratio)
 
@@ -82,7 +82,7 @@ def _pace(place: Target, channel: int, velocity: int, acceleration: int) -> Pace
 
 
 def _ratio(place: Target, channel: int, quantity: str) -> Fraction | None:
-    """Return how many counts (of position, per second) one on the wire is; None: nobody knows."""
+    """Return the counts (of position, per second) of one unit on the wire; None if unknown."""
     position = place.position_scale(channel)
     scales = place.connected_to(channel).scales
     if position is None or quantity not in scales.rules:

@@ -1,4 +1,4 @@
-"""``move-stop``: a move that is stopped ends before its target, says so once, and stays (pages 49 and 50)."""
+"""``move-stop``: a stopped move ends before its target, which is reported once (pages 49 and 50)."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _SECONDS: Final = 1.0
-"""About how long the move would take."""
+"""The approximate duration of the move in seconds."""
 _LEAST: Final = 0.4
-"""Seconds that it has to take at least, so that it can be stopped before it slows down by itself."""
+"""The least duration in seconds that allows a stop before the motor slows down by itself."""
 _SHARE: Final = 0.1
-"""Part of its way after which it is stopped."""
+"""The fraction of the distance after which the motor is stopped."""
 _TELLING: Final = 50
-"""Counts of a way after which it shows how a motor stops."""
+"""Counts of motion after which the way a motor stops can be judged."""
 _AFTER: Final = 0.15
-"""Seconds after which a motor that was stopped is looked at again."""
+"""Seconds after which the position of a stopped motor is read again."""
 
 
 KIND = Kind(
     name="move-stop",
-    title="A stop ends a move where it is, and is reported once",
+    title="A stop ends a move, and is reported once",
     rules=(
         "stop-any-move",
         "stop-mode-values",
@@ -50,10 +50,11 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_STOP ends moves of {motors}, at once and with a profile, which is reported once",
+    "MOT_MOVE_STOP ends moves of {motors}, immediately and with a profile, and each "
+    "reports it once",
     messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE"),
-    does="begins moves of all motors within {range} and stops them on their way, once at once and once with "
-    "a profile",
+    does="starts moves of all motors within {range} and stops them on their way, once immediately "
+    "and once with a profile",
     seconds=3.0,
 )
 def _run(axes: Sequence[Axis]) -> None:
@@ -61,8 +62,8 @@ def _run(axes: Sequence[Axis]) -> None:
     for axis, way in ways.items():
         if axis.pace.seconds(way) < _LEAST and not _slow_down(axis, abs(way)):
             axis.trial.inconclusive(
-                f"a move of {abs(way)} counts is over before it could be stopped; allow a wider range, or "
-                "settings, so that it can be made slower"
+                f"a move of {abs(way)} counts ends before it can be stopped; allow a wider "
+                "range, or settings, so that it can be made slower"
             )
             return
     at_once = _stop(
@@ -75,13 +76,16 @@ def _run(axes: Sequence[Axis]) -> None:
         (_, short), (gone, long) = at_once[axis], slowly[axis]
         axis.trial.should(
             gone < _TELLING or long > short + JITTER,
-            f"{axis.text}: MOT_MOVE_STOP with a profile ran out {long} counts, and at once {short}; a "
-            "profiled stop should slow down",
+            f"{axis.text}: MOT_MOVE_STOP with a profile stopped after {long} counts, and the "
+            f"immediate one after {short}; a profiled stop should slow down gradually",
         )
 
 
 def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, tuple[int, int]]:
-    """Begin moves, stop them, and judge what comes; return how far each had gone, and how far it ran out."""
+    """Start moves, stop them, and judge the reaction.
+
+    Return, for each motor, the distance before the stop and the distance after it.
+    """
     axes = list(moves)
     starts = {axis: axis.status().position for axis in axes}
     ways = {axis: one.target - starts[axis] for axis, one in moves.items()}
@@ -107,15 +111,14 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, tuple[int, i
     for axis, place in stood.items():
         now = axis.status().position
         axis.trial.must(
-            abs(now - place)
-            <= 2 * JITTER,  # it may have been at one end of it, and be at the other
-            f"{axis.text}: after {_STOPPED} it went on from {place} to {now}; it should stay where it "
-            "stopped",
+            abs(now - place) <= 2 * JITTER,  # it may have oscillated from one end to the other
+            f"{axis.text}: after {_STOPPED}, it moved on from {place} to {now}; it should stay "
+            "where it stopped",
         )
     for heard in behind:
         axes[0].trial.must(
             False,
-            f"after {_STOPPED} there came {heard.text}; nothing should come any more",
+            f"after {_STOPPED}, the controller sent {heard.text}; it should send nothing more",
             came=heard.raw,
         )
     return {
@@ -126,7 +129,7 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, tuple[int, i
 
 
 def _slow_down(axis: Axis, distance: int) -> bool:
-    """Let moves of a distance take long enough, and return whether that was allowed."""
+    """Slow the motor down so that moves over a distance take long enough; return whether that was allowed."""
     claimed = {"MOT_SET_VELPARAMS", "MOT_REQ_VELPARAMS", "MOT_GET_VELPARAMS"} <= axis.place.messages
     if not axis.trial.allowed.settings or not claimed:
         return False
@@ -135,11 +138,11 @@ def _slow_down(axis: Axis, distance: int) -> bool:
 
 
 def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
-    """Say how a move that was stopped ended, and return where; None: not to be told."""
+    """Report how a stopped move ended, and return the position; None if unknown."""
     axis, target = one.axis, one.target
     if seen.stopped is None or _was_over(axis, start, target, seen):
         if seen.ends and seen.strayed is None:
-            axis.trial.inconclusive(f"{axis.text}: {one.told} was over before it could be stopped")
+            axis.trial.inconclusive(f"{axis.text}: {one.told} ended before it could be stopped")
         else:
             judge_end(axis, one.told, seen, COMPLETED)
         return None
@@ -148,17 +151,18 @@ def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
         return None
     place = judge_rest(axis, told, end).position
     if abs(place - target) <= axis.tolerance(target - start):
-        axis.trial.inconclusive(f"{axis.text}: after {told} it had all but arrived, at {place}")
+        axis.trial.inconclusive(f"{axis.text}: after {told}, it had almost arrived, at {place}")
         return place
     axis.trial.must(
         min(start, target) < place < max(start, target),
-        f"{axis.text}: after {told} it is at {place}; it should have stopped between {start} and {target}",
+        f"{axis.text}: after {told}, it is at {place}; it should have stopped between "
+        f"{start} and {target}",
     )
     return place
 
 
 def _was_over(axis: Axis, start: int, target: int, seen: Watched) -> bool:
-    """Return whether a motor arrived in the instant in which it was told to stop."""
+    """Return whether a motor arrived at the moment of the stop command."""
     names = [end.name for end in seen.ends]
     missed = abs(axis.status().position - target)
     return names == [COMPLETED, _STOPPED] and missed <= axis.tolerance(target - start)

@@ -1,10 +1,10 @@
-"""Moves to a target: to a position, by a distance, as stored, by one jog, and of one motor alone.
+"""Moves to a target: to a position, by a distance, to a stored target, by one jog, and of one motor alone.
 
 - ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46).
-- ``move-jog``: one jog is one step of the size that is set, forward and in reverse (pages 32 and 47). No page
-  says in which direction positions rise, so each motor first goes to where it has room up and down.
-- ``move-alone``: of several motors only the one that is told to moves, and only it says so (pages 9 and 17).
-  Bays differ by the address of their messages alone, channels of a module by the channel that they name.
+- ``move-jog``: one jog is one step of the set size, forward and in reverse (pages 32 and 47). No page states
+  in which direction positions rise, so each motor first goes to a position with room both up and down.
+- ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
+  only by the address in their messages, channels of a module only by the channel.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of
 
 _SECONDS: Final = 0.3
-"""About how long a move takes."""
+"""The approximate duration of a move in seconds."""
 
 
 ABSOLUTE = Kind(
     name="move-absolute",
-    title="An absolute move ends where it was told to, and says so once",
+    title="An absolute move ends at its target, and is reported once",
     rules=(
         "absolute-move",
         "absolute-move-long",
@@ -53,7 +53,7 @@ ABSOLUTE = Kind(
 
 RELATIVE = Kind(
     name="move-relative",
-    title="A relative move goes as far as it was told to, and says so once",
+    title="A relative move covers its distance, and is reported once",
     rules=(
         "relative-move",
         "relative-move-long",
@@ -66,9 +66,9 @@ RELATIVE = Kind(
 
 @motor_check(
     ABSOLUTE,
-    "MOT_MOVE_ABSOLUTE moves {motors} to a position, and the end is reported once",
+    "MOT_MOVE_ABSOLUTE moves {motors} to a position, and each reports the end once",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors at once to positions within {range}, and back",
+    does="moves all motors together to positions within {range}, and back",
 )
 def _absolute(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)
@@ -78,9 +78,9 @@ def _absolute(axes: Sequence[Axis]) -> None:
 
 @motor_check(
     RELATIVE,
-    "MOT_MOVE_RELATIVE moves {motors} by a distance, and the end is reported once",
+    "MOT_MOVE_RELATIVE moves {motors} by a distance, and each reports the end once",
     messages=("MOT_MOVE_RELATIVE", COMPLETED),
-    does="moves all motors at once by distances within {range}, and back",
+    does="moves all motors together by distances within {range}, and back",
 )
 def _relative(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)
@@ -90,7 +90,7 @@ def _relative(axes: Sequence[Axis]) -> None:
 
 STORED = Kind(
     name="move-stored",
-    title="A move without data takes what was stored for it",
+    title="A move command without data uses the stored target",
     rules=(
         "absolute-position-stored",
         "absolute-move-short",
@@ -105,9 +105,10 @@ def _stored_check(message: str, parameter: str) -> Callable[[Moving], Moving]:
     setting, *telling = (f"MOT_{role}_{parameter}" for role in ("SET", "REQ", "GET"))
     return motor_check(
         STORED,
-        f"{message} without data moves {{motors}} by what {setting} stored",
+        f"{message} without data moves {{motors}} to the target stored with {setting}",
         messages=(message, setting, *telling, COMPLETED),
-        does=f"stores targets with {setting}, moves all motors at once to them within {{range}}, and back",
+        does=f"stores targets with {setting}, moves all motors together to them within "
+        f"{{range}}, and back",
         settings=True,
         name=message,
     )
@@ -119,7 +120,7 @@ def _stored_absolute(axes: Sequence[Axis]) -> None:
     for axis, way in distances(axes, _SECONDS).items():
         target = axis.start + way
         change(axis, "MOT_SET_MOVEABSPARAMS", absolute_position=target)
-        told = f"MOT_MOVE_ABSOLUTE without a position, {target} being stored"
+        told = f"MOT_MOVE_ABSOLUTE without a position, with {target} stored"
         moves.append(Move(axis, m.MotMoveAbsoluteHeader(axis.channel), target, told))
     move(moves)
 
@@ -129,20 +130,20 @@ def _stored_relative(axes: Sequence[Axis]) -> None:
     moves = []
     for axis, way in distances(axes, _SECONDS).items():
         change(axis, "MOT_SET_MOVERELPARAMS", relative_distance=way)
-        told = f"MOT_MOVE_RELATIVE without a distance, {way} being stored"
+        told = f"MOT_MOVE_RELATIVE without a distance, with {way} stored"
         moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
     move(moves)
 
 
 _SECONDS_OF_JOG: Final = 0.3
-"""About how long a step takes."""
+"""The approximate duration of a step in seconds."""
 _LESS: Final = 0.75
-"""The steps of each motor are smaller than those of the one before it."""
+"""The ratio of the steps of successive motors."""
 
 
 JOG = Kind(
     name="move-jog",
-    title="A jog is one step in the direction that is named, and its end is reported once",
+    title="A jog is one step in the commanded direction, and is reported once",
     rules=(
         "jog-move",
         "jog-direction-values",
@@ -156,7 +157,7 @@ JOG = Kind(
 
 @motor_check(
     JOG,
-    "MOT_MOVE_JOG moves {motors} by one step, and the end is reported once",
+    "MOT_MOVE_JOG moves {motors} by one step, and each reports the end once",
     messages=(
         "MOT_MOVE_JOG",
         "MOT_SET_JOGPARAMS",
@@ -164,8 +165,8 @@ JOG = Kind(
         "MOT_GET_JOGPARAMS",
         COMPLETED,
     ),
-    does="sets single steps of a small size with MOT_SET_JOGPARAMS, jogs all motors at once forward and "
-    "in reverse within {range}, and puts the parameters back",
+    does="sets small single steps with MOT_SET_JOGPARAMS, jogs all motors together forward and in "
+    "reverse within {range}, and restores the parameters",
     settings=True,
 )
 def _jog_steps(axes: Sequence[Axis]) -> None:
@@ -190,14 +191,14 @@ _SECONDS_ALONE: Final = 0.25
 
 ALONE = Kind(
     name="move-alone",
-    title="Of several motors only the one that is told to moves",
+    title="Of several motors, only the addressed one moves",
     rules=("absolute-move", *APART),
 )
 
 
 @motor_check(
     ALONE,
-    "Of {motors} only the motor that is told to moves, and only it says so",
+    "Of {motors}, only the addressed motor moves, and only it reports a move",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
     does="moves one motor after the other within {range}, and back",
     at_least=2,
@@ -212,9 +213,9 @@ def _one_alone(axes: Sequence[Axis]) -> None:
             status = other.status()
             axis.trial.must(
                 abs(status.position - stood[other])
-                <= 2 * JITTER,  # from one end of it to the other
-                f"{axis.text} was told to move alone, and {other.text} went from {stood[other]} to "
-                f"{status.position}; it should stand",
+                <= 2 * JITTER,  # it may have oscillated from one end to the other
+                f"{axis.text} alone was commanded to move, but {other.text} went from "
+                f"{stood[other]} to {status.position}; it should not move",
                 came=status.heard.raw,
             )
         if not arrived:

@@ -1,9 +1,9 @@
-"""``move-velocity``: a motor runs in the direction that is named until it is stopped (page 48).
+"""``move-velocity``: a motor runs in the commanded direction until it is stopped (page 48).
 
-Before anything is sent it is seen to that it can be stopped in time: it runs so slowly that it would need
-more than two seconds to the end of the range, and stops within a quarter of what is left. It is stopped as
-soon as it has been seen to run. No page says in which direction positions rise, so it begins where it has
-room up and down.
+Before it starts a motor, the check makes sure that it can stop it in time: the motor runs so slowly that it
+would need more than two seconds to the end of the range, and stops within a quarter of the rest. It is
+stopped as soon as it has been seen to run. No page states in which direction positions rise, so it starts at
+a position with room both up and down.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_out
 
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _RUNNING: Final = 0.25
-"""Seconds that a motor runs, about."""
+"""The approximate duration of a run in seconds."""
 _LATE: Final = 0.25
-"""Seconds by which a stop may be late; what the motor does meanwhile is left free."""
+"""Seconds by which a stop may be late; the range leaves room for the motion in that time."""
 _LEAST_ROOM: Final = 64
-"""Counts that are needed in a direction."""
+"""Counts of room required in a direction."""
 
 
 def slow_down(axis: Axis, room: int) -> float:
-    """Let it move so slowly that it needs two seconds and more for some counts.
+    """Slow a motor down so that it needs at least two seconds for a number of counts.
 
-    Returns the velocity in counts/s that it does not exceed then.
+    Return the velocity in counts/s that it then does not exceed.
     """
     now = axis.pace.velocity
     slow = min(now, room / 2, math.sqrt(room * axis.pace.acceleration / 2))
@@ -51,9 +51,9 @@ def slow_down(axis: Axis, room: int) -> float:
 
 @dataclass
 class _Run:
-    """A motor that is to run.
+    """A run of a motor.
 
-    :param velocity: that it does not exceed, in counts/s.
+    :param velocity: the velocity that it does not exceed, in counts/s.
     """
 
     axis: Axis
@@ -63,43 +63,43 @@ class _Run:
 
     @property
     def told(self) -> str:
-        """What is sent, for sentences."""
+        """The command, for sentences."""
         return f"MOT_MOVE_VELOCITY {self.direction.name.lower()}"
 
     @property
     def stopping(self) -> float:
-        """The counts that it may need until it stands."""
+        """The counts that the motor may need to come to rest."""
         return self.velocity * (_LATE + self.velocity / self.axis.pace.acceleration / 2)
 
     @property
     def free(self) -> float:
-        """The counts after which it has to be stopped."""
+        """The counts after which the motor must be stopped."""
         up, down = self.axis.high - self.start, self.start - self.axis.low
         room = {1: up, -1: down, 0: min(up, down)}
         return room[self.axis.way_of(self.direction)] - self.stopping
 
     @property
     def enough(self) -> float:
-        """The counts after which it is stopped."""
+        """The counts after which the motor is stopped."""
         return min(self.velocity * _RUNNING + self.stopping, self.free)
 
     @property
     def latest(self) -> float:
-        """The seconds after which it has to be stopped even if nobody knows where it is."""
+        """The seconds after which the motor must be stopped even if its position is unknown."""
         ramp = self.velocity / self.axis.pace.acceleration
         if self.free < self.velocity * ramp / 2:
             return math.sqrt(2 * self.free / self.axis.pace.acceleration)
         return self.free / self.velocity + ramp / 2
 
     def gone(self, status: Status) -> int:
-        """Return how far it has gone; where its way is not known yet, however it went."""
+        """Return how far the motor has gone, as an absolute distance if its direction is unknown."""
         moved = status.position - self.start
         return moved * self.axis.way_of(self.direction) if self.axis.clockwise else abs(moved)
 
 
 KIND = Kind(
     name="move-velocity",
-    title="A motor that is told to run does so until it is stopped",
+    title="A motor runs until it is stopped",
     rules=(
         "velocity-move",
         "velocity-move-until-stop",
@@ -115,7 +115,7 @@ KIND = Kind(
 
 @motor_check(
     KIND,
-    "MOT_MOVE_VELOCITY runs {motors} in the direction that is named until they are stopped",
+    "MOT_MOVE_VELOCITY runs {motors} in the commanded direction until they are stopped",
     messages=(
         "MOT_MOVE_VELOCITY",
         "MOT_MOVE_STOP",
@@ -124,8 +124,9 @@ KIND = Kind(
         "MOT_REQ_VELPARAMS",
         "MOT_GET_VELPARAMS",
     ),
-    does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {range}, runs them at once "
-    "forward and in reverse for less than a second, stops them, and puts the velocity back",
+    does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {range}, runs them "
+    "together forward and in reverse for less than a second, stops them, and restores the "
+    "velocity",
     settings=True,
 )
 def _run(axes: Sequence[Axis]) -> None:
@@ -139,7 +140,7 @@ def _run(axes: Sequence[Axis]) -> None:
 
 
 def _room(axis: Axis) -> int:
-    """Return the counts that a motor gets to run up and down: if possible, so many that it is not slowed."""
+    """Return the counts of room for a run both up and down; enough to keep the velocity, if possible."""
     half = axis.half(_LEAST_ROOM)
     velocity, acceleration = axis.pace.velocity, axis.pace.acceleration
     enough = 2 * velocity * max(1.0, velocity / acceleration)
@@ -147,7 +148,7 @@ def _room(axis: Axis) -> int:
 
 
 def _run_all(runs: Sequence[_Run]) -> bool:
-    """Let motors run at once, stop each, and judge what came; return whether all did as they were told."""
+    """Run motors together, stop each, and judge the reaction; return whether all followed their commands."""
     by_axis = {run.axis: run for run in runs}
     for run in runs:
         run.start = run.axis.status().position
@@ -175,22 +176,22 @@ def _run_all(runs: Sequence[_Run]) -> bool:
 
 
 def _judge(run: _Run, seen: Watched) -> bool:
-    """Say what is wrong with a run, and return whether nothing is."""
+    """Report what is wrong with a run, and return whether it was right."""
     axis = run.axis
     last = seen.strayed or seen.stopped
     if seen.unheard and last is None and seen.ends:
         axis.trial.inconclusive(
-            f"{axis.text}: after {run.told} it did not say soon enough where it was, so it was stopped after "
+            f"{axis.text}: after {run.told}, its status did not come in time, so it was stopped after "
             f"{run.latest:.1f} s, before it could leave {axis.low}..{axis.high}"
         )
         return False
     if last is None:
-        told = f"{run.told} from {run.start}, where no limit is"
+        told = f"{run.told} from {run.start}, away from any limit"
         if seen.ends:
             axis.trial.must(
                 False,
-                f"{axis.text}: after {told}, there came {seen.ends[0].name}, though nobody stopped it; it "
-                "should run on",
+                f"{axis.text}: after {told}, it sent {seen.ends[0].name} without a stop "
+                "command; it should run on",
                 came=seen.ends[0].raw,
             )
         else:
@@ -199,8 +200,8 @@ def _judge(run: _Run, seen: Watched) -> bool:
     way = run.direction.name.lower()
     moved = axis.trial.must(
         run.gone(last) > 0,
-        f"{axis.text}: after {run.told} it went from {run.start} to {last.position}; it should have "
-        f"run {way}",
+        f"{axis.text}: after {run.told}, it went from {run.start} to {last.position}; it should "
+        f"have run {way}",
         came=last.heard.raw,
     )
     if moved:

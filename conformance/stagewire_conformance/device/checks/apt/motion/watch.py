@@ -1,4 +1,4 @@
-"""Motors in motion are watched until each says that it has ended, or stands without a word."""
+"""Watch motors in motion until each reports its end, or is at rest without reporting it."""
 
 from __future__ import annotations
 
@@ -17,47 +17,47 @@ if TYPE_CHECKING:
 
 
 ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED"})
-"""The messages that tell that a motion has ended."""
+"""The messages that report the end of a motion."""
 
 Decision = Callable[[Axis, Status], bool]
-"""Decides something of a motor by its status."""
+"""Decides something about a motor from its status."""
 
 _ANSWER: Final = 1.0
-"""Seconds within which a status has to come where nothing presses."""
+"""Seconds within which a status must arrive if no deadline is close."""
 
 _BEHIND: Final = 0.05
-"""Seconds in which a second end would come behind the last one."""
+"""Seconds in which a second end message would follow the last one."""
 
 _LATEST: Final = 0.3
-"""Seconds for which a status tells where a motor is."""
+"""Seconds for which a status is recent enough to give the position of a motor."""
 
 _PATIENCE: Final = 2.0
-"""Seconds that a motor may stand without a word."""
+"""Seconds that a motor may be at rest without an end message."""
 
 _HEEDED: Final = 0.12
-"""Seconds after which a motor that was told to stop at once does not move any more."""
+"""Seconds after an immediate stop command in which a motor must come to rest."""
 _STANDS: Final = 0.3
-"""Seconds without motion after which a motor that was called back stands."""
+"""Seconds without motion after which a motor that left its range is at rest."""
 _GIVEN_UP: Final = 10.0
-"""Seconds after which nothing more can be done for it."""
+"""Seconds after which a motor that does not stop is given up."""
 
 
 @dataclass
 class Watched:
-    """What was seen of the motion of one motor.
+    """The observed motion of one motor.
 
-    :param statuses: what it said of itself until it ended or was stopped, in order.
-    :param ends: the end messages that are its own, or of which nobody knows whose they are.
-    :param others: what else came.
-    :param stopped: its status when it was told to stop; None: it was not.
-    :param strayed: its status where it must not be; None: it was not there. From then on it is watched until
-        it stands, whatever it says.
-    :param called_back: whether it was told to go back then.
-    :param unheard: whether it was stopped without knowing where it was, because the time for it had come.
-    :param seconds: until its end, or until it was given up.
-    :param over: whether it is watched no more.
+    :param statuses: its statuses until it ended or was stopped, in order.
+    :param ends: the end messages of this motor, or of an unknown one.
+    :param others: all other messages.
+    :param stopped: its status when it was commanded to stop; None if it was not.
+    :param strayed: its status outside of its limits; None if it stayed within them. From then on, it is
+        watched until it is at rest, whatever it reports.
+    :param called_back: whether it was then commanded to go back.
+    :param unheard: whether it was stopped at its deadline without a recent position.
+    :param seconds: seconds until its end, or until it was given up.
+    :param over: whether it is no longer watched.
     :param moved: when it was last seen to move.
-    :param place: where it was then.
+    :param place: its position then.
     """
 
     statuses: list[Status] = field(default_factory=list)
@@ -74,11 +74,11 @@ class Watched:
 
     @property
     def runs(self) -> bool:
-        """Whether nobody has stopped it yet."""
+        """Whether the motor has not been stopped yet."""
         return not self.over and self.stopped is None and self.strayed is None and not self.unheard
 
     def look(self, status: Status) -> None:
-        """Note a status; those after a stop are not those of the motion any more."""
+        """Record a status. After a stop, it no longer belongs to the motion."""
         if self.stopped is None and not self.unheard:
             self.statuses.append(status)
         if self.place is None or abs(status.position - self.place) > JITTER:
@@ -86,7 +86,7 @@ class Watched:
 
 
 def is_outside(axis: Axis, status: Status) -> bool:
-    """Return whether a motor has left the range that was allowed, further than a servo overshoots."""
+    """Return whether a motor is outside of the allowed range, further than a servo overshoots."""
     return not axis.low - HELD <= status.position <= axis.high + HELD
 
 
@@ -100,15 +100,16 @@ def watch(
     strays: Decision | None = is_outside,
     deadlines: Mapping[Axis, float] = MappingProxyType({}),
 ) -> dict[Axis, Watched]:
-    """Watch motors that were told to move, until an end message of each has come.
+    """Watch moving motors until an end message of each has arrived.
 
-    :param limits: seconds after which one is given up, if it still moves then.
-    :param done: ends the watching of a motor before.
-    :param stop: has a motor stopped, at once, and its end awaited.
+    :param limits: seconds after which a motor that still moves is given up.
+    :param done: decides to stop watching a motor earlier.
+    :param stop: decides to stop a motor; its end is then awaited.
     :param mode: how it is stopped.
-    :param strays: says that a motor is where it must not be: it is called back, whatever that takes.
-    :param deadlines: seconds after which a motor that runs on is stopped whatever is heard of it: a status
-        that is lost, late or stale does not tell that it is about to leave the range.
+    :param strays: decides that a motor is where it must not be; it is then stopped, and called back if
+        necessary.
+    :param deadlines: seconds after which a running motor is stopped regardless of its status: a status that
+        is lost, late or stale does not show that the motor is about to leave the range.
     """
     line = axes[0].trial.line
     began = line.now
@@ -142,7 +143,7 @@ def watch(
 def _stop_in_time(
     seen: Mapping[Axis, Watched], deadlines: Mapping[Axis, float], began: float, mode: StopMode
 ) -> None:
-    """Stop the motors whose time is over."""
+    """Stop the motors whose deadline has passed."""
     for axis, due in deadlines.items():
         each = seen[axis]
         now = axis.trial.line.now
@@ -159,14 +160,14 @@ def _stop_in_time(
 def _status(
     axis: Axis, seen: Mapping[Axis, Watched], deadlines: Mapping[Axis, float], began: float
 ) -> Status | None:
-    """Return the status of a motor; None where none came until one has to be stopped."""
+    """Return the status of a motor; None if none arrived before the next deadline."""
     left = min((due for each, due in deadlines.items() if seen[each].runs), default=inf)
     left -= axis.trial.line.now - began
     return axis.status() if left >= _ANSWER else axis.status_within(max(0.0, left))
 
 
 def _is_back(axis: Axis, seen: Watched, status: Status) -> bool:
-    """Return whether a motor that strayed stands; one that heeds no stop is told to go back, once."""
+    """Return whether a motor that strayed is at rest. If it ignores the stop, command it back, once."""
     assert seen.strayed is not None
     since = status.time - seen.strayed.time
     if not seen.called_back and since >= _HEEDED and status.time - seen.moved < _HEEDED:
@@ -176,7 +177,7 @@ def _is_back(axis: Axis, seen: Watched, status: Status) -> bool:
 
 
 def _take(seen: Mapping[Axis, Watched], heard: Sequence[Incoming], seconds: float) -> None:
-    """Sort what came: ends by their source and channel, others by their source."""
+    """Assign messages to motors: end messages by source and channel, others by source."""
     for each in heard:
         axis = _whose(seen, each)
         if each.name not in ENDS:
@@ -188,9 +189,9 @@ def _take(seen: Mapping[Axis, Watched], heard: Sequence[Incoming], seconds: floa
 
 
 def _whose(seen: Mapping[Axis, Watched], heard: Incoming) -> Axis:
-    """Return whose message it is, by its addresses, in either order, and by its channel.
+    """Return the motor that a message belongs to, by its addresses in either order, and its channel.
 
-    Of one that says nothing known it is a motor that still waits for its end.
+    A message without a known address or channel belongs to a motor that has not ended yet.
     """
     axes = list(seen)
     from_it = [axis for axis in axes if axis.place.address == heard.source]

@@ -1,4 +1,4 @@
-"""Checks of what is switched and put out: channels and their loops, piezos, the solenoid, digital outputs."""
+"""Checks of outputs: channels and their loops, piezos, the solenoid, digital outputs."""
 
 from __future__ import annotations
 
@@ -27,4 +27,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     solenoid.MODE,
     solenoid.INTERLOCK,
 )
-"""In the order in which they are run."""
+"""The kinds in the order in which they run."""

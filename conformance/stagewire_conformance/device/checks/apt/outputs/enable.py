@@ -1,8 +1,8 @@
-"""``enable``: a channel is disabled and enabled, says so when asked, and in its status (pages 17 and 80).
+"""``enable``: a channel can be disabled and enabled, and reports its state (pages 17 and 80).
 
 Gains and current limits of a motor's loop are read back while its channel is disabled. A change would affect
-the loop of an enabled channel, where ``readback`` therefore writes only the values that it read. This check
-needs motion: a stage that no loop holds may give way.
+the loop of an enabled channel, so ``readback`` only writes the current values there. This check needs
+permission for motion: a stage that no loop holds may give way.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
 _WAIT: Final = 1.0
-"""Seconds within which the status says it."""
+"""Seconds within which the status must show the new state."""
 
 
 def _lacks(declared: Declaration, allowed: Permissions, place: Target) -> str:
@@ -54,7 +54,7 @@ def _skip(declared: Declaration, place: Target) -> str:
 
 
 def _bits_of(place: Target) -> tuple[str, ...]:
-    """Return the request and the message that have the bit of an enabled channel; empty: none is claimed."""
+    """Return the request and the message that have the enabled bit; empty if none is claimed."""
     if place.status == "dc" and "MOT_REQ_STATUSBITS" in place.messages:
         return "MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"
     if bits_are_printed(place) and "PZ_REQ_PZSTATUSBITS" in place.messages:
@@ -64,7 +64,7 @@ def _bits_of(place: Target) -> tuple[str, ...]:
 
 ENABLE = Kind(
     name="enable",
-    title="A channel is disabled and enabled, and says so",
+    title="A channel can be disabled and enabled, and reports its state",
     rules=(
         "channel-enable",
         "channel-idents",
@@ -78,10 +78,10 @@ ENABLE = Kind(
 
 @output_check(
     ENABLE,
-    "MOD_SET_CHANENABLESTATE disables and enables {output}, and the channel says so",
+    "MOD_SET_CHANENABLESTATE disables and enables {output}, and the channel reports it",
     messages=tuple(sorted(ENABLED_SETS)),
-    does="disables each channel for a moment and enables it again: what it holds may give way, "
-    "what it puts out may go to 0",
+    does="disables each channel for a moment and enables it again: the stage that it holds may give "
+    "way, and its output may drop to 0",
     lacks=_lacks,
     also=_bits_of,
     skip=_skip,
@@ -99,8 +99,8 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
         now = reply.message.enable_state
         trial.must(
             now == state,
-            f"{what}: MOD_SET_CHANENABLESTATE wrote {int(state)} ({name}), and MOD_GET_CHANENABLESTATE "
-            f"then said {now}",
+            f"{what}: MOD_SET_CHANENABLESTATE wrote {int(state)} ({name}), but "
+            f"MOD_GET_CHANENABLESTATE then returned {now}",
             came=reply.raw,
         )
         for heard in trial.line.listen(0):
@@ -109,7 +109,7 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
 
 
 def _see_to_it(trial: Trial, place: Target, channel: int) -> None:
-    """See that disabling does nothing that was not allowed; the check ends where it might."""
+    """Check that disabling a channel can do nothing that was not allowed; otherwise end the check."""
     if (place, channel) in list(motors(trial.declared)):
         Axis(trial, place, channel).inside()
     elif "PZ_REQ_OUTPUTVOLTS" in place.messages:
@@ -117,16 +117,17 @@ def _see_to_it(trial: Trial, place: Target, channel: int) -> None:
         low, high = piezo.span("output_volts")
         if not low <= 0 <= high or not low <= piezo.volts <= high:
             piezo.give_up(
-                f"{piezo.text} may put out anything from 0 V to what is set; allow a range with both in it"
+                f"{piezo.text} may output anything from 0 V to its set voltage; allow a "
+                "range that includes both"
             )
     elif "MOT_REQ_SOL_STATE" in place.messages:
         state = trial.reply(m.MotReqSolState(channel), place.address).message.state
         if state == SolenoidState.SOLENOID_ON:
-            trial.inconclusive(f"{place.name}: the solenoid is on, and was left so")
+            trial.inconclusive(f"{place.name}: the solenoid is on, so its channel was not disabled")
 
 
 def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> None:
-    """Say whether the status has the bit of an enabled channel, where a message can be asked that has it."""
+    """Report a wrong enabled bit in the status, if a claimed message has this bit."""
     if not _bits_of(place):
         return
     request = trial.declared.make(_bits_of(place)[0], channel)
@@ -140,15 +141,15 @@ def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> N
         trial.line.listen(0.1)
     trial.must(
         says == enabled,
-        f"{place.name} channel {channel} is {'enabled' if enabled else 'disabled'}, and {heard.name} says "
-        f"channel_enabled = {int(says)}",
+        f"{place.name} channel {channel} is {'enabled' if enabled else 'disabled'}, but "
+        f"{heard.name} reports channel_enabled = {int(says)}",
         came=heard.raw,
     )
 
 
 LOOPS = Kind(
     name="loops",
-    title="Gains and limits of a motor's loop are read back as they were written",
+    title="Gains and limits of a motor's loop are read back as written",
     rules=(
         "dc-pid-parameters",
         "dc-pid-ranges",
@@ -183,13 +184,13 @@ def _loops(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 @LOOPS.check(
     "{placed.set.set} is read back while the channel is disabled, at {placed.text}",
     needs={Need.SETTINGS, Need.MOTION},
-    does="disables each channel, makes {fields} of {placed.set.set} a little smaller, puts them back, and "
-    "enables it again",
+    does="disables each channel, slightly reduces {fields} of {placed.set.set}, restores them, and "
+    "enables the channel again",
     each=_loops,
 )
 def _look_at_loops(trial: Trial, placed: PlacedSet) -> None:
     care = CARE[placed.set.name]
-    assert placed.channel is not None  # loops are those of channels
+    assert placed.channel is not None  # every loop belongs to a channel
     Axis(trial, placed.place, placed.channel).inside()
     switch(trial, placed.place, placed.channel, EnableState.DISABLE)
     before = placed.read(trial)

@@ -1,8 +1,8 @@
-"""``piezo-lut``: a waveform is put out from its start to its stop, and not before (pages 106 to 112).
+"""``piezo-lut``: a waveform is output from start to stop, and not before (pages 106 to 112).
 
-Two samples near to the present output, each held for a while: over and over, and once with rests before and
-behind. Nobody can ask for the samples that are in the table (its request names none), so that those two are
-lost; that is said before.
+The waveform has two samples close to the current output, each held for a while. It is output continuously,
+and then once with rests before and after it. The samples in the table cannot be read, because the request
+does not select one. So the first two are lost; the description shown before the run says so.
 """
 
 from __future__ import annotations
@@ -43,25 +43,26 @@ _MESSAGES: Final = (
     "PZ_GET_PZSTATUSUPDATE",
 )
 _HOLD: Final = 0.2
-"""Seconds that a sample is held: two status messages."""
+"""Seconds for which a sample is held: two status messages."""
 _REST: Final = 0.6
-"""Seconds of the rests before and behind a cycle."""
+"""Seconds of the rests before and after a cycle."""
 _OFF: Final = 0.3
-"""Seconds by which a phase may be seen longer or shorter than it is: three status messages."""
+"""Tolerance in seconds of the observed length of a phase: three status messages."""
 _CHANGES: Final = 5
-"""Phases after which more than two cycles were seen."""
+"""Phases after which more than two cycles were observed."""
 _PATIENCE: Final = 3.0
-"""Seconds within which they have to be seen."""
+"""Seconds within which these phases must be observed."""
 _AFTER: Final = 0.5
-"""Seconds after a stop, or an end, in which nothing may change: more than two samples take."""
+"""Seconds after a stop, or after the end, in which the output may not change: more than two samples take."""
 
 
 @dataclass
 class _Phase:
-    """A time in which one sample was put out; 0 is neither of them.
+    """A time in which one sample was output.
 
-    :param began: when it was seen first, in seconds since the line was opened.
-    :param ended: when it was seen last.
+    :param sample: the sample; 0 if the output was neither of them.
+    :param began: when it was first seen, in seconds since the line was opened.
+    :param ended: when it was last seen.
     """
 
     sample: int
@@ -71,22 +72,22 @@ class _Phase:
 
 @dataclass(frozen=True)
 class _Waveform:
-    """The two samples of a waveform, and who puts it out."""
+    """The two samples of a waveform, and the piezo that outputs it."""
 
     piezo: Piezo
     samples: tuple[int, int]
 
     @property
     def near(self) -> int:
-        """Counts by which a sample may be seen beside what it is."""
+        """The tolerance of a sample in counts."""
         return abs(self.samples[1] - self.samples[0]) // 4
 
     def sample_of(self, voltage: int) -> int:
-        """Return which of the samples is put out; 0: neither of them."""
+        """Return the sample that is being output; 0 if it is neither of them."""
         return next((each for each in self.samples if abs(voltage - each) <= self.near), 0)
 
     def watch(self, changes: int) -> list[_Phase]:
-        """Return the phases of the output until so many were seen, or nothing more changes."""
+        """Return the phases of the output until so many were observed, or time runs out."""
         phases: list[_Phase] = []
         end = self.piezo.trial.line.now + _PATIENCE
         while len([phase for phase in phases if phase.sample]) < changes:
@@ -100,7 +101,7 @@ class _Waveform:
         return phases
 
     def judge_still(self, after: str) -> None:
-        """Say whether the output changes though nothing is put out any more."""
+        """Report an output that changes after the waveform has ended."""
         line = self.piezo.trial.line
         self.piezo.status()
         end = line.now + _AFTER
@@ -109,13 +110,14 @@ class _Waveform:
             volts.append(self.piezo.status().voltage)
         self.piezo.trial.must(
             max(volts) - min(volts) <= self.near,
-            f"{self.piezo.text}: after {after} the output went on between {min(volts)} and {max(volts)}",
+            f"{self.piezo.text}: after {after}, the output still changed between "
+            f"{min(volts)} and {max(volts)}; it should stay the same",
         )
 
 
 KIND = Kind(
     name="piezo-lut",
-    title="A waveform is put out from its start to its stop",
+    title="A waveform is output from start to stop",
     rules=(
         "lut-waveform",
         "lut-partial",
@@ -135,10 +137,11 @@ KIND = Kind(
 
 @output_check(
     KIND,
-    "A waveform of {output} is put out from PZ_START_LUTOUTPUT to PZ_STOP_LUTOUTPUT",
+    "A waveform of {output} is output from PZ_START_LUTOUTPUT to PZ_STOP_LUTOUTPUT",
     messages=_MESSAGES,
-    does="loads two samples of the waveform table of each piezo, which nobody can read and put back, and "
-    "puts them out for three seconds, near to the present output and within {range}",
+    does="loads two samples into the waveform table of each piezo, whose previous samples cannot be "
+    "read or restored, and outputs them for three seconds, close to the current output and "
+    "within {range}",
     settings=True,
     lacks=lacks_volts,
     seconds=5.0,
@@ -146,7 +149,7 @@ KIND = Kind(
 def _run(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
-        piezo.give_up(f"{piezo.text} is in closed loop; samples would be positions there")
+        piezo.give_up(f"{piezo.text} is in closed loop, where samples would be positions")
     present = piezo.volts
     step = piezo.step(present, piezo.span("output_volts"), steps=2)
     wave = _Waveform(piezo, (present + step, present + 2 * step))
@@ -157,8 +160,8 @@ def _run(trial: Trial, place: Target, channel: int) -> None:
     first = piezo.status()
     trial.must(
         not wave.sample_of(first.voltage),
-        f"{piezo.text}: a waveform was loaded and not started, and {first.heard.name} says a voltage of "
-        f"{first.voltage}; it should be {present} until PZ_START_LUTOUTPUT",
+        f"{piezo.text}: a waveform was loaded but not started, and {first.heard.name} reports a "
+        f"voltage of {first.voltage}; it should stay {present} until PZ_START_LUTOUTPUT",
         came=first.heard.raw,
     )
     if _continuous(wave):
@@ -166,7 +169,7 @@ def _run(trial: Trial, place: Target, channel: int) -> None:
 
 
 def _continuous(wave: _Waveform) -> bool:
-    """Put the waveform out over and over, and return whether that could be seen."""
+    """Output the waveform continuously, and return whether it was observed."""
     piezo = wave.piezo
     piezo.send(m.PzStartLutOutput(piezo.channel))
     phases = wave.watch(_CHANGES)
@@ -174,32 +177,32 @@ def _continuous(wave: _Waveform) -> bool:
     missing = [str(sample) for sample in wave.samples if sample not in seen]
     started = piezo.trial.must(
         not missing,
-        f"{piezo.text}: PZ_START_LUTOUTPUT was sent, and of the samples {wave.samples[0]} and "
-        f"{wave.samples[1]} {' and '.join(missing)} never came out",
+        f"{piezo.text}: after PZ_START_LUTOUTPUT, the output never reached "
+        f"{' and '.join(missing)} of the samples {wave.samples[0]} and {wave.samples[1]}",
     )
     told = [phase for phase in phases if phase.sample]
     if started:
         count = len(told)
         piezo.trial.must(
             count >= _CHANGES,
-            f"{piezo.text}: a continuous waveform of two samples, each held for {_HOLD:g} s, changed "
-            f"{count} times in {_PATIENCE:g} s; it should go on until PZ_STOP_LUTOUTPUT",
+            f"{piezo.text}: a continuous waveform of two samples, each held for {_HOLD:g} s, "
+            f"changed {count} times in {_PATIENCE:g} s; it should continue until "
+            "PZ_STOP_LUTOUTPUT",
         )
     if len(told) >= _CHANGES:
         held = (told[-1].began - told[1].began) / (len(told) - 2)
         piezo.trial.must(
             abs(held - _HOLD) <= _HOLD * 0.4,
-            f"{piezo.text}: each sample of a waveform was put out for {held:.2f} s; with its delay it "
-            "should be "
-            f"{_HOLD:g} s",
+            f"{piezo.text}: each sample of a waveform was output for {held:.2f} s; with its "
+            f"delay it should be {_HOLD:g} s",
         )
     piezo.send(m.PzStopLutOutput(piezo.channel))
-    wave.judge_still("PZ_STOP_LUTOUTPUT was sent")
+    wave.judge_still("PZ_STOP_LUTOUTPUT")
     return started
 
 
 def _fixed(wave: _Waveform) -> None:
-    """Put the waveform out once, with rests before and behind."""
+    """Output the waveform once, with rests before and after it."""
     piezo = wave.piezo
     _set(piezo, LutOutputMode.of(outputlut_fixed=True), _REST)
     piezo.send(m.PzStartLutOutput(piezo.channel))
@@ -208,15 +211,15 @@ def _fixed(wave: _Waveform) -> None:
     order = [phase.sample for phase in told]
     if not piezo.trial.must(
         order == list(wave.samples),
-        f"{piezo.text}: one cycle of the samples {wave.samples[0]} and {wave.samples[1]} was to be put out, "
-        f"and there came {', '.join(map(str, order)) or 'neither'}",
+        f"{piezo.text}: one cycle of the samples {wave.samples[0]} and {wave.samples[1]} was "
+        f"started, but the output was {', '.join(map(str, order)) or 'neither'}",
     ):
         return
     due = _REST + _HOLD
     lasted = told[1].began - told[0].began
     piezo.trial.must(
         abs(lasted - due) <= _OFF,
-        f"{piezo.text}: the first sample of a cycle was put out for {lasted:.1f} s; a rest of "
+        f"{piezo.text}: the first sample of a cycle was output for {lasted:.1f} s; a rest of "
         f"{_REST:g} s and a sample of {_HOLD:g} s make {due:g} s",
     )
     piezo.trial.line.listen(due + _OFF)
@@ -224,7 +227,7 @@ def _fixed(wave: _Waveform) -> None:
 
 
 def _load(wave: _Waveform) -> None:
-    """Load the samples; what they are put out by is put back, and they as far as they can be asked for."""
+    """Load the samples. Restore the parameters later, and the samples as far as they can be read."""
     piezo, trial = wave.piezo, wave.piezo.trial
     sets = {one.set: one for one in parameter_sets(trial.declared, piezo.place)}
     for name in ("PZ_SET_OUTPUTLUTPARAMS", "PZ_SET_OUTPUTLUT"):
@@ -238,7 +241,7 @@ def _load(wave: _Waveform) -> None:
 
 
 def _set(piezo: Piezo, mode: int, rest: float = 0.0) -> None:
-    """Set how the waveform is put out; the check ends where that is not taken."""
+    """Set how the waveform is output; end the check if the controller does not apply it."""
     interval = _interval(piezo)
     parameters = m.PzSetOutputLutParams(
         chan_ident=piezo.channel,
@@ -256,13 +259,13 @@ def _set(piezo: Piezo, mode: int, rest: float = 0.0) -> None:
     now = piezo.ask(m.PzReqOutputLutParams(piezo.channel))
     piezo.trial.need(
         now.values() == parameters.values(),
-        f"{piezo.text}: PZ_SET_OUTPUTLUTPARAMS was sent, and PZ_GET_OUTPUTLUTPARAMS then said {now!r}; so "
-        "nothing was put out",
+        f"{piezo.text}: PZ_SET_OUTPUTLUTPARAMS wrote {parameters!r}, but PZ_GET_OUTPUTLUTPARAMS "
+        f"then returned {now!r}; no waveform was started",
     )
 
 
 def _interval(piezo: Piezo) -> float:
-    """Return the milliseconds of a sample interval (page 109); 1 where none is known."""
+    """Return the milliseconds of a sample interval (page 109); 1 if unknown."""
     scales = piezo.place.connected_to(piezo.channel).scales
     try:
         return float(scales.of("lut_samples", "ms").from_counts(1))

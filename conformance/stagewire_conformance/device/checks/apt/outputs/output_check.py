@@ -1,4 +1,4 @@
-"""Checks of outputs: one for each channel, where what is claimed suffices."""
+"""Checks of outputs: one for each channel whose target claims the messages."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def output_check(
     also: Callable[[Target], tuple[str, ...]] = lambda place: (),
     skip: Callable[[Declaration, Target], str] = lambda declared, place: "",
 ) -> Callable[[_Look], _Look]:
-    """Declare a function that looks at a channel as a check of each channel whose place has some messages.
+    """Declare a function as a check of each channel whose target has some messages; a decorator.
 
-    :param title: names the channel as ``{output}``.
-    :param does: names the range that was allowed as ``{range}``.
-    :param settings: whether it also changes settings.
-    :param also: returns what else is used of what a place claims.
-    :param skip: returns why the PICS excludes a place, apart from the messages.
-    :param lacks: returns why what was allowed does not suffice at a place.
+    :param title: has the channel as ``{output}``.
+    :param does: has the allowed range as ``{range}``.
+    :param settings: whether the check also changes settings.
+    :param also: returns further messages of a target that the check uses.
+    :param skip: returns why the PICS excludes a target, apart from the messages.
+    :param lacks: returns why the permissions do not suffice for a target.
     """
 
     def cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
@@ -64,13 +64,13 @@ def output_check(
 
 
 def lacks_volts(declared: Declaration, allowed: Permissions, place: Target) -> str:
-    """Return what is missing where the range that is allowed is of no voltages; empty where it is."""
+    """Return why the allowed range does not suffice if it is not a range of voltages; otherwise empty."""
     return lacks_unit(allowed, ("V", "mV"), "voltages")
 
 
 def lacks_unit(allowed: Permissions, units: tuple[str, ...], what: str) -> str:
-    """Return what is missing where the range that is allowed is in other units; empty where it is not."""
+    """Return why the allowed range does not suffice if it is in other units; otherwise empty."""
     motion = allowed.motion
     if motion is None or motion.unit in (*units, COUNTS):
         return ""
-    return f"{motion} is not a range of {what}: allow one in {units[0]} or in counts"
+    return f"{motion} is not a range of {what}; allow one in {units[0]} or in counts"

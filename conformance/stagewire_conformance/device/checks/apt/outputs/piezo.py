@@ -1,7 +1,7 @@
-"""A channel of a piezo controller during a check: what it puts out, and what it may be told to.
+"""A channel of a piezo controller during a check, and the limits of its output.
 
-Nothing is put out before what is there has been read and lies within what was allowed, and nothing that is
-told lies outside. At the end of the check the channel has the mode and the set-points that it had.
+A check changes an output only if the current output was read and is within the allowed range, and only to
+values within it. At the end of the check, the channel has its previous mode and set-points.
 """
 
 from __future__ import annotations
@@ -29,31 +29,31 @@ if TYPE_CHECKING:
 
 
 FULL_SCALE: Final = 32767
-"""Counts of the maximum voltage, and of the whole travel (pages 96 and 97)."""
+"""Counts of the maximum voltage and of the whole travel (pages 96 and 97)."""
 
 OPEN: Final = (PositionControlMode.OPEN_LOOP, PositionControlMode.OPEN_LOOP_SMOOTH)
 CLOSED: Final = (PositionControlMode.CLOSED_LOOP, PositionControlMode.CLOSED_LOOP_SMOOTH)
 
 HELD: Final = FULL_SCALE // 100
-"""Counts by which an output may be seen beside what was set: one in a hundred of full scale."""
+"""The tolerance of an output in counts: one per cent of full scale."""
 _STEP: Final = FULL_SCALE // 20
-"""Counts by which an output is changed at most."""
+"""The largest change of an output in counts."""
 _LEAST: Final = FULL_SCALE // 200
-"""Counts of the smallest change that shows anything."""
+"""The smallest change in counts that can be observed."""
 _REPORT: Final = 1.0
-"""Seconds within which a status message comes."""
+"""Seconds within which a status message arrives."""
 
 
 def bits_are_printed(place: Target) -> bool:
-    """Return whether the document says what the status bits of a unit mean (pages 101 to 104)."""
+    """Return whether the document defines the status bits of a unit (pages 101 to 104)."""
     return place.unit.name == "TPZ001" or place.unit.name.startswith("BPC")
 
 
 @dataclass(frozen=True)
 class PiezoStatus:
-    """What a status message said (page 103).
+    """The content of a status message (page 103).
 
-    :param bits: by the table of the BPC series, which has all that the TPZ001 has.
+    :param bits: the status bits, by the table of the BPC series, which includes those of the TPZ001.
     """
 
     time: float
@@ -66,9 +66,9 @@ class PiezoStatus:
 class Piezo:
     """A channel of a piezo controller.
 
-    :param trial: of the check.
-    :param place: where it is.
-    :param channel: its number.
+    :param trial: the trial of the check.
+    :param place: the target that has the channel.
+    :param channel: the number of the channel.
     """
 
     def __init__(self, trial: Trial, place: Target, channel: int) -> None:
@@ -81,46 +81,46 @@ class Piezo:
         self._stream = stream
 
     def begin(self) -> None:
-        """Let the status messages come, and enable the channel if it is not."""
+        """Start the status messages, and enable the channel if it is disabled."""
         self._stream.begin(self.trial)
         switch(self.trial, self.place, self.channel, EnableState.ENABLE)
 
-    # Asking and telling
+    # Messages
 
     def send(self, message: FramedMessage) -> None:
-        """Send a message to the place."""
+        """Send a message to the target."""
         self.trial.line.send(message, self.place.address)
 
     def ask(self, request: FramedMessage) -> Any:
-        """Ask the place, and return the message that answers; the check ends where nothing does."""
+        """Send a request, and return the reply; the check ends without one."""
         return self.trial.reply(request, self.place.address).message
 
     @property
     def mode(self) -> int:
-        """The control mode, asked for (page 94)."""
+        """The current control mode, requested (page 94)."""
         mode: int = self.ask(m.PzReqPosControlMode(self.channel)).mode
         return mode
 
     @property
     def volts(self) -> int:
-        """The voltage that is set, asked for (page 96)."""
+        """The set voltage, requested (page 96)."""
         voltage: int = self.ask(m.PzReqOutputVolts(self.channel)).voltage
         return voltage
 
     @property
     def set_position(self) -> int:
-        """The position that is set, asked for (page 97)."""
+        """The set position, requested (page 97)."""
         position: int = self.ask(m.PzReqOutputPos(self.channel)).position_sw
         return position
 
     def status(self) -> PiezoStatus:
-        """Wait for the next status message; the check ends where none comes."""
+        """Wait for the next status message; the check ends without one."""
         line = self.trial.line
-        line.listen(0)  # what came before is old
+        line.listen(0)  # earlier messages are outdated
         came = line.listen(_REPORT, until=self._is_mine)
         self.trial.need(
             bool(came) and self._is_mine(came[-1]),
-            f"{self.text}: status messages were started, and none came within {_REPORT:g} s",
+            f"{self.text} sent no status message within {_REPORT:g} s after they were started",
         )
         message = came[-1].message
         bits = BpcStatusBits(message.status_bits)
@@ -130,7 +130,7 @@ class Piezo:
         return bool(self._stream.of_it([heard])) and heard.channel == self.channel
 
     def seen(self, field: str, wanted: int, within: float = 2.0) -> PiezoStatus:
-        """Wait until a value of the status is what it should be, and return the last status."""
+        """Wait until a value of the status is as expected, and return the last status."""
         end = self.trial.line.now + within
         while True:
             status = self.status()
@@ -138,36 +138,37 @@ class Piezo:
                 return status
 
     def judge_seen(self, field: str, wanted: int, after: str) -> bool:
-        """Say whether the output comes to be what was set."""
+        """Report an output that does not reach its set-point."""
         status = self.seen(field, wanted)
         value = getattr(status, field)
         return self.trial.must(
             abs(value - wanted) <= HELD,
-            f"{self.text}: after {after} {status.heard.name} went on to say a {field} of {value}; it "
-            f"should have come to {wanted}",
+            f"{self.text}: after {after}, {status.heard.name} still reports a {field} of "
+            f"{value}; it should have reached {wanted}",
             came=status.heard.raw,
         )
 
-    # What may be put out
+    # Limits of the output
 
     def span(self, quantity: str) -> tuple[int, int]:
         """Return the range in counts of a quantity: ``output_volts`` or ``piezo_position``.
 
-        The check is INFO, and ends, where nothing says which counts they are.
+        The check ends with INFO if the counts cannot be determined.
         """
         motion = self.trial.allowed.motion
-        assert motion is not None  # who puts something out needs it
+        assert motion is not None  # required for every output
         try:
             if motion.unit == COUNTS:
                 return motion.in_counts(None)
             return motion.in_counts(self._scales().of(quantity, _UNITS[quantity]))
         except (RangeError, UnknownScaleError) as error:
             self.give_up(
-                f"{self.text}: {motion} says nothing of {quantity.replace('_', ' ')}: {error}"
+                f"{self.text}: {motion} cannot be converted to counts of "
+                f"{quantity.replace('_', ' ')}: {error}"
             )
 
     def _scales(self) -> Scales:
-        """Return the scales of the channel, with the settings that it tells."""
+        """Return the scales of the channel, with the settings that it reports."""
         place = self.place
         scales = place.connected_to(self.channel).scales
         for setting in place.facts.settings.values():
@@ -185,22 +186,23 @@ class Piezo:
         return scales
 
     def step(self, present: int, span: tuple[int, int], *, steps: int = 1) -> int:
-        """Return by how much an output is changed within a range; the check is INFO, and ends, without room.
+        """Return a change of the output within a range; without room for one, the check ends with INFO.
 
-        :param steps: how many of them there have to be.
+        :param steps: how many of these changes must fit.
         """
         low, high = max(span[0], -FULL_SCALE), min(span[1], FULL_SCALE)
         self.trial.need(
             low <= present <= high,
-            f"{self.text} has an output of {present} counts, outside of what was allowed "
-            f"({low}..{high} counts), "
-            "so nothing was put out; set it to a value within, or allow a range that includes it",
+            f"{self.text} has an output of {present} counts, outside of the allowed "
+            f"{low}..{high} counts, so its output was not changed; set it to a value within "
+            "this range, or allow a range that includes it",
         )
         up = high - present >= present - low
         room = min((high - present if up else present - low) // steps, _STEP)
         if room < _LEAST:
             self.give_up(
-                f"{self.text}: there is no room for a change in {low}..{high} counts; allow a wider range"
+                f"{self.text}: the range {low}..{high} counts leaves no room for a change; "
+                "allow a wider range"
             )
         size = self.trial.random.randint(max(_LEAST, room * 3 // 4), room)
         return size if up else -size

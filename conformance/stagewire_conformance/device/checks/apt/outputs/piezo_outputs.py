@@ -1,10 +1,10 @@
-"""``piezo-volts``, ``piezo-position`` and ``piezo-mode``: what is set is put out (pages 94 to 97).
+"""``piezo-volts``, ``piezo-position`` and ``piezo-mode``: the output follows its set-point (pages 94 to 97).
 
-A voltage is that of an open loop, and ignored in a closed one; a position the other way round. A loop is only
-closed where the status says that there is a feedback, and where the range is one of positions: what happens
-to a piezo in a loop without feedback nobody knows.
+A voltage sets the output in open loop and is ignored in closed loop; for a position it is the reverse. A
+check closes a loop only if the status reports feedback and the allowed range is one of positions: without
+feedback, the behaviour of a piezo in closed loop is unknown.
 
-The output voltage changes no faster than the slew rate that is set (page 123).
+``piezo-slew``: the output voltage changes no faster than the slew rate (page 123).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _lacks_positions(declared: Declaration, allowed: Permissions, place: Target)
 
 VOLTS = Kind(
     name="piezo-volts",
-    title="In open loop a voltage is put out, and a position is ignored",
+    title="In open loop, a voltage is output and a position is ignored",
     rules=(
         "output-volts",
         "output-volts-range",
@@ -64,7 +64,7 @@ VOLTS = Kind(
 
 POSITION = Kind(
     name="piezo-position",
-    title="In closed loop a position is held, and a voltage is ignored",
+    title="In closed loop, a position is held and a voltage is ignored",
     rules=(
         "output-position",
         "output-position-range",
@@ -78,16 +78,17 @@ POSITION = Kind(
 
 MODE = Kind(
     name="piezo-mode",
-    title="The control mode is the one that was set",
+    title="The control mode is as set",
     rules=("control-mode", "control-mode-values", "piezo-status-bits-meaning"),
 )
 
 
 @output_check(
     VOLTS,
-    "PZ_SET_OUTPUTVOLTS sets the output of {output} in open loop, and PZ_SET_OUTPUTPOS does not",
+    "In open loop, PZ_SET_OUTPUTVOLTS sets the output of {output} and PZ_SET_OUTPUTPOS does not",
     messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
-    does="changes the output voltage of each piezo by less than 5 % within {range}, and back",
+    does="changes the output voltage of each piezo by less than 5 % within {range}, and "
+    "restores it",
     lacks=lacks_volts,
 )
 def _volts(trial: Trial, place: Target, channel: int) -> None:
@@ -104,7 +105,7 @@ def _volts(trial: Trial, place: Target, channel: int) -> None:
         moves=True,
     )
     target = before
-    for way in (-step, step):  # both ways where there is room, so that a sign that is lost is seen
+    for way in (-step, step):  # in both directions if possible, to detect a lost sign
         if not max(low, -FULL_SCALE) <= before + way <= min(high, FULL_SCALE):
             continue
         target = before + way
@@ -127,8 +128,8 @@ def _volts(trial: Trial, place: Target, channel: int) -> None:
 def _judge_told(piezo: Piezo, told: str, wanted: int, says: int, before: int) -> None:
     piezo.trial.must(
         says == wanted,
-        f"{piezo.text}: {told} was sent, and the controller then says that {says} is set (before it "
-        f"was {before})",
+        f"{piezo.text}: after {told}, the controller reports a set value of {says} (before: "
+        f"{before})",
     )
 
 
@@ -140,37 +141,35 @@ def _judge_ignored(
     wanted: int,
     output: int,
 ) -> None:
-    """See that a set-point of the other loop is not taken, and does nothing to the output."""
+    """Check that the set-point of the other loop is ignored, and does not change the output."""
     before = read()
     field = "voltage" if "open" in told else "position"
     send()
     after = read()
     piezo.trial.must(
         abs(after - wanted) > abs(after - before) or wanted == before,
-        f"{piezo.text}: {told} was sent, and the controller then says that {after} is set; it should be "
-        f"ignored, and what was set before was {before}",
+        f"{piezo.text}: after {told}, the controller reports a set value of {after}; it should "
+        f"ignore the message and keep {before}",
     )
-    piezo.judge_seen(field, output, f"{told}, which should be ignored,")
+    piezo.judge_seen(field, output, f"{told}, which should be ignored")
 
 
 # Closed loop
 
 
 def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
-    """Close the loop if that can be done without risk, and return the range of positions."""
+    """Close the loop if this is safe, and return the range of positions."""
     span = piezo.span("piezo_position")
     piezo.begin()
     status = piezo.status()
     if not (bits_are_printed(piezo.place) and status.bits.strain_gauge_connected):
-        piezo.give_up(
-            f"{piezo.text} does not say that a strain gauge is connected; its loop is not closed"
-        )
+        piezo.give_up(f"{piezo.text} does not report a strain gauge, so its loop was not closed")
     set_position = piezo.set_position
     for what, value in (("is at", status.position), ("would go to", set_position)):
         piezo.trial.need(
             span[0] <= value <= span[1],
-            f"{piezo.text} {what} {value} counts in closed loop, outside of what was allowed "
-            f"({span[0]}..{span[1]} counts), so its loop was not closed",
+            f"{piezo.text} {what} {value} counts in closed loop, outside of the allowed "
+            f"{span[0]}..{span[1]} counts, so its loop was not closed",
         )
     before = piezo.mode
     if before not in CLOSED:
@@ -183,18 +182,19 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
         now = piezo.mode
         piezo.trial.need(
             now == PositionControlMode.CLOSED_LOOP,
-            f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(PositionControlMode.CLOSED_LOOP)}, and "
-            f"PZ_GET_POSCONTROLMODE then said {now}",
+            f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(PositionControlMode.CLOSED_LOOP)}, "
+            f"but PZ_GET_POSCONTROLMODE then returned {now}",
         )
     return span
 
 
 @output_check(
     POSITION,
-    "PZ_SET_OUTPUTPOS sets the position of {output} in closed loop, and PZ_SET_OUTPUTVOLTS does not",
+    "In closed loop, PZ_SET_OUTPUTPOS sets the position of {output} and PZ_SET_OUTPUTVOLTS "
+    "does not",
     messages=(*_VOLTS, *_POSITION, *_MODE, *_STATUS),
-    does="closes the loop of each piezo, changes its position by less than 5 % within "
-    "{range}, and goes back",
+    does="closes the loop of each piezo, changes its position by less than 5 % within {range}, and "
+    "restores both",
     lacks=_lacks_positions,
     seconds=2.0,
 )
@@ -230,9 +230,9 @@ def _position(trial: Trial, place: Target, channel: int) -> None:
 
 @output_check(
     MODE,
-    "PZ_SET_POSCONTROLMODE sets the control mode of {output}, and the status says so",
+    "PZ_SET_POSCONTROLMODE sets the control mode of {output}, and the status shows it",
     messages=(*_MODE, *_VOLTS, *_POSITION, *_STATUS),
-    does="sets the other mode of the loop that each piezo is in (smooth or not), and puts it back",
+    does="sets the other mode of the current loop of each piezo (smooth or not), and restores it",
 )
 def _modes(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
@@ -251,41 +251,41 @@ def _modes(trial: Trial, place: Target, channel: int) -> None:
 
 
 def _judge_mode(piezo: Piezo, mode: PositionControlMode) -> None:
-    """Set a control mode, and see that it is told."""
+    """Set a control mode, and check that it is reported."""
     piezo.send(m.PzSetPosControlMode(piezo.channel, mode))
     now = piezo.mode
     piezo.trial.must(
         now == mode,
-        f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(mode)} ({mode.name}), and "
-        f"PZ_GET_POSCONTROLMODE then said {now}",
+        f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(mode)} ({mode.name}), but "
+        f"PZ_GET_POSCONTROLMODE then returned {now}",
     )
     status = piezo.status()
     if bits_are_printed(piezo.place):
         piezo.trial.must(
             status.bits.closed_loop == (mode in CLOSED),
-            f"{piezo.text} is in mode {mode.name}, and {status.heard.name} says closed_loop = "
-            f"{int(status.bits.closed_loop)}",
+            f"{piezo.text} is in mode {mode.name}, but {status.heard.name} reports closed_loop "
+            f"= {int(status.bits.closed_loop)}",
             came=status.heard.raw,
         )
 
 
 _SETTING: Final = "PZ_SET_TPZ_SLEWRATES"
 _SLOWEST: Final = 1
-"""The slowest rate; 0 would be no limit at all."""
+"""The slowest rate; 0 would mean no limit."""
 _SHARE: Final = 19_000
-"""A rate of this value is the maximum voltage in a millisecond."""
+"""The rate that changes the output by the maximum voltage in a millisecond."""
 
 
 SLEW = Kind(
     name="piezo-slew",
-    title="The output changes no faster than the slew rate that is set",
+    title="The output changes no faster than the set slew rate",
     rules=("slew-rates", "slew-rate-limits", "output-volts"),
 )
 
 
 @output_check(
     SLEW,
-    "The output of {output} changes no faster than PZ_SET_TPZ_SLEWRATES says",
+    "The output of {output} changes no faster than PZ_SET_TPZ_SLEWRATES allows",
     messages=(
         _SETTING,
         "PZ_REQ_TPZ_SLEWRATES",
@@ -299,8 +299,8 @@ SLEW = Kind(
         "HW_STOP_UPDATEMSGS",
         "PZ_GET_PZSTATUSUPDATE",
     ),
-    does="sets the slowest slew rate, changes the output voltage of each piezo by less than 5 % within "
-    "{range}, and puts both back",
+    does="sets the slowest slew rate, changes the output voltage of each piezo by less than 5 % "
+    "within {range}, and restores both",
     settings=True,
     lacks=lacks_volts,
     seconds=1.5,
@@ -337,8 +337,9 @@ def _run(trial: Trial, place: Target, channel: int) -> None:
     seconds = status.time - told
     trial.must(
         gone <= per_second * seconds + HELD,
-        f"{piezo.text}: with slew_open = {_SLOWEST} the output went {gone} counts in {seconds:.2f} s; "
-        f"it should take {abs(target - before) / per_second:.2f} s",
+        f"{piezo.text}: with slew_open = {_SLOWEST}, the output changed by {gone} counts in "
+        f"{seconds:.2f} s; the whole change should take {abs(target - before) / per_second:.2f} "
+        "s",
         came=status.heard.raw,
     )
     piezo.judge_seen("voltage", target, f"PZ_SET_OUTPUTVOLTS {target}")

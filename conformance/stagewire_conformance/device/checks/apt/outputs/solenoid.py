@@ -1,9 +1,9 @@
-"""``solenoid-state``, ``solenoid-mode`` and ``interlock-mode``: what is set is so (pages 85 to 92).
+"""``solenoid-state``, ``solenoid-mode`` and ``interlock-mode``: settings take effect (pages 85 to 92).
 
-A solenoid is switched on in manual mode only. That the interlock is not needed is never set, except to put
-back what was there.
+A solenoid is switched on in manual mode only. The interlock is never switched off, except to restore its
+previous mode.
 
-Each of the four digital outputs of a rack is switched and read back as well (page 26).
+``digital-outputs``: each of the four digital outputs of a rack is switched and read back (page 26).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _SET = "RACK_DIGOUTPUTS"
 
 DIGITAL = Kind(
     name="digital-outputs",
-    title="Digital outputs are switched one by one, and told as they are",
+    title="Digital outputs are switched one by one, and reported correctly",
     rules=("digital-outputs", "digital-outputs-bits", "command-without-acknowledgement"),
 )
 
@@ -49,7 +49,7 @@ def _outputs(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 @DIGITAL.check(
     "{placed.set.set} switches the digital outputs of {placed.place.name}",
     needs={Need.MOTION},
-    does="switches each of the four digital outputs for a moment, whatever is connected to them",
+    does="switches each of the four digital outputs for a moment, regardless of what is connected",
     each=_outputs,
 )
 def _run(trial: Trial, placed: PlacedSet) -> None:
@@ -64,15 +64,15 @@ def _run(trial: Trial, placed: PlacedSet) -> None:
         told = placed.values(came)[field]
         trial.must(
             told == value,
-            f"{placed.text}: {placed.set.set} switched {name.replace('_', ' ')} with {value:#04x}, and "
-            f"{placed.set.get} then said {told:#04x}",
+            f"{placed.text}: {placed.set.set} switched {name.replace('_', ' ')} with "
+            f"{value:#04x}, but {placed.set.get} then returned {told:#04x}",
             wanted=placed.expected(trial, {field: value}, came),
             came=came.raw,
         )
 
 
 class _Switch:
-    """A parameter set with one value, that is written and read back."""
+    """A parameter set with a single value, which is written and read back."""
 
     def __init__(self, trial: Trial, place: Target, channel: int, name: str) -> None:
         sets = parameter_sets(trial.declared, place)
@@ -84,7 +84,7 @@ class _Switch:
         self.before: int = self._placed_set.read(trial)[self._field]
 
     def keep(self, *, moves: bool = False) -> None:
-        """See to it that it is put back at the end of the check."""
+        """Restore the value at the end of the check."""
         placed, values = self._placed_set, {self._field: self.before}
         self._trial.undo(
             f"{placed.set.set} at {placed.text}",
@@ -93,14 +93,14 @@ class _Switch:
         )
 
     def write(self, value: int, hint: str = "") -> bool:
-        """Write a value, and say whether it is read back."""
+        """Write a value, and return whether it is read back."""
         placed = self._placed_set
         came = placed.write_and_ask(self._trial, {self._field: value})
         told = placed.values(came)[self._field]
         return self._trial.must(
             told == value,
-            f"{placed.text}: {placed.set.set} wrote {self._field} = {value}, and {placed.set.get} then said "
-            f"{told}{hint}",
+            f"{placed.text}: {placed.set.set} wrote {self._field} = {value}, but "
+            f"{placed.set.get} then returned {told}{hint}",
             wanted=placed.expected(self._trial, {self._field: value}, came),
             came=came.raw,
         )
@@ -112,19 +112,19 @@ _BOTH = tuple(name.format(role) for name in _NAMES for role in ("SET", "REQ", "G
 
 STATE = Kind(
     name="solenoid-state",
-    title="The solenoid is switched on and off",
+    title="The solenoid can be switched on and off",
     rules=("solenoid-state", "solenoid-state-values"),
 )
 
 MODE = Kind(
     name="solenoid-mode",
-    title="The operating mode is the one that was set",
+    title="The operating mode is as set",
     rules=("solenoid-mode", "solenoid-mode-values"),
 )
 
 INTERLOCK = Kind(
     name="interlock-mode",
-    title="The interlock can be demanded",
+    title="The interlock can be required",
     rules=("interlock-mode", "interlock-mode-values"),
 )
 
@@ -133,8 +133,8 @@ INTERLOCK = Kind(
     STATE,
     "MOT_SET_SOL_STATE switches {output} on and off",
     messages=_BOTH,
-    does="switches the solenoid off, on for a moment in manual mode, and off again; whatever it "
-    "opens is open then",
+    does="switches the solenoid off, on for a moment in manual mode, and off again; while it is on, "
+    "it opens what it controls",
 )
 def _state(trial: Trial, place: Target, channel: int) -> None:
     mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
@@ -154,7 +154,8 @@ def _state(trial: Trial, place: Target, channel: int) -> None:
     MODE,
     "MOT_SET_SOL_OPERATINGMODE sets the mode of {output}",
     messages=_BOTH,
-    does="switches the solenoid off, sets each operating mode, and puts back what was there",
+    does="switches the solenoid off, sets each operating mode, and restores the previous mode "
+    "and state",
 )
 def _mode(trial: Trial, place: Target, channel: int) -> None:
     mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")
@@ -168,9 +169,9 @@ def _mode(trial: Trial, place: Target, channel: int) -> None:
 
 @output_check(
     INTERLOCK,
-    "MOT_SET_SOL_INTERLOCKMODE demands the interlock of {output}",
+    "MOT_SET_SOL_INTERLOCKMODE requires the interlock of {output}",
     messages=tuple(f"MOT_{role}_SOL_INTERLOCKMODE" for role in ("SET", "REQ", "GET")),
-    does="sets that the interlock of the solenoid is needed, and puts back what was there",
+    does="sets the interlock of the solenoid to required, and restores the previous mode",
 )
 def _interlock(trial: Trial, place: Target, channel: int) -> None:
     interlock = _Switch(trial, place, channel, "MOT_SOL_INTERLOCKMODE")

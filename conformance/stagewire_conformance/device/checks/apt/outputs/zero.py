@@ -1,6 +1,6 @@
-"""``piezo-zero``: zeroing puts out zero volts, and what is read then is zero (page 117).
+"""``piezo-zero``: zeroing outputs zero volts, and makes the reading there the new zero (page 117).
 
-The reference that was there before is nowhere told, and is lost; that is said before.
+The previous zero cannot be read, and is lost; the description shown before the run says so.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ _READING: Final = (
 )
 _STATUS: Final = ("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "PZ_GET_PZSTATUSUPDATE")
 _PATIENCE: Final = 30.0
-"""Seconds within which a channel has been zeroed."""
+"""Seconds within which a channel must be zeroed."""
 _NEAR: Final = FULL_SCALE // 50
-"""Counts within which a reading is zero."""
+"""The tolerance of a zero reading in counts."""
 
 
-_TITLE: Final = "PZ_SET_ZERO makes what is read at zero volts the zero of {output}"
+_TITLE: Final = "PZ_SET_ZERO makes the reading of {output} at zero volts its zero"
 _DOES: Final = (
-    "zeroes each channel: it puts out 0 V, and what is read then is the zero of all positions from then on; "
-    "the zero that it had is lost"
+    "zeroes each channel: outputs 0 V, and makes the reading there the zero of all later "
+    "positions; the previous zero is lost"
 )
 
 
@@ -59,7 +59,7 @@ def _lacks(declared: Declaration, allowed: Permissions, place: Target) -> str:
 
 KIND = Kind(
     name="piezo-zero",
-    title="Zeroing makes what is read at zero volts the zero of positions",
+    title="Zeroing makes the reading at zero volts the zero of positions",
     rules=("zero-applies-zero-volts", "zero-sets-reference"),
 )
 
@@ -70,18 +70,16 @@ KIND = Kind(
 def _zero(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
     if piezo.mode not in OPEN:
-        piezo.give_up(
-            f"{piezo.text} is in closed loop, and would be moved by a zero that is elsewhere"
-        )
+        piezo.give_up(f"{piezo.text} is in closed loop, where a new zero would move it")
     before = piezo.volts
     low, high = piezo.span("output_volts")
     piezo.step(before, (low, high))
     if not low <= 0 <= high:
-        piezo.give_up(f"{piezo.text}: zeroing puts out 0 V; allow a range that includes it")
+        piezo.give_up(f"{piezo.text}: zeroing outputs 0 V; allow a range that includes it")
     piezo.begin()
     first = piezo.status()
     if not (bits_are_printed(place) and first.bits.strain_gauge_connected):
-        piezo.give_up(f"{piezo.text} does not say that a strain gauge is connected")
+        piezo.give_up(f"{piezo.text} does not report a strain gauge")
     trial.undo(
         f"output voltage of {piezo.text}",
         lambda: piezo.send(m.PzSetOutputVolts(channel, before)),
@@ -94,8 +92,8 @@ def _zero(trial: Trial, place: Target, channel: int) -> None:
         if status.time > end:
             trial.must(
                 False,
-                f"{piezo.text}: PZ_SET_ZERO was sent, and after {_PATIENCE:g} s {status.heard.name} "
-                "does not say zeroed",
+                f"{piezo.text}: {_PATIENCE:g} s after PZ_SET_ZERO, {status.heard.name} still "
+                "does not report zeroed",
                 came=status.heard.raw,
             )
             return
@@ -103,8 +101,8 @@ def _zero(trial: Trial, place: Target, channel: int) -> None:
     for what, value in (("voltage", status.voltage), ("position", status.position)):
         trial.must(
             abs(value) <= _NEAR,
-            f"{piezo.text} says that it has been zeroed, and {status.heard.name} a {what} of {value}; "
-            "it should be 0",
+            f"{piezo.text} reports that it has been zeroed, but {status.heard.name} has a "
+            f"{what} of {value}; it should be 0",
             came=status.heard.raw,
         )
 
@@ -116,7 +114,8 @@ def _zero_reading(trial: Trial, place: Target, channel: int) -> None:
     mode = trial.reply(m.PzReqTsgIoSettings(channel), place.address).message.display_mode
     if mode == DisplayMode.DISPUNITS_VOLTAGE:
         trial.inconclusive(
-            f"{place.name} shows its signal in volts, and no page says that zeroing counts there"
+            f"{place.name} shows its signal in volts, and the document does not say that "
+            "zeroing applies to volts"
         )
         return
     trial.line.send(m.PzSetZero(channel), place.address)
@@ -128,8 +127,8 @@ def _zero_reading(trial: Trial, place: Target, channel: int) -> None:
         if trial.line.now > end:
             trial.must(
                 False,
-                f"{place.name} channel {channel}: PZ_SET_ZERO was sent, and {heard.name} went on to say "
-                f"{heard.message.reading}; it should read 0",
+                f"{place.name} channel {channel}: after PZ_SET_ZERO, {heard.name} still reports "
+                f"{heard.message.reading}; it should report 0",
                 came=heard.raw,
             )
             return

@@ -1,6 +1,7 @@
-"""Checks that only ask, or send what means nothing.
+"""Checks that only send requests, or messages without effect.
 
-One sends settings that are cut short, and needs leave to change settings: whether they were taken shows then.
+One check sends truncated settings, which must have no effect. It needs permission to change settings, because
+a controller that fails the check applies them.
 """
 
 from __future__ import annotations
@@ -39,4 +40,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     updates.UPDATES,
     keep_alive.KIND,
 )
-"""In the order in which they are run."""
+"""The kinds in the order in which they run."""

@@ -1,10 +1,10 @@
-"""Whether a status agrees with what else a controller says of the same channel.
+"""Comparisons of a status with other replies about the same channel.
 
-Things are read one after the other, so that what lives, such as a loop that holds its position within a
-count or two, may differ for a moment. So each look is repeated before a difference counts, and what changes
-while it is looked at is left out.
+The values are read one after the other, so a live value may differ for a moment: a loop holds a position only
+to within a count or two. Therefore a comparison is repeated before a difference counts, and values that
+change during the comparison are ignored.
 
-A status also shows no motion where nothing was asked to move (pages 69, 77 and 79).
+A status must also show no motion when no motion was requested (pages 69, 77 and 79).
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ CLOSED_LOOP: Final = "PZ_GET_POSCONTROLMODE"
 
 
 _DITHER: Final = 10
-"""Counts by which a position may differ from one that does not stand still."""
+"""Counts by which a position that is not at rest may differ."""
 
 
 class Difference(NamedTuple):
-    """Two things that do not agree.
+    """Two values that should agree and do not.
 
     :param text: a sentence.
-    :param came: the bytes that it is about.
+    :param came: the bytes of the message at fault.
     """
 
     text: str
@@ -39,11 +39,11 @@ class Difference(NamedTuple):
 
 
 Look = Callable[["Trial", ChannelStatus], Difference | None]
-"""Looks once whether two things agree."""
+"""Compares two values once."""
 
 
 def agreements(channel: ChannelStatus) -> list[Look]:
-    """Return the looks that apply to a channel."""
+    """Return the comparisons that apply to a channel."""
     has_position = "position" in channel.fields
     applies: dict[Look, bool] = {
         _position: channel.claims(POSITION) and has_position,
@@ -70,7 +70,7 @@ def _bits_alone(trial: Trial, channel: ChannelStatus) -> Difference | None:
 
 
 def _by_itself(trial: Trial, channel: ChannelStatus) -> Difference | None:
-    """Compare the status that comes by itself with the one that is asked for."""
+    """Compare the periodic status with the requested one."""
     before = channel.get(trial)
     told = channel.next(trial)
     after = channel.get(trial)
@@ -79,7 +79,7 @@ def _by_itself(trial: Trial, channel: ChannelStatus) -> Difference | None:
 
 
 def _other_position(before: Incoming, told: Incoming, after: Incoming) -> Difference | None:
-    """Compare a count with the one that was told before and after it; one that lives need not be the same."""
+    """Compare a count with the counts read before and after it, with a margin if it is changing."""
     low, high = sorted((before.message.position, after.message.position))
     position = told.message.position
     margin = 3 * (high - low) + _DITHER if high > low else 0
@@ -87,8 +87,8 @@ def _other_position(before: Incoming, told: Incoming, after: Incoming) -> Differ
         return None
     as_well = f"{low}" if low == high else f"{low} to {high}"
     return Difference(
-        f"{_which(told, after)} has the position {position}, {after.name} has {as_well} as its answer; they "
-        "are the same count",
+        f"{_which(told, after)} has the position {position}, but {after.name}, read before and "
+        f"after it, has {as_well}; they should be the same count",
         told.raw,
     )
 
@@ -102,21 +102,25 @@ def _other_bits(
     if not names:
         return None
     return Difference(
-        f"{_which(told, after)} has the status bits {bits:#010x}, {after.name} has {due:#010x} as its "
-        f"answer; they are the same bits, and differ in {', '.join(names)}",
+        f"{_which(told, after)} has the status bits {bits:#010x}, but {after.name}, read before "
+        f"and after it, has {due:#010x}; they differ in {', '.join(names)} and should be the same",
         told.raw,
     )
 
 
 def _which(told: Incoming, other: Incoming) -> str:
-    return f"{told.name} that came by itself" if told.name == other.name else told.name
+    return f"periodic {told.name}" if told.name == other.name else told.name
 
 
 def _enabled(trial: Trial, channel: ChannelStatus) -> Difference | None:
     state = channel.ask(trial, ENABLED)
     said: int = state.message.enable_state
     return _bit(
-        trial, channel, "channel_enabled", said == enabling(trial), f"{state.name} has {said}"
+        trial,
+        channel,
+        "channel_enabled",
+        said == enabling(trial),
+        f"{state.name} has the state {said}",
     )
 
 
@@ -125,7 +129,7 @@ def _closed_loop(trial: Trial, channel: ChannelStatus) -> Difference | None:
     said: int = mode.message.mode
     modes = trial.declared.registry.fields(CLOSED_LOOP, "header")["mode"]["enum"]
     closed = {value for name, value in modes.items() if name.startswith("CLOSED")}
-    return _bit(trial, channel, "closed_loop", said in closed, f"{mode.name} has {said}")
+    return _bit(trial, channel, "closed_loop", said in closed, f"{mode.name} has the mode {said}")
 
 
 def _bit(
@@ -136,33 +140,33 @@ def _bit(
     if bool(bits & mask) == due:
         return None
     return Difference(
-        f"{status.name} has the status bits {bits:#010x}; {bit} ({mask:#010x}) should be "
-        f"{'set' if due else '0'} in them, since {reason}",
+        f"{status.name} has the status bits {bits:#010x}; bit {bit} ({mask:#010x}) should be "
+        f"{'set' if due else '0'}, because {reason}",
         status.raw,
     )
 
 
 def enabling(trial: Trial) -> int:
-    """Return the enable state that stands for enabled."""
+    """Return the enable state for "enabled"."""
     states = trial.declared.registry.fields(ENABLED, "header")["enable_state"]["enum"]
     return int(states["ENABLE"])
 
 
 _PAUSE: Final = 0.1
-"""Seconds between two looks."""
+"""Seconds between two readings."""
 
 _CREEP: Final = 100
-"""Counts that a position may creep in that time though nothing moves: a loop holds it within fewer."""
+"""The most counts that a position moves in that time without motion: a loop holds it more tightly."""
 
 
 def looks_at_rest(channel: ChannelStatus) -> list[Look]:
-    """Return the looks that apply to a channel."""
+    """Return the comparisons for a channel at rest."""
     has_velocity = channel.moving and "velocity" in channel.fields
     return [*([_motion] if channel.moving else []), *([_velocity] if has_velocity else [])]
 
 
 def _motion(trial: Trial, channel: ChannelStatus) -> Difference | None:
-    """Look whether the bits of motion and the position agree."""
+    """Compare the motion bits with the position."""
     first, second = _twice(trial, channel)
     position = second.message.position
     went = position - first.message.position
@@ -170,14 +174,14 @@ def _motion(trial: Trial, channel: ChannelStatus) -> Difference | None:
     if bits & more and not went:
         names = ", ".join(name for name, mask in channel.masks.items() if bits & more & mask)
         return Difference(
-            f"{second.name} says {names}, though the position stays at {position} for {_PAUSE:g} s; nothing "
-            "was set in motion",
+            f"{second.name} reports {names}, but the position stays at {position} for "
+            f"{_PAUSE:g} s and no motion was requested",
             second.raw,
         )
     if abs(went) > _CREEP and not bits | more and _is_held(trial, channel):
         return Difference(
-            f"{second.name} has the position {position}, {went:+d} in {_PAUSE:g} s, and no bit that says "
-            "that it moves; nothing was set in motion",
+            f"{second.name} has the position {position}, {went:+d} counts in {_PAUSE:g} s, but "
+            "no motion bit is set and no motion was requested",
             second.raw,
         )
     return None
@@ -190,8 +194,8 @@ def _velocity(trial: Trial, channel: ChannelStatus) -> Difference | None:
     if not rests or not all(speeds):
         return None
     return Difference(
-        f"{second.name} has the velocity {speeds[1]}, though the position stays at "
-        f"{second.message.position}; at rest it is 0",
+        f"{second.name} has the velocity {speeds[1]}, but the position stays at "
+        f"{second.message.position}; at rest the velocity should be 0",
         second.raw,
     )
 
@@ -203,7 +207,7 @@ def _twice(trial: Trial, channel: ChannelStatus) -> tuple[Incoming, Incoming]:
 
 
 def _is_held(trial: Trial, channel: ChannelStatus) -> bool:
-    """Return whether a loop holds the stage; one that nothing holds may be pushed."""
+    """Return whether a loop holds the stage; otherwise something may push it."""
     if not channel.claims(ENABLED):
         return False
     state: int = channel.ask(trial, ENABLED).message.enable_state

@@ -1,4 +1,4 @@
-"""Whether every request is answered, by its own reply and by nothing else (pages 8 to 11)."""
+"""Checks that every request is answered by its own reply and nothing else (pages 8 to 11)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 _LIVE: Final = frozenset({"MOT_POSCOUNTER", "MOT_ENCCOUNTER", "PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS"})
-"""Sets that can be written, and tell where something is all the same: a loop keeps it moving a little."""
+"""Sets that can be written but report a live value: a loop keeps it moving a little."""
 
 _OF_BAYS: Final = frozenset({"slot-source", "bays-are-single-channel"})
 _OF_ONE_CHANNEL: Final = frozenset(
@@ -57,12 +57,12 @@ _OF_CHAPTERS: Final = {
         }
     ),
 }
-"""Rules that hold for the messages of one chapter, all of which name channels."""
+"""Rules for the messages of one chapter, all of which have a channel."""
 
 
 KIND = Kind(
     name="answers",
-    title="Every request is answered by its own reply, and by nothing else",
+    title="Every request is answered by its own reply and nothing else",
     rules=(
         "reply-addresses-swapped",
         "slot-source",
@@ -154,7 +154,7 @@ KIND = Kind(
 
 
 def _is_parameter_set(declared: Declaration, request: Request) -> bool:
-    """Return whether what is asked for was set, and stays as it was set."""
+    """Return whether a request reads a value that only a SET message changes."""
     place = declared.registry.messages[request.name]["set"]
     if place is None or place["name"] in _LIVE:
         return False
@@ -165,7 +165,7 @@ def _is_parameter_set(declared: Declaration, request: Request) -> bool:
 
 
 def _rules(declared: Declaration, request: Request) -> tuple[str, ...]:
-    """Return the rules that can be seen at one answer."""
+    """Return the rules that a single reply can verify."""
     place = request.place
     excluded: set[str] = set()
     if place.bay is None:
@@ -203,7 +203,8 @@ def _ask(trial: Trial, request: Request, again: bool) -> None:
     second: Incoming = trial.reply(request.message, address)
     trial.must(
         second.message == reply.message,
-        f"{request.about} was answered in two ways, one after the other, though nothing was set in between",
+        f"{request.about} was answered with two different replies in a row, though nothing "
+        "was set in between",
         wanted=reply.raw,
         came=second.raw,
     )

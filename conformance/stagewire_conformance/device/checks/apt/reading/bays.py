@@ -1,4 +1,4 @@
-"""Whether a rack knows its bays, and nothing answers from an empty one (pages 9, 10 and 23)."""
+"""Checks that a rack reports its bays, and that empty bays do not reply (pages 9, 10 and 23)."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 _ASK: Final = "RACK_REQ_BAYUSED"
 _ANSWER: Final = "RACK_GET_BAYUSED"
 _WAIT: Final = 0.3
-"""Seconds in which a motherboard says whether a bay is used."""
+"""Seconds in which the motherboard must report whether a bay is used."""
 
 _SILENCE: Final = 0.1
-"""Seconds in which an empty bay would have answered."""
+"""Seconds in which a reply from an empty bay would arrive."""
 
 
 KIND = Kind(
     name="bays",
-    title="The rack knows its bays, and nothing answers from an empty one",
+    title="The rack reports its bays, and empty bays do not reply",
     rules=(
         "bay-used",
         "bay-idents",
@@ -50,14 +50,14 @@ def _boards(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @KIND.check(
-    "The motherboard says of each bay whether it is occupied, as it is declared",
+    "The motherboard reports each bay as occupied or empty, as declared",
     messages=(_ASK, _ANSWER),
     name="used",
     seconds=1.0,
     each=_boards,
 )
 def _ask_used(trial: Trial, board: Target) -> None:
-    """Ask of every bay that can be named; one that the rack does not have may be met with silence."""
+    """Request the state of every bay. The rack may leave requests for bays that it lacks unanswered."""
     declared = trial.declared
     states = {ident: state for ident in _idents(declared) if (state := _state(trial, board, ident))}
     occupied = {place.bay - 1 for place in declared.places if place.bay is not None}
@@ -65,32 +65,32 @@ def _ask_used(trial: Trial, board: Target) -> None:
     if _counts_from_one(states, occupied, table["OCCUPIED"]):
         trial.should(
             False,
-            f"the first bay is named 1 in {_ANSWER}, as the table of page 23 prints it; the example of that "
-            "page has 0 for it",
+            f"{_ANSWER} numbers the first bay 1, as printed in the table on page 23; the "
+            "example on that page numbers it 0",
         )
         return
     whole = declared.unit.kind == "rack"
     for ident in range(len(declared.unit.bays)) if whole else sorted(occupied):
-        trial.must(ident in states, f"{_ASK} of bay ident {ident} was not answered")
+        trial.must(ident in states, f"{_ASK} for bay ident {ident} was not answered")
     for ident, state in states.items():
         due = table["OCCUPIED" if ident in occupied else "EMPTY"]
         if state in table.values() and (whole or ident in occupied):
             trial.must(
                 state == due,
-                f"{_ANSWER} has the state {state} for bay ident {ident}; the PICS declares that bay "
-                f"{'occupied' if ident in occupied else 'empty'}, which is {due}",
+                f"{_ANSWER} has the state {state} for bay ident {ident}; the PICS declares that "
+                f"bay {'occupied' if ident in occupied else 'empty'}, so the state should be "
+                f"{due}",
             )
 
 
 def _state(trial: Trial, board: Target, ident: int) -> int | None:
-    """Return what the motherboard says of a bay; None where it says nothing."""
+    """Return the state that the motherboard reports for a bay; None without a reply."""
     request = trial.declared.make(_ASK, bay_ident=ident)
     heard = trial.line.ask_all(request, board.address, wait=_WAIT)
     replies = [each for each in heard if each.name == _ANSWER]
     trial.must(
         len(replies) <= 1 and len(heard) == len(replies),
-        f"{_ASK} of bay ident {ident} was answered with {described(trial, heard)}; one {_ANSWER} should "
-        "have come",
+        f"{_ASK} for bay ident {ident}: expected one {_ANSWER}, received {described(trial, heard)}",
         came=raw_of(heard),
     )
     if not replies:
@@ -99,7 +99,7 @@ def _state(trial: Trial, board: Target, ident: int) -> int | None:
     judge_message(trial, board, None, reply)
     trial.must(
         reply.message.bay_ident == ident,
-        f"{_ANSWER} is about bay ident {reply.message.bay_ident}; {ident} was asked for",
+        f"{_ANSWER} is for bay ident {reply.message.bay_ident}; {ident} was requested",
         came=reply.raw,
     )
     state: int = reply.message.bay_state
@@ -116,11 +116,11 @@ def _counts_from_one(states: Mapping[int, int], occupied: set[int], state: int) 
 
 
 def _rack(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    if declared.unit.kind == "rack":  # what else is in the rack of a module is not declared
+    if declared.unit.kind == "rack":  # for a single module, the other bays are not declared
         yield Case(messages=identity_of(declared))
 
 
-@KIND.check("Nothing answers from an empty bay", name="empty", seconds=1.5, each=_rack)
+@KIND.check("Empty bays do not reply", name="empty", seconds=1.5, each=_rack)
 def _ask_empty(trial: Trial) -> None:
     declared = trial.declared
     (name, *_) = identity_of(declared)
@@ -131,7 +131,7 @@ def _ask_empty(trial: Trial) -> None:
         came = trial.line.ask_all(declared.request(name), address, wait=_SILENCE, after=0)
         trial.must(
             not came,
-            f"{name} to {address:#04x}, a bay that is declared empty, was answered with "
-            f"{described(trial, came)}; nothing should answer",
+            f"{name} to {address:#04x}, a bay declared empty, was answered with "
+            f"{described(trial, came)}; nothing should reply",
             came=raw_of(came),
         )

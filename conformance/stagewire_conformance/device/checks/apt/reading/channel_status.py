@@ -1,4 +1,4 @@
-"""The status of one channel, asked for where the unit has a question for it, else as it comes by itself."""
+"""The status of one channel: requested if the unit has a request for it, otherwise the periodic one."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 
 _BITS = "status_bits"
-"""The field with the bits, in every message that has some."""
+"""The field with the bits, in every message that has one."""
 
 
 @dataclass(frozen=True)
 class ChannelStatus:
-    """One channel, and how its status is had.
+    """One channel, and how to read its status.
 
-    :param declared: the controller.
-    :param place: where the channel is.
-    :param number: of the channel.
-    :param stream: the status as it comes by itself.
-    :param requests: what can be asked of the channel, by the messages that answer it.
+    :param declared: the declaration of the controller.
+    :param place: the target that has the channel.
+    :param number: the number of the channel.
+    :param stream: the periodic status.
+    :param requests: the requests for the channel, by the messages that answer them.
     """
 
     declared: Declaration
@@ -43,31 +43,31 @@ class ChannelStatus:
 
     @property
     def query(self) -> Request | None:
-        """What asks for it; None: it only comes by itself."""
+        """The request for the status; None if the status is only periodic."""
         return self.requests.get(self.stream.status)
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """The messages by which it is had."""
+        """The messages used to read the status."""
         return self.stream.messages if self.query is None else self.query.messages
 
     @property
     def skip(self) -> str:
-        """Why it cannot be had, which only the PICS can say; empty: it can."""
+        """Why the status cannot be read, which only the PICS can decide; empty if it can."""
         return self.stream.skip if self.query is None else self.query.skip
 
     @cached_property
     def fields(self) -> Mapping[str, Json]:
-        """Its fields by name."""
+        """The fields of the status by name."""
         return self.declared.registry.fields(self.stream.status, "data")
 
     @cached_property
     def masks(self) -> Mapping[str, int]:
-        """The bits that the document names for the unit, by their names."""
+        """The masks of the bits that the document defines for the unit, by name."""
         return self._masks_in(self.stream.status)
 
     def masks_shared_with(self, message: str) -> Mapping[str, int]:
-        """Return the bits that another message has under the same names; a stepper has two tables of bits."""
+        """Return the bits that another message has under the same names: a stepper has two tables of bits."""
         return dict(self.masks.items() & self._masks_in(message).items())
 
     def _masks_in(self, message: str) -> dict[str, int]:
@@ -78,7 +78,7 @@ class ChannelStatus:
 
     @property
     def moving(self) -> int:
-        """The bits that mean motion; 0 where none do."""
+        """The mask of the bits that mean motion; 0 if there are none."""
         masks = self.place.unit.moving.items()
         return next(
             (mask for cls, (_, mask) in masks if cls.layout.message == self.stream.status), 0
@@ -86,7 +86,7 @@ class ChannelStatus:
 
     @cached_property
     def bits_alone(self) -> str | None:
-        """The message that tells the bits and nothing else; None where none is claimed."""
+        """The message that has the status bits only; None if none is claimed."""
         channel = getattr(self.declared.protocol, "channel", None)
         for answer in self.requests:
             fields = set(self.declared.registry.fields(answer, "data"))
@@ -95,19 +95,19 @@ class ChannelStatus:
         return None
 
     def claims(self, answer: str) -> bool:
-        """Return whether something else can be asked of the channel, by what answers it."""
+        """Return whether the channel claims the request that this message answers."""
         return answer in self.requests and not self.requests[answer].skip
 
     def ask(self, trial: Trial, answer: str) -> Incoming:
-        """Ask for something that the channel claims; where nothing comes, that is a FAIL, and the end."""
+        """Send a claimed request, and return the reply. No reply is a FAIL and ends the check."""
         return trial.reply(self.requests[answer].message, self.place.address)
 
     def get(self, trial: Trial) -> Incoming:
-        """Return the status as it is now; where none comes, that is a FAIL, and the end of the check."""
+        """Return the current status. No status is a FAIL and ends the check."""
         return self.next(trial) if self.query is None else self.ask(trial, self.stream.status)
 
     def next(self, trial: Trial) -> Incoming:
-        """Return the next status that comes by itself; it is started, and stopped again."""
+        """Start the periodic status, return the next one, and stop it."""
         self.stream.begin(trial)
         came: list[Incoming] = trial.line.listen(1.0, until=self._is_mine)
         self.stream.end(trial)
@@ -115,15 +115,15 @@ class ChannelStatus:
         mine = bool(came) and self._is_mine(came[-1])
         if not mine and self.stream.of_it(came) and self.number != self.place.channels[0]:
             trial.inconclusive(
-                f"{self.place.name} sends {self.stream.status} of other channels only, which the document "
-                "leaves open (it has channel 1)"
+                f"{self.place.name} sends {self.stream.status} for other channels only; the "
+                "document describes it for channel 1 and leaves the others open"
             )
             raise EnoughError
         trial.need(
             mine,
-            f"{self.stream.start.layout.message} to {self.place.name} was followed by "
-            f"{described(trial, came)}; {self.stream.status} of channel {self.number} should have come "
-            "within a second",
+            f"after {self.stream.start.layout.message} to {self.place.name}: expected "
+            f"{self.stream.status} for channel {self.number} within a second, received "
+            f"{described(trial, came)}",
             came=raw_of(came),
         )
         return came[-1]
@@ -133,7 +133,7 @@ class ChannelStatus:
 
 
 def statuses_of(declared: Declaration) -> Iterator[ChannelStatus]:
-    """Give every channel whose list has a status."""
+    """Yield every channel that has a status."""
     for stream in streams_of(declared):
         for number in stream.place.channels:
             requests = {

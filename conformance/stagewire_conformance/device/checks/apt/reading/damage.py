@@ -1,7 +1,7 @@
-"""What is no frame: one that is cut short, and bytes that never were any; afterwards all is well again.
+"""Truncated frames and stray bytes, after which the controller must recover.
 
-The document does not say how soon a controller has to find out. So a second of silence is left after what was
-damaged, and what comes then has to be answered at last; at once is what it should be.
+The document does not say how soon a controller must notice the damage. So the checks wait for a second of
+silence, and then repeat a request several times. One of them must be answered; it should be the first.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 def harmless_bytes(declared: Declaration, random: Random, count: int) -> bytes:
-    """Return bytes in which no message begins, wherever one looks for it.
+    """Return bytes that contain no message at any offset.
 
-    The second byte of no id is among them, and no address, so that not even a receiver that is out of step
-    finds a message that is meant for it.
+    They include neither the high byte of an id nor an address, so that even a receiver that is out of step
+    does not find a message for it.
     """
     return bytes(random.choices(_harmless(declared), k=count))
 
@@ -38,9 +38,9 @@ def harmless_bytes(declared: Declaration, random: Random, count: int) -> bytes:
 def unknown_frame(
     declared: Declaration, random: Random, dest: int, packet: bytes | None = None
 ) -> bytes:
-    """Return a frame with an id that no message has.
+    """Return a frame with an unknown id.
 
-    :param packet: what follows the header; None: nothing does.
+    :param packet: the data after the header; None: there is none.
     """
     host = declared.framed.host
     id = harmless_bytes(declared, random, 2)
@@ -59,25 +59,25 @@ def _harmless(declared: Declaration) -> list[int]:
 
 
 _SILENCE: Final = 1.1
-"""Seconds after something damaged in which a controller gives up waiting for the rest."""
+"""Seconds after a damaged frame in which a controller gives up waiting for the rest."""
 
 _TRIES: Final = 6
-"""Requests after which one has to be answered, even if a controller takes them for the rest of a packet."""
+"""The most requests before one must be answered, even if a controller takes some for the rest of a packet."""
 
 _PACKET: Final = 24
 
 _Damage = Callable[["Trial", Request], tuple[bytes, str]]
-"""Makes what is sent instead of a request, and says what it is."""
+"""Makes the bytes to send instead of a request, and their description."""
 
 
 TRUNCATED: Final = Kind(
     name="truncated",
-    title="After a frame that was cut short, a clean request is answered",
+    title="A clean request after a truncated frame is answered",
     rules=("header-six-bytes", "data-length-bytes", "request-answered"),
 )
 GARBAGE: Final = Kind(
     name="garbage",
-    title="After bytes that are no frame, a clean request is answered",
+    title="A clean request after stray bytes is answered",
     rules=("header-six-bytes", "request-answered"),
 )
 
@@ -98,21 +98,21 @@ def _run(trial: Trial, damage: _Damage) -> None:
     request = clean_request(trial.declared)
     assert request is not None  # else there is no check
     raw, about = damage(trial, request)
-    with trial.line.silent():  # a sign of life would be taken for the rest
+    with trial.line.silent():  # a keep-alive message would be taken for the rest
         unheeded(trial, raw, about, _SILENCE)
         clean(trial, f"after {about}", request.place, tries=_TRIES)
 
 
-@_damage(TRUNCATED, "header", "A clean request is answered after a part of a header")
+@_damage(TRUNCATED, "header", "A clean request after part of a header is answered")
 def _part_of_header(trial: Trial, request: Request) -> tuple[bytes, str]:
     raw = request.message.pack(request.place.address, trial.declared.framed.host)
     count = trial.random.randrange(1, HEADER_SIZE)
     return raw[:count], f"{count} of the {HEADER_SIZE} bytes of {request.name}"
 
 
-@_damage(TRUNCATED, "packet", "A clean request is answered after a part of a packet")
+@_damage(TRUNCATED, "packet", "A clean request after part of a packet is answered")
 def _part_of_packet(trial: Trial, request: Request) -> tuple[bytes, str]:
-    """Cut a frame that nothing can be made of, whatever comes as its rest."""
+    """Truncate a frame that is harmless, whatever completes it."""
     packet = harmless_bytes(trial.declared, trial.random, _PACKET)
     raw = unknown_frame(trial.declared, trial.random, request.place.address, packet)
     missing = trial.random.randrange(1, _PACKET)
@@ -121,8 +121,12 @@ def _part_of_packet(trial: Trial, request: Request) -> tuple[bytes, str]:
 
 def _garbage(trial: Trial, request: Request, counts: range) -> tuple[bytes, str]:
     count = trial.random.choice(counts)
-    return harmless_bytes(trial.declared, trial.random, count), f"{count} bytes of garbage"
+    return harmless_bytes(trial.declared, trial.random, count), f"{count} stray bytes"
 
 
-_damage(GARBAGE, "one", "A stray byte does no harm")(partial(_garbage, counts=range(1, 2)))
-_damage(GARBAGE, "many", "Many stray bytes do no harm")(partial(_garbage, counts=range(7, 90)))
+_damage(GARBAGE, "one", "A clean request after one stray byte is answered")(
+    partial(_garbage, counts=range(1, 2))
+)
+_damage(GARBAGE, "many", "A clean request after many stray bytes is answered")(
+    partial(_garbage, counts=range(7, 90))
+)

@@ -1,4 +1,4 @@
-"""Whether what a place sends is made of whole headers, right lengths and addresses (pages 8 to 12)."""
+"""Checks that a target sends whole headers, with the right lengths and addresses (pages 8 to 12)."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 _WAIT: Final = 0.3
 _LATE: Final = 1.5
-"""Seconds in which nothing may come before what was not answered is given up."""
+"""Seconds to wait for late replies after a request was not answered."""
 _ENOUGH: Final = 3
-"""Requests that nothing answers after which no more are asked; each has a check of its own for that."""
+"""Unanswered requests after which the check stops; each request also has its own check."""
 
 
 KIND = Kind(
     name="frames",
-    title="What the controller sends is made of whole frames with right addresses",
+    title="The controller sends whole frames with the right addresses",
     rules=(
         "header-six-bytes",
         "length-in-header",
@@ -73,13 +73,11 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             )
 
 
-@KIND.check(
-    "{place.name} sends frames with whole headers, right lengths and right addresses", each=_places
-)
+@KIND.check("{place.name} sends whole headers with the right lengths and addresses", each=_places)
 def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
-    """Ask everything once, and look at the frame of each message, whatever it says."""
+    """Send every request once, and examine the frames of the replies, whatever their content."""
     silent = 0
-    seen: set[tuple[int | None, int | None]] = set()  # of the same addresses one message will do
+    seen: set[tuple[int | None, int | None]] = set()  # one message per pair of addresses is enough
     for request in requests:
         heard = ask_all(trial, request, wait=_WAIT, after=0)
         silent += not heard
@@ -88,8 +86,8 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
         for each in joined(heard):
             if trial.must(
                 each.kind in ("message", "undocumented"),
-                f"{request.about} was answered with {described(trial, [each])}; a message has a header of "
-                "six bytes, and as many bytes behind it as the header says",
+                f"{request.about} was answered with {described(trial, [each])}; a message has a "
+                "header of six bytes, followed by as many bytes as the header states",
                 came=each.raw,
             ):
                 if (each.dest, each.source) not in seen:
@@ -97,6 +95,8 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
                 seen.add((each.dest, each.source))
                 for text in unused_parameters(each.message):
                     trial.must(False, f"{each.name}: {text}", came=each.raw)
-    if silent:  # a reply that is late would be taken for that of the next check
+    if silent:  # the next check could take a late reply for its own
         trial.line.drain(quiet=_LATE, limit=2 * _LATE)
-    trial.must(silent < len(requests) or not requests, f"{place.name} answers no request at all")
+    trial.must(
+        silent < len(requests) or not requests, f"{place.name} answered none of its requests"
+    )

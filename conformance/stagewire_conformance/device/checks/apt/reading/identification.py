@@ -1,6 +1,6 @@
-"""Whether a controller says what it is (pages 7, 21 and 22).
+"""Checks of the identity of a controller (pages 7, 21 and 22), and of a command without a reply.
 
-A command without a reply is carried out in silence (pages 11 and 16).
+The command must be carried out without acknowledgement (pages 11 and 16).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _MOTHERBOARD: Final = "MULTI_CHANNEL_MOTHERBOARD"
 
 IDENTIFICATION = Kind(
     name="identification",
-    title="The controller says what it is",
+    title="The controller identifies itself",
     rules=(
         "info-answer",
         "info-length",
@@ -65,7 +65,7 @@ def _identified_places(declared: Declaration, allowed: Permissions) -> Iterator[
 
 
 @IDENTIFICATION.check(
-    "{request.place.name} says what it is, twice the same", each=_identified_places
+    "{request.place.name} identifies itself, with the same reply twice", each=_identified_places
 )
 def _identify_twice(trial: Trial, request: Request) -> None:
     address = request.place.address
@@ -78,26 +78,28 @@ def _identify_twice(trial: Trial, request: Request) -> None:
     again: Incoming = trial.reply(request.message, address)
     trial.must(
         again.message == first.message,
-        f"{request.about} was answered in two ways, one after the other; it is the same unit",
+        f"{request.about} was answered with two different replies in a row; the identity of "
+        "a unit does not change",
         wanted=first.raw,
         came=again.raw,
     )
 
 
 def _judge_serial_number(trial: Trial, place: Target, heard: Incoming) -> None:
-    """Eight digits; nine are known of newer units than the document has."""
+    """Check for eight digits. Units that are newer than the document are known to have nine."""
     number = heard.message.serial_number
     digits = str(number)
     if not trial.must(
         number > 0 and len(digits) in (_DIGITS, _DIGITS + 1),
-        f"{heard.name}: the serial number is {number}; it should have {_DIGITS} digits, the first two of "
-        "which tell the type of the controller",
+        f"{heard.name}: the serial number is {number}; it should have {_DIGITS} digits, and the "
+        "first two give the type of the controller",
         came=heard.raw,
     ):
         return
     trial.should(
         len(digits) == _DIGITS,
-        f"{heard.name}: the serial number {number} has {len(digits)} digits; the document has {_DIGITS}",
+        f"{heard.name}: the serial number {number} has {len(digits)} digits; the document "
+        f"states {_DIGITS}",
         came=heard.raw,
     )
     unit = place.unit
@@ -105,14 +107,14 @@ def _judge_serial_number(trial: Trial, place: Target, heard: Incoming) -> None:
     if prefix is not None and len(digits) == _DIGITS:
         trial.should(
             digits.startswith(str(prefix)),
-            f"{heard.name}: the serial number {number} begins with {digits[:2]}; that of a {unit.name} "
-            f"{'card ' if place.bay else ''}should begin with {prefix}",
+            f"{heard.name}: the serial number {number} begins with {digits[:2]}; the serial "
+            f"number of a {unit.name}{' card' if place.bay else ''} should begin with {prefix}",
             came=heard.raw,
         )
 
 
 def _judge_texts(trial: Trial, heard: Incoming) -> None:
-    """Texts can be read as far as they go; what is behind their end is no part of them."""
+    """Check that texts are readable up to their first NUL."""
     model, notes = heard.message.model_number, heard.message.notes
     trial.must(
         is_readable(model) and bool(model.partition("\0")[0].strip()),
@@ -132,22 +134,23 @@ def _judge_hardware(trial: Trial, place: Target, heard: Incoming) -> None:
     motherboard = fields["type"]["enum"][_MOTHERBOARD]
     trial.must(
         (message.type == motherboard) == place.is_motherboard,
-        f"{heard.name}: the hardware type is {message.type}; {motherboard} is a motherboard, and "
-        f"{place.name} is {'one' if place.is_motherboard else 'none'}",
+        f"{heard.name}: the hardware type is {message.type}; {place.name} "
+        f"{'is' if place.is_motherboard else 'is not'} a motherboard, which has the type "
+        f"{motherboard}",
         came=heard.raw,
     )
     version = message.software_version
     trial.should(
         version[-1] == 0,
-        f"{heard.name}: the last byte of the software version is {version[-1]:#04x}; it is unused, "
-        "and should be 0",
+        f"{heard.name}: the last byte of the software version is {version[-1]:#04x}; it is "
+        "unused and should be 0",
         came=heard.raw,
     )
-    if not place.is_motherboard:  # what a motherboard counts is not said
+    if not place.is_motherboard:  # the document does not define the channels of a motherboard
         channels = len(place.channels)
         trial.must(
             message.nchs == channels,
-            f"{heard.name}: it has {message.nchs} channels; {place.unit.name} "
+            f"{heard.name}: the number of channels is {message.nchs}; {place.unit.name} "
             f"{f'in bay {place.bay} ' if place.bay else ''}should have {channels}",
             wanted=with_value(heard, "nchs", channels),
             came=heard.raw,
@@ -176,7 +179,7 @@ def _flashing_places(declared: Declaration, allowed: Permissions) -> Iterator[Ca
 
 
 @IDENTIFY.check(
-    "{place.name} flashes its front panel when it is asked to, and says nothing",
+    "{place.name} accepts the command to flash its front panel, and sends nothing",
     messages=(_IDENTIFY,),
     seconds=0.3,
     each=_flashing_places,
@@ -186,8 +189,8 @@ def _flash(trial: Trial, place: Target) -> None:
     came = trial.line.listen(_SILENCE)
     trial.must(
         not came,
-        f"{_IDENTIFY} to {place.name} was answered with {described(trial, came)}; it is carried out without "
-        "acknowledgement",
+        f"{_IDENTIFY} to {place.name} was answered with {described(trial, came)}; it should be "
+        "carried out without acknowledgement",
         came=raw_of(came),
     )
     clean(trial, f"after {_IDENTIFY}", place)

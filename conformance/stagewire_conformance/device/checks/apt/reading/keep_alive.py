@@ -1,8 +1,8 @@
-"""Whether a controller falls silent when its host does, and goes on with it (pages 80 and 105).
+"""Checks that a controller stops its status messages without a host, and resumes them (pages 80 and 105).
 
-What the document leaves open is left open here: "about 50 commands" and "50 status messages" stand side by
-side, and it does not say whether they are counted by channel, by bay or over the line, nor whether a sign of
-life alone makes a controller go on that has fallen silent.
+The checks leave open what the document leaves open. It gives both "about 50 commands" and "50 status
+messages", and does not say whether they are counted per channel, per bay or per line. It also does not say
+whether a keep-alive message alone makes a silent controller resume.
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ if TYPE_CHECKING:
 
 _DUE: Final = 50
 _ABOUT: Final = 5
-"""By how many the document's "~50" may be missed."""
+"""The tolerance of the document's "~50"."""
 
 _TOO_MANY: Final = 65
-"""Status messages of one channel after which a controller plainly does not fall silent."""
+"""Status messages of one channel after which a controller clearly does not fall silent."""
 
 _SILENCE: Final = 0.8
-"""Seconds without a status message after which a controller has fallen silent: eight of them are missing."""
+"""Seconds without a status message after which a controller has fallen silent: eight are missing."""
 
 _FIRST: Final = 3.0
-"""Seconds in which two of them come, however seldom they are."""
+"""Seconds in which two status messages arrive, even at a low rate."""
 
 _SLICE: Final = 0.2
-"""Seconds after which it is seen whether anything came."""
+"""Seconds between two looks at the received messages."""
 
 _SIGN_ALONE: Final = 0.1
-"""Seconds in which an answer to a sign of life, of which there is none, would come."""
+"""Seconds in which a reply to a keep-alive message would arrive; there should be none."""
 
 _LONGEST: Final = 15.0
-"""Seconds that a controller is listened to, at most."""
+"""The most seconds to listen to a controller."""
 
 _AGAIN: Final = 1.0
-"""Seconds after a sign of life in which status messages have to come again."""
+"""Seconds after a keep-alive message in which status messages must resume."""
 
 _WHILE_SILENT: Final = 0.5
-"""Seconds in which a controller that has fallen silent may answer a question."""
+"""Seconds in which a silent controller may answer a request."""
 
 
 KIND = Kind(
     name="keep-alive",
-    title="The controller falls silent when the host does, and goes on when the host is there again",
+    title="Status messages stop without keep-alive messages, and resume with the next one",
     rules=(
         "keep-alive-fifty",
         "keep-alive-counts-status",
@@ -67,7 +67,7 @@ KIND = Kind(
 
 
 def _on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    """Give one case, of all places at once: each of them takes six seconds."""
+    """Yield one case for all targets together: each of them would take six seconds."""
     if declared.pics.line != "usb":
         return
     streams = [each for each in streams_of(declared) if each.place.unit.keep_alive is not None]
@@ -85,7 +85,7 @@ def _on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @KIND.check(
-    "Status messages end about 50 after the last sign of life, and go on with the next one",
+    "Status messages stop about 50 after the last keep-alive message, and resume with the next one",
     seconds=8.0,
     each=_on_usb,
 )
@@ -107,16 +107,16 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
             came = line.listen(_SIGN_ALONE)
             trial.must(
                 not came,
-                f"{stream.sign} to {stream.place.name} was answered with {described(trial, came)}; "
-                "there is no response",
+                f"{stream.sign} to {stream.place.name} was answered with "
+                f"{described(trial, came)}; it should get no response",
                 came=raw_of(came),
             )
 
 
 def _until_silent(trial: Trial, streams: Sequence[Stream]) -> tuple[list[Incoming], float]:
-    """Return all status messages until none come any more, or it is plain that they go on.
+    """Return the status messages until they stop or clearly go on, and the longest pause to allow.
 
-    And for how long none may come while they do: longer where they are seldom.
+    The pause is longer for a lower rate.
     """
     line = trial.line
     heard: list[Incoming] = []
@@ -138,7 +138,7 @@ def _until_silent(trial: Trial, streams: Sequence[Stream]) -> tuple[list[Incomin
 def _judge_silence(
     trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming], quiet: float
 ) -> bool:
-    """Say what is wrong with when the places fell silent; return whether they did."""
+    """Report what is wrong with the number of status messages; return whether all targets fell silent."""
     now = trial.line.now
     total = len(heard)
     silent = True
@@ -147,27 +147,27 @@ def _judge_silence(
         counts = {number: len(came) for number, came in stream.by_channel(heard).items() if came}
         place, name = stream.place.name, stream.sign
         trial.need(
-            bool(mine), f"no {stream.status} came from {place} after {stream.start.layout.message}"
+            bool(mine), f"{place} sent no {stream.status} after {stream.start.layout.message}"
         )
         goes_on = now - mine[-1].time < quiet
         silent = silent and not goes_on
         if goes_on and max(counts.values()) < _TOO_MANY:
             trial.inconclusive(
-                f"{stream.status} came {len(mine)} times from {place} in {_LONGEST:g} s, too seldom to see "
-                f"the {_DUE} after which it should end"
+                f"{place} sent {stream.status} {len(mine)} times in {_LONGEST:g} s, too rarely "
+                f"to show whether it stops after about {_DUE}"
             )
             continue
         trial.must(
             not goes_on,
-            f"{place} has sent {stream.status} {len(mine)} times without {name}, and goes on; it should "
-            f"send no more after about {_DUE}",
+            f"{place} sent {stream.status} {len(mine)} times without {name} and did not stop; "
+            f"it should stop after about {_DUE}",
             came=mine[-1].raw,
         )
         right = any(map(_is_due, (total, len(mine)))) or all(map(_is_due, counts.values()))
         trial.must(
             goes_on or right,
-            f"{place} has sent {stream.status} {_counted(counts)} without {name}, and then no more; it "
-            f"should end after about {_DUE}",
+            f"{place} stopped after it had sent {stream.status} {_counted(counts)} without "
+            f"{name}; it should stop after about {_DUE}",
             came=mine[-1].raw,
         )
     return silent
@@ -180,29 +180,30 @@ def _is_due(count: int) -> bool:
 def _counted(counts: dict[int, int]) -> str:
     if len(counts) == 1:
         return f"{sum(counts.values())} times"
-    of_each = ", ".join(f"{count} of channel {number}" for number, count in counts.items())
+    of_each = ", ".join(f"{count} for channel {number}" for number, count in counts.items())
     return f"{sum(counts.values())} times ({of_each})"
 
 
 def _rate(heard: Sequence[Incoming], places: int) -> float:
-    """Return how many messages came a second from one place."""
+    """Return how many messages per second came from one target."""
     span = heard[-1].time - heard[0].time
     return (len(heard) - 1) / span / places if span > 0 else 1.0
 
 
 def _ask_while_silent(trial: Trial) -> None:
-    """Note whether questions are answered: "stop responding" and "status messages" stand side by side."""
+    """Note whether requests are answered: the document has both "stop responding" and "status messages"."""
     request = clean_request(trial.declared)
     if request is not None:
         reply = trial.line.ask(request.message, request.place.address, wait=_WHILE_SILENT)
         said = "not answered" if reply is None else "answered"
         trial.info(
-            f"while the controller was silent, {request.about} was {said}; the document leaves it open"
+            f"while the controller was silent, {request.about} was {said}; the document "
+            "leaves this open"
         )
 
 
 def _judge_return(trial: Trial, streams: Sequence[Stream], rate: float) -> None:
-    """Give a sign of life: status messages have to come again, if need be when they are started again."""
+    """Send a keep-alive message: status messages must resume, if necessary after they are started again."""
     several = max(1, int(rate * _AGAIN * 0.4))
     for stream in streams:
         stream.give_sign(trial)
@@ -212,18 +213,21 @@ def _judge_return(trial: Trial, streams: Sequence[Stream], rate: float) -> None:
     dead = _mute(trial, mute, several)
     for stream in mute:
         place, name, start = stream.place.name, stream.sign, stream.start.layout.message
-        text = f"{place} had fallen silent, and did not send {stream.status} as before after {name}"
+        text = (
+            f"{place} had fallen silent, and did not resume {stream.status} at its former rate "
+            f"after {name}"
+        )
         if trial.must(
             stream not in dead,
-            f"{text}, nor when {start} was sent again; it should go on",
+            f"{text}, nor after {start} was sent again; it should resume",
         ):
             trial.should(
-                False, f"{text}, but when {start} was sent again; it should go on by itself"
+                False, f"{text}, only after {start} was sent again; {name} alone should be enough"
             )
 
 
 def _mute(trial: Trial, streams: Sequence[Stream], several: int) -> list[Stream]:
-    """Return those of which not even ``several`` status messages come within a second."""
+    """Return the streams with fewer than ``several`` status messages within a second."""
     heard: list[Incoming] = []
     end = trial.line.now + _AGAIN
     mute = list(streams)

@@ -1,10 +1,10 @@
-"""Frames that a controller has to leave alone, and whose end it finds all the same (pages 8 to 10).
+"""Frames that a controller must ignore, and whose end it must find (pages 8 to 10).
 
-The header alone says where a frame ends, whatever its id usually has. So a frame with an unknown id, or with
-a packet where none belongs, costs a controller nothing: the request that follows is answered as ever.
+Only the header determines where a frame ends, whatever packet its id usually has. So a controller must skip a
+frame with an unknown id or an unexpected packet, and answer the next request.
 
-A message that sets something with a byte too few carries a changed value, so that a controller that takes it
-is seen; therefore this check needs the permission to change settings.
+One check sends a SET message that lacks a byte. It contains a changed value, which shows whether the
+controller applied it. Therefore that check needs permission to change settings.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ if TYPE_CHECKING:
 
 
 _LENGTHS: Final = range(3, 60)
-"""Lengths of packets that are drawn; a length of 2 would look like the id of HW_DISCONNECT."""
+"""Lengths of packets to choose from; a length of 2 would look like the id of HW_DISCONNECT."""
 
 _Send = Callable[["Trial", Request], None]
-"""Sends an odd frame where a request could be sent, and sees what comes of it."""
+"""Sends an odd frame to the target of a request, and judges the reaction."""
 
 
 UNKNOWN_ID: Final = Kind(
     name="unknown-id",
-    title="A frame with an id that no message has is skipped, packet and all",
+    title="A frame with an unknown id is skipped, including its packet",
     rules=(
         "length-in-header",
         "data-flag",
@@ -58,7 +58,7 @@ UNKNOWN_ID: Final = Kind(
 )
 WRONG_LENGTH: Final = Kind(
     name="wrong-length",
-    title="A frame ends where its header says, whatever its id usually has",
+    title="A frame ends where its header says, whatever packet its id usually has",
     rules=(
         "length-in-header",
         "data-flag-checked-first",
@@ -68,7 +68,7 @@ WRONG_LENGTH: Final = Kind(
 )
 FOREIGN_DESTINATION: Final = Kind(
     name="foreign-destination",
-    title="What is sent to somebody else is not answered",
+    title="A message to another address is not answered",
     rules=(
         "slot-addressed-by-destination",
         "address-values",
@@ -79,7 +79,7 @@ FOREIGN_DESTINATION: Final = Kind(
 
 
 def _odd(kind: Kind, name: str, title: str) -> Callable[[_Send], _Send]:
-    """Declare a function that sends an odd frame, to a place that is drawn, as a check; a decorator."""
+    """Declare a function that sends an odd frame to a random target as a check; a decorator."""
 
     def declare(send: _Send) -> _Send:
         kind.check(title, name=name, seconds=0.5, each=before_clean_request)(
@@ -93,37 +93,37 @@ def _odd(kind: Kind, name: str, title: str) -> Callable[[_Send], _Send]:
 def _run(trial: Trial, send: _Send) -> None:
     places = [place for place in trial.declared.places if clean_request(trial.declared, place)]
     request = clean_request(trial.declared, trial.random.choice(places))
-    assert request is not None  # the place was chosen for it
+    assert request is not None  # the target was chosen for it
     with trial.line.silent():
         send(trial, request)
 
 
-# An id that no message has
+# Frames with an unknown id
 
 
 @_odd(UNKNOWN_ID, "header", "A header with an unknown id is skipped")
 def _unknown_header(trial: Trial, request: Request) -> None:
     raw = unknown_frame(trial.declared, trial.random, request.place.address)
-    _unknown(trial, request, raw, "a header with an id that no message has")
+    _unknown(trial, request, raw, "a header with an unknown id")
 
 
 @_odd(UNKNOWN_ID, "packet", "A frame with an unknown id is skipped by its length")
 def _unknown_packet(trial: Trial, request: Request) -> None:
     packet = harmless_bytes(trial.declared, trial.random, trial.random.choice(_LENGTHS))
     raw = unknown_frame(trial.declared, trial.random, request.place.address, packet)
-    about = f"a frame with an id that no message has, and a packet of {len(packet)} bytes"
+    about = f"a frame with an unknown id and a packet of {len(packet)} bytes"
     _unknown(trial, request, raw, about)
 
 
-@_odd(UNKNOWN_ID, "message-inside", "The packet of an unknown frame is not read as messages")
+@_odd(
+    UNKNOWN_ID, "message-inside", "The packet of a frame with an unknown id is not read as messages"
+)
 def _unknown_with_message(trial: Trial, request: Request) -> None:
-    """Hide a request in the packet: who answers it reads packets as messages."""
+    """Hide a request in the packet. A controller that answers it reads packets as messages."""
     inside = request.message.pack(request.place.address, trial.declared.framed.host)
     before = harmless_bytes(trial.declared, trial.random, trial.random.randrange(3, 9))
     raw = unknown_frame(trial.declared, trial.random, request.place.address, before + inside)
-    about = (
-        f"a frame with an id that no message has, whose packet holds the bytes of {request.name}"
-    )
+    about = f"a frame with an unknown id, whose packet contains the bytes of {request.name}"
     _unknown(trial, request, raw, about)
 
 
@@ -132,26 +132,29 @@ def _unknown(trial: Trial, request: Request, raw: bytes, about: str) -> None:
     clean(trial, f"after {about}", request.place)
 
 
-# A packet where none belongs
+# Unexpected packets
 
 
-@_odd(WRONG_LENGTH, "empty", "A request that announces an empty packet ends with its header")
+@_odd(WRONG_LENGTH, "empty", "A request with an announced but empty packet ends with its header")
 def _empty_packet(trial: Trial, request: Request) -> None:
     _with_packet(trial, request, b"")
 
 
-@_odd(WRONG_LENGTH, "long", "A request with a packet ends with its packet")
+@_odd(WRONG_LENGTH, "long", "A request with an unexpected packet ends with that packet")
 def _packet(trial: Trial, request: Request) -> None:
     count = trial.random.choice(_LENGTHS)
     _with_packet(trial, request, harmless_bytes(trial.declared, trial.random, count))
 
 
 def _with_packet(trial: Trial, request: Request, packet: bytes) -> None:
-    """Send a request with a packet that it has not; whether it is answered is left open."""
+    """Send a request with an unexpected packet. Whether it is answered is left open."""
     raw = request.message.pack(request.place.address, trial.declared.framed.host)
     length = len(packet).to_bytes(2, "little")
     frame = raw[:2] + length + bytes((raw[4] | DATA_FLAG, raw[5])) + packet
-    about = f"{request.about} with a packet of {len(packet)} bytes, where it is a header of {HEADER_SIZE}"
+    about = (
+        f"{request.about} with a packet of {len(packet)} bytes instead of only its header of "
+        f"{HEADER_SIZE}"
+    )
     trial.line.send_bytes(frame, about)
     for heard in trial.line.listen(SILENCE):
         if heard.name in request.answers or is_error(trial, heard):
@@ -161,27 +164,27 @@ def _with_packet(trial: Trial, request: Request, packet: bytes) -> None:
     clean(trial, f"after {about}", request.place)
 
 
-# A destination where nobody is
+# Destinations without a target
 
 
 @_odd(
     FOREIGN_DESTINATION,
     "undocumented",
-    "Nothing answers at an address that the document does not have",
+    "An undocumented address is not answered",
 )
 def _undocumented_address(trial: Trial, request: Request) -> None:
     address = harmless_bytes(trial.declared, trial.random, 1)[0] & ~DATA_FLAG
-    about = f"{request.name} to {address:#04x}, an address that the document does not have,"
+    about = f"{request.name} to the undocumented address {address:#04x}"
     unheeded(trial, request.message.pack(address, trial.declared.framed.host), about)
     clean(trial, f"after {about}", request.place)
 
 
-@_odd(FOREIGN_DESTINATION, "documented", "Nothing answers where nothing is declared")
+@_odd(FOREIGN_DESTINATION, "documented", "Addresses without a declared target are not answered")
 def _address_of_others(trial: Trial, request: Request) -> None:
-    """Ask every documented address that is neither a place nor known to be answered as well.
+    """Send a request to every documented address without a target, except those known to be answered.
 
-    A unit with a USB node of its own is alone on it, so that the document does not forbid it to take all that
-    comes. Of the bays of a rack the check of bays asks.
+    A unit that is alone on its USB node may accept all messages: the document does not forbid it. The check
+    of bays covers the bays of a rack.
     """
     declared = trial.declared
     known = {place.address for place in declared.places} | set(declared.unit.also_at)
@@ -193,15 +196,15 @@ def _address_of_others(trial: Trial, request: Request) -> None:
     came = trial.line.listen(SILENCE)
     trial.should(
         not came,
-        f"{request.name} to addresses where nothing is declared was answered with {described(trial, came)}; "
-        "nothing should answer",
+        f"{request.name} to addresses without a declared target was answered with "
+        f"{described(trial, came)}; nothing should reply",
         came=raw_of(came),
     )
-    clean(trial, f"after {request.name} to addresses where nothing is declared", request.place)
+    clean(trial, f"after {request.name} to addresses without a declared target", request.place)
 
 
 def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    """Give a case for each place where a parameter set can be changed without a further thought."""
+    """Yield a case for each target with a parameter set that can always be changed safely."""
     for place in declared.places:
         of_place = [
             placed
@@ -225,9 +228,9 @@ def _is_fit(declared: Declaration, placed: PlacedSet) -> bool:
 
 
 @WRONG_LENGTH.check(
-    "A message to {place} whose packet is too short sets nothing",
+    "A SET message to {place} whose packet is too short changes nothing",
     needs={Need.SETTINGS},
-    does="sends a setting with a byte too few, which should change nothing, and puts it back",
+    does="sends a setting that lacks a byte, which should change nothing, and restores the setting",
     seconds=0.5,
     each=_settings,
 )
@@ -241,27 +244,27 @@ def _short_settings_are_ignored(trial: Trial, of_place: Sequence[PlacedSet]) -> 
         try:
             raw, length = _shortened(trial, placed, changed)
         except CodecError:
-            continue  # what was told cannot be set, which other checks say
-        if not trial.line.refusal(raw):  # which looks for messages among the values, too
+            continue  # the current values cannot be set; other checks report this
+        if not trial.line.refusal(raw):  # this also looks for messages among the values
             break
     else:
-        trial.inconclusive("none of the settings has a value that could be changed a little")
+        trial.inconclusive("no setting has a value that could be changed slightly")
         return
     trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
-    about = f"{placed.set.set} with a packet of {length} bytes, where it has {length + 1}"
+    about = f"{placed.set.set} with a packet of {length} bytes instead of {length + 1}"
     unheeded(trial, raw, about)
     if clean(trial, f"after {about}", placed.place):
         now = placed.read(trial)
         trial.should(
             now == before,
-            f"{about}, changed {', '.join(name for name in now if now[name] != before[name])}; a message "
-            "that is not whole should set nothing",
+            f"{about} changed {', '.join(name for name in now if now[name] != before[name])}; "
+            "an incomplete message should change nothing",
             came=raw,
         )
 
 
 def _shortened(trial: Trial, placed: PlacedSet, values: Values) -> tuple[bytes, int]:
-    """Return the frame that would write values, with a byte too few, and the length that it declares."""
+    """Return the frame that would write the values, with a byte missing, and the length in its header."""
     message = trial.declared.make(placed.set.set, placed.channel, **values)
     whole: bytes = message.pack(placed.place.address, trial.declared.framed.host)
     length = len(whole) - HEADER_SIZE - 1

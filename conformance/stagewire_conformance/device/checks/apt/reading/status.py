@@ -1,4 +1,4 @@
-"""Whether the status of a channel is of the right kind, and agrees with what else the controller says."""
+"""Checks that the status of a channel is well-formed, and agrees with other replies."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ _EXCLUSIVE: Final = (
     ("moving_forward", "settled"),
     ("moving_reverse", "settled"),
 )
-"""Bits of which one excludes the other (pages 66, 77 and 79)."""
+"""Bits that exclude each other (pages 66, 77 and 79)."""
 
 _SWITCHES: Final = ("forward_hardware_limit", "reverse_hardware_limit")
-"""Switches at two ends, where no stage is at once."""
+"""Switches at the two ends, which a stage cannot reach at the same time."""
 
 
 KIND = Kind(
     name="status",
-    title="The status of a channel is whole, and agrees with what else the controller says",
+    title="The status of a channel is well-formed, and agrees with the other replies",
     rules=(
         "updates-requestable",
         "updates-content",
@@ -93,7 +93,7 @@ def _channels(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @KIND.check(
-    "The status of channel {channel.number} at {channel.place.name} agrees with what else it says",
+    "The status of channel {channel.number} at {channel.place.name} agrees with the other replies",
     seconds=0.6,
     each=_channels,
 )
@@ -107,7 +107,7 @@ def _run(trial: Trial, channel: ChannelStatus) -> None:
 
 
 def _first(trial: Trial, channel: ChannelStatus) -> Incoming | None:
-    """Return the status, and say what is wrong with it alone: layout, addresses, channel."""
+    """Return the status, and report what is wrong with its layout, addresses and channel."""
     if channel.query is not None:
         return judge_answer(trial, channel.query, ask_all(trial, channel.query))
     status = channel.get(trial)
@@ -120,19 +120,20 @@ def _judge_contradictions(trial: Trial, channel: ChannelStatus, status: Incoming
     for pair in _EXCLUSIVE:
         trial.must(
             not all(bits & channel.masks.get(name, 0) for name in pair),
-            f"{status.name}: status bits {bits:#010x} say {' and '.join(pair)} at once",
+            f"{status.name}: the status bits {bits:#010x} report {' and '.join(pair)} at "
+            "the same time; they exclude each other",
             came=status.raw,
         )
     trial.should(
         not all(bits & channel.masks.get(name, 0) for name in _SWITCHES),
-        f"{status.name}: status bits {bits:#010x} say that both limit switches are active; no stage is at "
-        "both ends at once (where no stage is connected, leave it at that)",
+        f"{status.name}: the status bits {bits:#010x} report both limit switches as active; a "
+        "stage cannot be at both ends (ignore this if no stage is connected)",
         came=status.raw,
     )
 
 
 def _agree(trial: Trial, channel: ChannelStatus, look: Look) -> None:
-    """Look until two things agree; a difference that stays is a FAIL."""
+    """Repeat a comparison until it agrees. A persistent difference is a FAIL."""
     found = None
     for _ in range(_TRIES):
         found = look(trial, channel)

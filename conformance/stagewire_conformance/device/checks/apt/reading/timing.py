@@ -1,8 +1,8 @@
-"""How soon requests are answered, with the lateness of the computer itself beside it.
+"""Checks of response times, reported with the timing jitter of the computer.
 
-The document has no bound; a vendor may promise one in the PICS.
+The document sets no limit; a vendor may promise one in the PICS.
 
-Requests without a pause between them are all answered, and each place answers in order (page 11).
+Requests without a pause between them must all be answered, and each target must answer in order (page 11).
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 _SENT: Final = 200
 _BURST: Final = 10
 _WAIT: Final = 1.0
-"""Seconds after the last answer in which the next one of a burst has to come."""
+"""Seconds in which the next reply of a burst must follow the previous one."""
 
 _ENOUGH: Final = 3
-"""Bursts with something wrong after which no more are sent."""
+"""Bursts with errors after which the check stops."""
 
 
 BURSTS = Kind(
@@ -67,7 +67,7 @@ def _bursts(trial: Trial, requests: Sequence[Request]) -> None:
 
 
 def _answered(trial: Trial, burst: Sequence[Request]) -> bool:
-    """Send requests at once; return whether all were answered as they should be."""
+    """Send requests without a pause; return whether all were answered correctly."""
     line = trial.line
     for request in burst:
         line.send(request.message, request.place.address)
@@ -93,15 +93,15 @@ def _answered(trial: Trial, burst: Sequence[Request]) -> bool:
 
 
 def _open(burst: Sequence[Request], order: Sequence[int]) -> list[int]:
-    """Return which requests were not answered yet."""
+    """Return the positions of the requests that are not answered yet."""
     return [at for at in range(len(burst)) if at not in order]
 
 
 def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Incoming]) -> bool:
     return trial.must(
         not lost,
-        f"of {_BURST} requests without a pause {len(lost)} were not answered: "
-        f"{', '.join(request.about for request in lost[:3])}; each should be",
+        f"{len(lost)} of {_BURST} requests without a pause got no reply: "
+        f"{', '.join(request.about for request in lost[:3])}; each should get one",
         came=raw_of(came),
     )
 
@@ -109,12 +109,12 @@ def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Incoming])
 def _judge_surplus(trial: Trial, surplus: Sequence[Incoming]) -> bool:
     for heard in surplus:
         if is_error(trial, heard):
-            judge_unasked(trial, heard, "beside the answers to requests without a pause")
+            judge_unasked(trial, heard, "in addition to the replies to requests without a pause")
     surplus = [heard for heard in surplus if not is_error(trial, heard)]
     return trial.must(
         not surplus,
-        f"beside the answers to requests without a pause there came {described(trial, surplus)}; each should "
-        "be answered once",
+        "in addition to the replies to requests without a pause, the controller sent "
+        f"{described(trial, surplus)}; each request should be answered once",
         came=raw_of(surplus),
     )
 
@@ -122,22 +122,22 @@ def _judge_surplus(trial: Trial, surplus: Sequence[Incoming]) -> bool:
 def _judge_order(
     trial: Trial, burst: Sequence[Request], order: Sequence[int], came: Sequence[Incoming]
 ) -> bool:
-    """Say that a place answered in another order; places do not wait for each other."""
+    """Report a target that answered out of order. Targets do not wait for each other."""
     for place in {burst[at].place.address for at in order}:
         theirs = [at for at in order if burst[at].place.address == place]
         for earlier, later in pairwise(theirs):
             if earlier > later:
                 return trial.must(
                     False,
-                    f"{burst[earlier].about} was answered before {burst[later].about}, which had been asked "
-                    "first; requests without a pause should be answered in order",
+                    f"{burst[earlier].about} was answered before {burst[later].about}, which "
+                    "was sent first; requests without a pause should be answered in order",
                     came=raw_of(came),
                 )
     return True
 
 
 def _answers(request: Request, heard: Incoming) -> bool:
-    """Return whether something is the answer to a request; addresses that say nothing may be anybody's."""
+    """Return whether a message is the reply to a request. Addresses of 0 match any target."""
     if heard.name not in request.answers or heard.channel not in (None, request.channel):
         return False
     mine = request.place.address
@@ -145,13 +145,13 @@ def _answers(request: Request, heard: Incoming) -> bool:
 
 
 _MEASURED: Final = 100
-"""Of each place; fewer do not tell the one that is late of a hundred."""
+"""Requests to each target; fewer would not show a delay that occurs once in a hundred."""
 
 
 TIMING = Kind(
     name="timing",
-    title="Requests are answered as soon as the PICS promises",
-    rules=(),  # the document has none,
+    title="Requests are answered within the time that the PICS promises",
+    rules=(),  # the document has none
 )
 
 
@@ -167,10 +167,12 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @TIMING.check(
-    "Requests are answered as soon as the PICS promises, where it does", name="reply", each=_places
+    "Requests are answered within the time that the PICS promises, if it promises one",
+    name="reply",
+    each=_places,
 )
 def _timing(trial: Trial, requests: Sequence[Request]) -> None:
-    """Measure each place, and hold the slowest to what is promised."""
+    """Measure each target, and compare the slowest with the promise."""
     jitter = jitter_of(trial.line)
     took = {request.about: _measure(trial, request) for request in requests}
     slowest = max(took, key=lambda about: percentile(took[about], 99))
@@ -181,15 +183,15 @@ def _timing(trial: Trial, requests: Sequence[Request]) -> None:
         "jitter_ms": round(jitter.late * 1e3, 3),
     }
     said = (
-        f"{slowest} was answered within {late * 1e3:.2f} ms (99 of 100 times; half of them within "
-        f"{median * 1e3:.2f} ms)"
+        f"{slowest} was answered within {late * 1e3:.2f} ms in 99 of 100 cases, and within "
+        f"{median * 1e3:.2f} ms in half of them"
     )
     promised = trial.declared.pics.timing.reply_p99_ms
     if promised is None:
-        trial.inconclusive(f"{said}; {jitter}. The PICS promises nothing (reply_p99_ms)")
+        trial.inconclusive(f"{said}; {jitter}. The PICS promises no time (reply_p99_ms)")
     elif jitter.blurs(promised / 1e3):
         trial.inconclusive(
-            f"{said}; {jitter}, which is too late to tell whether {promised:g} ms are kept"
+            f"{said}; {jitter}, too much to tell whether the promised {promised:g} ms are kept"
         )
     else:
         trial.info(f"{said}; {jitter}")
@@ -197,7 +199,7 @@ def _timing(trial: Trial, requests: Sequence[Request]) -> None:
 
 
 def _measure(trial: Trial, request: Request) -> list[float]:
-    """Return how long each of many answers took, in seconds."""
+    """Return how long each of many replies took, in seconds."""
     took = []
     for _ in range(_MEASURED):
         began = trial.line.now

@@ -1,9 +1,8 @@
-"""Whether status messages come when they are started, end when they are stopped, and nothing else comes.
+"""Checks that status messages come between start and stop, and that nothing else comes.
 
 - ``updates``: status messages come when they are started, and end when they are stopped (pages 11 and 20).
-- ``quiet``: nothing comes that nobody asked for (page 11). Only status messages and errors come by
-  themselves. Status messages that somebody else has started go on until they are stopped: so they are,
-  first of all.
+- ``quiet``: nothing unsolicited comes (page 11), except status and error messages. Status messages may still
+  be running from another program, so this check stops them first.
 """
 
 from __future__ import annotations
@@ -28,20 +27,20 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.trial import Trial
 
 FIXED: Final = frozenset({"BBD101", "BBD102", "BBD103"})
-"""Units whose rate the document calls fixed (page 20); of others it says what is typical (page 11)."""
+"""Units whose rate the document calls fixed (page 20); for others it states a typical rate (page 11)."""
 
 _TOLERANCE: Final = 0.1
-"""By which part of itself the rate may be off in the long run."""
+"""The relative tolerance of the average rate."""
 
 _SIGN_PERIOD: Final = 0.9
-"""Seconds between two signs of life, which are due at least once a second (pages 80 and 105)."""
+"""Seconds between keep-alive messages, which are due at least once a second (pages 80 and 105)."""
 
 _GONE: Final = 1.0
-"""Seconds without a message after which they have ended."""
+"""Seconds without a message after which the stream has ended."""
 
 
 def run_rate(trial: Trial, streams: Sequence[Stream], seconds: float) -> None:
-    """Count status messages for ``seconds``, giving signs of life as seldom as the document allows."""
+    """Count status messages for ``seconds``, with as few keep-alive messages as the document allows."""
     jitter = jitter_of(trial.line)
     for stream in streams:
         stream.begin(trial)
@@ -50,25 +49,25 @@ def run_rate(trial: Trial, streams: Sequence[Stream], seconds: float) -> None:
     ended = trial.line.now
     for stream in streams:
         stream.end(trial)
-    # Both ends of what is counted may be late, and the time between them be wrong by as much.
+    # Both ends of the measurement may be late, and the time between them wrong by as much.
     blurred = jitter.blurs(_TOLERANCE * seconds / 2)
     for stream in streams:
         for number, came in stream.by_channel(heard).items():
             if not came and stream.of_it(heard):
-                continue  # of another channel: the document has status messages of channel 1 only
+                continue  # the document describes status messages of channel 1 only
             if _goes_on(trial, stream, number, came, began, ended) and not blurred:
                 judge_rate(trial, stream, number, came, _TOLERANCE)
     if blurred:
-        trial.inconclusive(f"nothing can be said of the rate of status messages: {jitter}")
+        trial.inconclusive(f"the rate of status messages cannot be judged: {jitter}")
     _measure(trial, [came for s in streams for came in s.by_channel(heard).values()], jitter)
 
 
 def judge_rate(
     trial: Trial, stream: Stream, number: int, came: Sequence[Incoming], off: float
 ) -> None:
-    """Say whether status messages of one channel come as often as they should.
+    """Report whether the status messages of one channel come at the right rate.
 
-    :param off: by which part of itself the rate may be wrong.
+    :param off: the relative tolerance of the rate.
     """
     if len(came) < 2:
         return
@@ -77,13 +76,14 @@ def judge_rate(
     rate = _rate(came)
     (trial.must if unit.name in FIXED else trial.should)(
         abs(rate - due) <= off * due,
-        f"{stream.status} of channel {number} from {stream.place.name} came {rate:.2f} times a second "
-        f"({len(came)} of them in {_span(came):.2f} s); it should come {due} times, give or take {off:.0%}",
+        f"{stream.status} for channel {number} from {stream.place.name} came {rate:.2f} times a "
+        f"second ({len(came)} messages in {_span(came):.2f} s); it should come {due} times a "
+        f"second, within {off:.0%}",
     )
 
 
 def _listen(trial: Trial, streams: Sequence[Stream], seconds: float) -> list[Incoming]:
-    """Return what comes; signs of life go to the places that want some, as seldom as may be."""
+    """Return the received messages, and send as few keep-alive messages as the targets require."""
     heard: list[Incoming] = []
     end = trial.line.now + seconds
     with trial.line.silent():
@@ -97,22 +97,23 @@ def _listen(trial: Trial, streams: Sequence[Stream], seconds: float) -> list[Inc
 def _goes_on(
     trial: Trial, stream: Stream, number: int, came: Sequence[Incoming], began: float, ended: float
 ) -> bool:
-    """Say that status messages end before they are stopped; return whether they do not."""
+    """Report status messages that end before they are stopped; return whether they go on."""
     place = stream.place
     last = came[-1].time if came else began
     alive = stream.sign if trial.declared.wants_signs else ""
     said = f", though {alive} was sent every {_SIGN_PERIOD:g} s" if alive else ""
-    # On USB a unit whose list has no sign of life may fall silent all the same: pages 80 and 105 name none.
+    # A unit without a keep-alive message may also fall silent on USB: pages 80 and 105 name no units.
     is_certain = alive or trial.declared.pics.line != "usb"
     return (trial.must if is_certain else trial.should)(
         last > ended - _GONE,
-        f"{stream.status} of channel {number} from {place.name} came {len(came)} times, the last one "
-        f"{last - began:.1f} s after the start{said}; it should come until it is stopped",
+        f"{stream.status} for channel {number} from {place.name} came {len(came)} times, the "
+        f"last one {last - began:.1f} s after the start{said}; it should continue until it is "
+        "stopped",
     )
 
 
 def _measure(trial: Trial, series: Sequence[Sequence[Incoming]], jitter: Jitter) -> None:
-    """Note what was measured, of the channel whose rate is the farthest off."""
+    """Record the measurements of the channel whose rate is furthest off."""
     measured = [came for came in series if len(came) > 1]
     if not measured:
         return
@@ -137,26 +138,26 @@ def _span(came: Sequence[Incoming]) -> float:
 
 _SECONDS: Final = 2.0
 _ALONE: Final = 0.35
-"""Seconds in which the first place is the only one that was started, or that was stopped."""
+"""Seconds during which only the first target is started, or only the first is stopped."""
 
 _LATE: Final = 0.3
 """Seconds after a stop in which a message may still be on its way."""
 
 _PERIOD: Final = 1.0
-"""Seconds in which one more message comes from what goes on, however seldom that is."""
+"""Seconds in which a running stream sends at least one message, even at a low rate."""
 
 _ROUGHLY: Final = 0.4
-"""By which part of itself the rate may be off in so short a time."""
+"""The relative tolerance of the rate over so short a time."""
 
 _RATE: Final = "update-rate-fixed"
-"""The rule that holds for the units that it names."""
+"""The rule for the units that it names."""
 
 _RATE_SECONDS: Final = 30.0
 
 
 UPDATES = Kind(
     name="updates",
-    title="Status messages come ten times a second from the start to the stop",
+    title="Status messages come ten times a second from start to stop",
     rules=(
         "status-updates-periodic",
         "status-updates-every-100-ms",
@@ -175,7 +176,7 @@ UPDATES = Kind(
 
 
 def _rules(declared: Declaration, messages: Sequence[str]) -> tuple[str, ...]:
-    """Return the rules that hold for the controller."""
+    """Return the rules that apply to the controller."""
     rules = [rule for rule in UPDATES.rules if rule != _RATE or declared.unit.name in FIXED]
     return about(
         declared.registry, rules, messages, bays=any(place.bay for place in declared.places)
@@ -183,7 +184,7 @@ def _rules(declared: Declaration, messages: Sequence[str]) -> tuple[str, ...]:
 
 
 def _signs(streams: Sequence[Stream]) -> tuple[str, ...]:
-    """Return the messages that keep places alive."""
+    """Return the keep-alive messages of the streams."""
     return tuple(dict.fromkeys(stream.sign for stream in streams if stream.sign))
 
 
@@ -202,7 +203,7 @@ def _streams(declared: Declaration, signs: bool) -> Iterator[Case]:
 
 
 @UPDATES.check(
-    "Status messages come from the start to the stop, and from where they were started",
+    "Status messages come from start to stop, and only from the targets that were started",
     name="start-stop",
     seconds=_SECONDS + 1.5,
     each=lambda declared, allowed: _streams(declared, signs=False),
@@ -215,13 +216,13 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     for other in others:
         trial.must(
             not (strays := _surely(other, heard)),
-            f"{first.start.layout.message} to {first.place.name} started {other.status} from "
-            f"{other.place.name}; what goes to one bay concerns no other",
+            f"{first.start.layout.message} to {first.place.name} also started {other.status} "
+            f"from {other.place.name}; a message to one bay should not affect another",
             came=raw_of(strays[:1]),
         )
         other.begin(trial)
     heard += line.listen(_SECONDS / 2)
-    if (request := clean_request(trial.declared)) is not None:  # is answered as ever
+    if (request := clean_request(trial.declared)) is not None:  # requests are answered as usual
         trial.reply(request.message, request.place.address)
     heard += line.listen(_SECONDS / 2)
     _judge(trial, streams, heard)
@@ -229,7 +230,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
 
 
 def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -> None:
-    """Say what is wrong with what came; of messages that have the same thing wrong, of the first."""
+    """Report what is wrong with the received messages; of several with the same fault, only the first."""
     theirs: list[Incoming] = []
     for stream in streams:
         mine = stream.of_it(heard)
@@ -240,30 +241,31 @@ def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -
             judge_message(trial, place, None, each)
             trial.must(
                 each.channel in place.channels,
-                f"{each.name} from {place.name} is about channel {each.channel}; it has "
+                f"{each.name} from {place.name} is for channel {each.channel}; the target has "
                 f"{' and '.join(map(str, place.channels))}",
                 came=each.raw,
             )
         trial.must(
             len(mine) > 1,
-            f"{stream.start.layout.message} to {place.name} was followed by {stream.status} {len(mine)} "
-            f"times within {_SECONDS:g} s; it should come again and again, typically every 100 ms",
+            f"{place.name} sent {stream.status} {len(mine)} times within {_SECONDS:g} s after "
+            f"{stream.start.layout.message}; it should be sent periodically, typically every "
+            "100 ms",
             came=raw_of(mine),
         )
         for number, came in stream.by_channel(mine).items():
             judge_rate(trial, stream, number, came, _ROUGHLY)
             if mine and not came:
                 trial.info(
-                    f"no {stream.status} of channel {number} came from {place.name}; the document has "
-                    "channel 1 only"
+                    f"{place.name} sent no {stream.status} for channel {number}; the document "
+                    "describes it for channel 1 only"
                 )
     for each in heard:
         if each not in theirs:
-            judge_unasked(trial, each, "while status messages were on,")
+            judge_unasked(trial, each, "while status messages were running")
 
 
 def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
-    """Stop the first place, and then the others: each ends with its own stop."""
+    """Stop the first target, and then the others: each must end with its own stop."""
     line = trial.line
     first.end(trial)
     if others:
@@ -275,8 +277,8 @@ def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
         for other in others:
             trial.must(
                 bool(other.of_it(heard)),
-                f"{first.stop.layout.message} to {first.place.name} ended {other.status} from "
-                f"{other.place.name}; what goes to one bay concerns no other",
+                f"{first.stop.layout.message} to {first.place.name} also stopped {other.status} "
+                f"from {other.place.name}; a message to one bay should not affect another",
             )
             other.end(trial)
     line.listen(_LATE)
@@ -289,14 +291,14 @@ def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Incoming]) -> Non
     late = _surely(stream, heard)
     trial.must(
         not late,
-        f"{stream.stop.layout.message} to {stream.place.name} was followed, more than {_LATE:g} s later, by "
-        f"{described(trial, late)}; nothing should come any more",
+        f"more than {_LATE:g} s after {stream.stop.layout.message} to {stream.place.name}, it "
+        f"sent {described(trial, late)}; nothing more should come",
         came=raw_of(late[:1]),
     )
 
 
 def _surely(stream: Stream, heard: Sequence[Incoming]) -> list[Incoming]:
-    """Return what came from the place of a stream and from no other."""
+    """Return the messages that certainly came from the target of a stream."""
     mine = stream.place.address
     return [
         each for each in heard if each.name == stream.status and mine in (each.source, each.dest)
@@ -304,7 +306,8 @@ def _surely(stream: Stream, heard: Sequence[Incoming]) -> list[Incoming]:
 
 
 UPDATES.check(
-    "Status messages come ten times a second, and go on as long as the host is alive",
+    "Status messages come ten times a second, and continue while the host sends keep-alive "
+    "messages",
     name="rate",
     seconds=_RATE_SECONDS + 1,
     each=lambda declared, allowed: _streams(declared, signs=True),
@@ -316,7 +319,7 @@ _QUIET_SECONDS: Final = 0.8
 
 QUIET = Kind(
     name="quiet",
-    title="Nothing comes that nobody asked for",
+    title="Nothing unsolicited comes",
     rules=(
         "get-answers-request",
         "no-error-in-normal-operation",
@@ -334,16 +337,17 @@ def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     )
 
 
-@QUIET.check("Nothing comes that nobody asked for", seconds=_QUIET_SECONDS, each=_claimed)
+@QUIET.check("Nothing unsolicited comes", seconds=_QUIET_SECONDS, each=_claimed)
 def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
     heard = trial.line.listen(_QUIET_SECONDS)
     running = [each for stream in streams for each in stream.of_it(heard)]
     for each in joined(heard):
-        judge_unasked(trial, each, "though nothing was asked,")
+        judge_unasked(trial, each, "without any request")
     if not running:
         return
     trial.info(
-        f"status updates were on when the run began ({described(trial, running[:1])}); they were stopped"
+        f"status updates were running when the run began ({described(trial, running[:1])}); "
+        "they were stopped"
     )
     for stream in streams:
         stream.end(trial)
@@ -352,7 +356,7 @@ def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
     late = [each for stream in streams for each in stream.of_it(heard)]
     trial.must(
         not late,
-        f"{len(late)} status messages came within {_QUIET_SECONDS:g} s though they had been stopped, first "
-        f"{described(trial, late[:1])}",
+        f"{len(late)} status messages came within {_QUIET_SECONDS:g} s after they were stopped; "
+        f"the first was {described(trial, late[:1])}",
         came=raw_of(late[:1]),
     )

@@ -1,4 +1,4 @@
-"""Checks that change settings: read-back, channels and bays apart, saving."""
+"""Checks that change settings: read-back, independence of channels and bays, saving."""
 
 from __future__ import annotations
 
@@ -19,4 +19,4 @@ KINDS: Final[tuple[Kind, ...]] = (
     channels.BAYS_APART,
     eeprom.KIND,
 )
-"""In the order in which they are run."""
+"""The kinds in the order in which they run."""

@@ -1,20 +1,20 @@
-"""How far a check may change a setting: what is not named here is only written back as it is.
+"""Limits on how a check may change a setting. A value without an entry is only written back unchanged.
 
-A SET is checked by changing one value after the other and reading it back. Which values may be changed for
-that, and in which direction, no registry says; it is a matter of safety. The rule: no change takes a
-protection away, makes anything faster, stronger or longer than it was, or lets something move or warm up. So
+The check of a SET message changes one value at a time and reads it back. The registry does not state which
+values are safe to change, so this module does. No change may remove a protection, make anything faster,
+stronger or longer, or cause motion or heat:
 
-* velocities, accelerations, slew rates and gains only become lower, limits only narrower;
-* what is only stored until it is asked for (the targets of the next moves) may differ by more than two bytes
-  hold, so that its width is seen, too;
-* switches of limits are only set to work (makes, breaks), never to be ignored;
+* velocities, accelerations, slew rates and gains are only lowered, limits only narrowed;
+* values that are only stored until a command uses them (the targets of the next moves) may change by more
+than two bytes can hold, which also tests their width;
+* limit switches are only set to work (makes, breaks), never to be ignored;
 * gains and currents of a motor's loop are changed only while the channel is disabled, those of a piezo's loop
-  and the ways of its feedback only in open loop: elsewhere the loop would feel it;
-* what names no value in :data:`CARE` is written as it was read. So are those whose change would by itself
-  move something or take hold of what is connected: analogue inputs that are added to an output, the maximum
-  voltage (an output keeps its share of it), what the BNC connectors and the feedback of a strain gauge reader
-  are used for, what a button does, in which direction and at which switch a stage homes; and the travel of a
-  stage, which can be narrowed but not widened again (page 75).
+and its feedback only in open loop: otherwise the loop would react;
+* values that are not in :data:`CARE` are written back as read. They include all values whose change would
+move something or affect the connected equipment: analogue inputs that are added to an output, the maximum
+voltage (the output scales with it), the use of the BNC connectors and of the feedback of a strain gauge
+reader, the actions of buttons, the direction and the switch of homing. They also include the travel of a
+stage, which can be reduced but not increased again (page 75).
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from stagewire_conformance.registry import Json
 
 
 class How(enum.Enum):
-    """In which way a value may be changed."""
+    """How a value may be changed."""
 
     NEAR = "a little up and down"
     LOWER = "a little lower"
     HIGHER = "a little higher"
-    WIDE = "a little up and down, and by more than two bytes hold"
+    WIDE = "a little up and down, and by more than two bytes can hold"
     LISTED = "to each documented value"
-    FEWER = "to each documented value below the present one"
+    FEWER = "to each documented value below the current one"
     BITS = "one documented bit at a time"
 
 
 class When(enum.Enum):
-    """When a setting may be changed at all."""
+    """When a setting may be changed."""
 
     ALWAYS = "always"
     DISABLED = "while the channel is disabled"
@@ -51,12 +51,12 @@ class When(enum.Enum):
 class Varied:
     """How one value may be changed.
 
-    :param values: of :attr:`How.LISTED` the only ones; empty: all that the document has.
-    :param keep: bits that stay as they are, whatever value is written.
-    :param floor: the lowest number that is written.
-    :param common: a controller has it once for all channels, and takes it by any of them.
-    :param advised: the document does not say that the value can be set on every unit.
-    :param like: another value that it may be set equal to, if that one is lower.
+    :param values: for :attr:`How.LISTED`, the only values to write; empty: all documented values.
+    :param keep: bits that keep their state, whatever value is written.
+    :param floor: the lowest number to write.
+    :param common: whether the value applies to all channels and can be set through any of them.
+    :param advised: whether the document leaves open that every unit can set the value.
+    :param like: another value to which this one may be set equal, if the other one is lower.
     """
 
     how: How
@@ -68,20 +68,20 @@ class Varied:
     like: str = ""
 
     def listed(self, facts: Json) -> tuple[int, ...]:
-        """Return the documented values that may be written; ``facts`` are those of the field."""
+        """Return the documented values that may be written; ``facts`` is the registry entry of the field."""
         return self.values or tuple(sorted(facts.get("enum", {}).values()))
 
 
 @dataclass(frozen=True)
 class Care:
-    """How a parameter set is treated.
+    """How the checks treat a parameter set.
 
-    :param fields: what may be changed, by name.
-    :param when: it may be.
-    :param doubtful: why a value that is not read back breaks no rule; empty: it breaks one.
-    :param first_channel: the document addresses the first channel only.
-    :param zero: values that are always zero, as the document says.
-    :param ignored: values that mean nothing when they are set, and are sent as zero.
+    :param fields: the values that may be changed, by name.
+    :param when: when they may be changed.
+    :param doubtful: why no rule is broken if a value is not read back; empty if one is.
+    :param first_channel: whether the document addresses the first channel only.
+    :param zero: values that are always zero according to the document.
+    :param ignored: values that are ignored when they are set, and sent as zero.
     """
 
     fields: Mapping[str, Varied] = field(default_factory=dict)
@@ -171,11 +171,12 @@ CARE: Final[Mapping[str, Care]] = {
     "PZ_PICONSTS": Care(_all(_LOWER, "prop_const", "int_const"), when=When.OPEN_LOOP),
     "PZ_OUTPUTLUT": Care(
         _all(_NEAR, "output"),
-        doubtful="PZ_REQ_OUTPUTLUT names no sample, and page 107 does not say which one is told",
+        doubtful="PZ_REQ_OUTPUTLUT does not select a sample, and page 107 does not state which one "
+        "is returned",
     ),
     "PZ_OUTPUTLUTPARAMS": Care(
         {
-            # what all units have, and both together; triggers are not those of the TPZ001 (page 108)
+            # the modes of all units, and both together; the triggers of the TPZ001 differ (page 108)
             "mode": Varied(How.LISTED, values=(0x01, 0x02, 0x03)),
             "num_cycles": Varied(How.WIDE, floor=1),
             "delay_time": Varied(How.NEAR, floor=1),
@@ -186,7 +187,9 @@ CARE: Final[Mapping[str, Care]] = {
     "PZ_OUTPUTMAXVOLTS": Care(ignored=("flags",)),  # page 121
     "PZ_TPZ_DISPSETTINGS": Care(_all(_NEAR, "disp_intensity")),
     "PZ_TPZ_IOSETTINGS": Care(_all(_LISTED, "hub_analog_input"), when=When.OPEN_LOOP),
-    "PZ_TPZ_SLEWRATES": Care(_all(_LOWER, "slew_open", "slew_closed")),  # page 123: 0 is no limit
+    "PZ_TPZ_SLEWRATES": Care(
+        _all(_LOWER, "slew_open", "slew_closed")
+    ),  # page 123: 0 removes the limit
     "PZ_IOSETTINGS": Care(
         {
             "amp_current_lim": Varied(How.FEWER),
@@ -197,4 +200,4 @@ CARE: Final[Mapping[str, Care]] = {
     ),
     "PZ_TSG_IOSETTINGS": Care({"display_mode": _LISTED, "force_calib": _NEAR}),
 }
-"""The treatment of each parameter set by its name in the registry."""
+"""The treatment of each parameter set, by its name in the registry."""

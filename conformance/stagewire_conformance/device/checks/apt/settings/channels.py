@@ -1,6 +1,6 @@
-"""``channels`` and ``bays-apart``: what is set on one channel, or in one bay, stays there.
+"""``channels`` and ``bays-apart``: a value that is set on one channel, or in one bay, does not affect others.
 
-Every channel, or bay, in turn gets a value of its own; then all others still have theirs.
+Each channel or bay in turn gets a different value; then all others must still have their own.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 CHANNELS = Kind(
     name="channels",
-    title="What is set on one channel leaves the others as they are",
+    title="Settings of one channel do not affect the other channels",
     rules=(
         "module-channels",
         "dual-channel-idents",
@@ -36,7 +36,7 @@ CHANNELS = Kind(
 )
 BAYS_APART = Kind(
     name="bays-apart",
-    title="What is set in one bay leaves the others as they are",
+    title="Settings of one bay do not affect the other bays",
     rules=("slot-addressed-by-destination", "slot-source", "bays-are-single-channel"),
 )
 
@@ -64,7 +64,7 @@ def _bays(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 def _apart(name: str, apart: Sequence[PlacedSet]) -> Iterator[Case]:
     one = apart[0].set
     care = CARE.get(one.name, Care())
-    loops = care.when is When.DISABLED  # which an enabled channel would feel
+    loops = care.when is When.DISABLED  # an enabled channel's loop would react
     if one.name in ELSEWHERE or not care.fields or care.first_channel or loops:
         return
     yield Case(
@@ -77,8 +77,10 @@ def _apart(name: str, apart: Sequence[PlacedSet]) -> Iterator[Case]:
     )
 
 
-_TITLE: Final = "{set} sets each of {placed_sets} for itself"
-_DOES: Final = "changes a value with {set} in one place after the other, and puts them back"
+_TITLE: Final = "{set} sets {placed_sets} independently"
+_DOES: Final = (
+    "changes a value with {set} in one channel or bay after the other, and restores the values"
+)
 
 
 @CHANNELS.check(_TITLE, does=_DOES, each=_channels)
@@ -93,7 +95,7 @@ def _run(trial: Trial, apart: Sequence[PlacedSet]) -> None:
     changed = False
     for index, (placed, values) in enumerate(now):
         if why := why_not_now(trial, placed, care):
-            trial.info(f"{placed.set.set} was not changed at {placed.text}: {why}")
+            trial.info(f"{placed.set.set} changed nothing at {placed.text}: {why}")
             continue
         elsewhere = [each for other, each in now if other is not placed]
         variant = first_variant(placed.set, care, values, trial.random, elsewhere)
@@ -107,7 +109,7 @@ def _run(trial: Trial, apart: Sequence[PlacedSet]) -> None:
             after = f"{field} = {value} was written with {placed.set.set} to {placed.text}"
             _judge(trial, other, theirs, after)
     if not changed:
-        trial.inconclusive("there was nothing that could be changed without risk")
+        trial.inconclusive("no value could be changed safely")
 
 
 def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
@@ -127,18 +129,18 @@ def _common(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @CHANNELS.check(
-    "{field} of {first.set.set} is that of all channels of {first.place.name}",
-    does="changes {field} with {first.set.set} in open loop, and puts it back",
+    "{field} of {first.set.set} applies to all channels of {first.place.name}",
+    does="changes {field} with {first.set.set} in open loop, and restores it",
     each=_common,
 )
 def _run_common(trial: Trial, first: PlacedSet, last: PlacedSet, field: str) -> None:
-    """See on one channel what was written to another; that one may not be told by itself (page 119)."""
+    """Read on one channel the value that was written to another, which may not report it (page 119)."""
     care = CARE[first.set.name]
     why = why_not_now(trial, first, care) or why_not_now(trial, last, care)
     request = trial.declared.make(last.set.req, last.channel)
     theirs = trial.line.ask(request, last.place.address)
     if why or theirs is None:
-        trial.inconclusive(f"{field} was not changed: {why or f'{last.text} tells no values'}")
+        trial.inconclusive(f"{field} was not changed: {why or f'{last.text} reports no values'}")
         return
     before = last.values(theirs)
     trial.undo(f"{last.set.set} at {last.text}", lambda: last.put_back(trial, before))
@@ -150,8 +152,9 @@ def _run_common(trial: Trial, first: PlacedSet, last: PlacedSet, field: str) -> 
     told = first.values(came)[field]
     trial.must(
         told == value,
-        f"{last.set.set} wrote {field} = {value} to {last.text}, and {first.set.get} of {first.text} then "
-        f"said {told}; it is one for all channels, whichever the message names",
+        f"{last.set.set} wrote {field} = {value} to {last.text}, but {first.set.get} of "
+        f"{first.text} then returned {told}; the value applies to all channels, whichever one "
+        "the message names",
         came=came.raw,
     )
 
@@ -160,13 +163,14 @@ def _judge(trial: Trial, other: PlacedSet, theirs: Values, after: str) -> None:
     came = other.ask(trial)
     says = other.values(came)
     changed = ", ".join(
-        f"{name} = {value!r}, not {theirs[name]!r}"
+        f"{name} = {value!r} instead of {theirs[name]!r}"
         for name, value in says.items()
         if value != theirs[name]
     )
     trial.must(
         not changed,
-        f"after {after}, {other.set.get} of {other.text} said {changed}; it should be unchanged there",
+        f"after {after}, {other.set.get} of {other.text} returned {changed}; it should be "
+        "unchanged",
         wanted=other.expected(trial, theirs, came),
         came=came.raw,
     )

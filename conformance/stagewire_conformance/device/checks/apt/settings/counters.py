@@ -1,7 +1,7 @@
-"""``counters``: the position counter and the encoder counter can be set, and nothing moves by it.
+"""``counters``: the position counter and the encoder counter can be set, without motion.
 
-They live: a servo may hold its stage a few counts beside what was set. So what a
-counter says may differ by less than can be mistaken for what it said before.
+A counter is live: a servo holds its stage only to within a few counts. So the checks allow a small
+difference, but write values that differ more from the previous ones.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ _COUNTERS: Final = {"MOT_POSCOUNTER": "position", "MOT_ENCCOUNTER": "encoder_cou
 """Parameter set -> its value."""
 
 _SHIFT: Final = (1000, 5000)
-"""By how many counts a counter is changed at first."""
+"""Counts of the first change."""
 
 _WIDE: Final = (0x1_0000, 0x1_FFFF)
-"""By how many it is changed then: more than two bytes hold, so that its width is seen, too."""
+"""Counts of the other changes: more than two bytes can hold, which also tests the width of the counter."""
 
 _NOISE: Final = 64
-"""Counts by which a stage that is held may be seen beside where it is."""
+"""Counts by which the position of a stage that is held may vary."""
 
 
 KIND = Kind(
     name="counters",
-    title="Counters can be set, and count on from there",
+    title="Counters can be set, and count on from the new value",
     rules=(
         "position-counter-set",
         "position-counter-signed",
@@ -56,9 +56,9 @@ def _counters(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @KIND.check(
-    "{placed.set.set} sets the counter at {placed.text}, and {placed.set.req} tells it",
+    "{placed.set.set} sets the counter at {placed.text}, and {placed.set.req} returns it",
     needs={Need.SETTINGS},
-    does="lets the {counter} count from elsewhere for a moment, and puts it back; nothing moves",
+    does="sets the {counter} to other values for a moment, and restores it; nothing moves",
     each=_counters,
 )
 def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
@@ -74,18 +74,18 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
         told = placed.values(came)[field]
         if not trial.must(
             abs(told - value) <= _NOISE,
-            f"{placed.text}: {placed.set.set} wrote {field} = {value}, and {placed.set.get} then said {told} "
-            f"(before it was {before})",
+            f"{placed.text}: {placed.set.set} wrote {field} = {value}, but {placed.set.get} "
+            f"then returned {told} (before: {before})",
             wanted=placed.expected(trial, {field: value}, came),
             came=came.raw,
         ):
-            return  # whatever the controller makes of it, no more of that
+            return  # more attempts would not help
         if field == "position":
             _see_in_status(trial, placed, value)
 
 
 def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
-    """See that the status message counts as the counter does."""
+    """Check that the status message has the same count as the counter."""
     query = placed.place.unit.status_query
     if query is None or query.req is None or query.req.layout.message not in placed.place.messages:
         return
@@ -94,7 +94,8 @@ def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
     position: int = came.message.position
     trial.must(
         abs(position - value) <= _NOISE,
-        f"{placed.text}: {placed.set.set} wrote position = {value}, and {came.name} then said {position}",
+        f"{placed.text}: {placed.set.set} wrote position = {value}, but {came.name} then "
+        f"returned {position}",
         came=came.raw,
     )
 
@@ -105,7 +106,7 @@ def _put_back(trial: Trial, placed: PlacedSet, field: str, before: int) -> None:
     line.send(declared.make(placed.set.set, placed.channel, **values), address)
     came = line.ask(declared.make(placed.set.req, placed.channel), address)
     if came is None or abs(placed.values(came)[field] - before) > _NOISE:
-        says = "nothing" if came is None else came.text
+        says = "no reply" if came is None else came.text
         raise StagewireError(
-            f"{placed.text}: write {placed.set.set} {field}={before} (it says: {says})"
+            f"{placed.text}: send {placed.set.set} with {field}={before} (current state: {says})"
         )

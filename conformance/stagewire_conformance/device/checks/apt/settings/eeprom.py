@@ -1,7 +1,7 @@
-"""``eeprom``: saving a parameter set is not answered, and changes no value.
+"""``eeprom``: a message that saves a parameter set is not answered, and changes no value.
 
-Whether it is saved shows only after a power cycle. Every channel saves one set, once, because the memory
-wears out; what was saved of it before is not known to anybody and is overwritten with the present values.
+Only a power cycle could show whether the set was saved. Because the memory wears out, each channel saves one
+set once. The previously saved values cannot be read, and are overwritten with the current ones.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 _FIRST: Final = ("MOT_AVMODES", "PZ_TPZ_DISPSETTINGS", "MOT_JOGPARAMS")
-"""Sets that are saved rather than others: those with the least effect."""
+"""Sets to save in preference to others: those with the least effect."""
 _QUIET: Final = 0.3
-"""Seconds in which an answer would have come."""
+"""Seconds in which a reply would arrive."""
 
 
 def _saving(declared: Declaration, place: Target) -> list[str]:
-    """Return the messages in the list of a place that save settings."""
+    """Return the messages in the list of a target that save settings."""
     entries = declared.registry.messages
     return [name for name in sorted(place.listed) if entries[name]["effect"] == "eeprom"]
 
@@ -40,7 +40,7 @@ def _rank(placed: PlacedSet) -> int:
 
 KIND = Kind(
     name="eeprom",
-    title="Parameters are saved without an answer and without a change",
+    title="Parameters are saved without a reply and without a change",
     rules=("eeprom-message-id", "piezo-eeprom-message-id", "command-without-acknowledgement"),
 )
 
@@ -66,10 +66,10 @@ def _savings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 
 @KIND.check(
-    "{saving} saves {placed.set.set} at {placed.text} without an answer",
+    "{saving} saves {placed.set.set} at {placed.text} without a reply",
     needs={Need.EEPROM},
-    does="writes the present values of {placed.set.set} into the EEPROM of each channel, over what was saved "
-    "there",
+    does="saves the current values of {placed.set.set} to the EEPROM for each channel, and "
+    "overwrites the saved ones",
     seconds=0.5,
     each=_savings,
 )
@@ -86,7 +86,8 @@ def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
     came = placed.ask(trial)
     trial.must(
         placed.values(came) == before,
-        f"{placed.text}: {saving} saved {placed.set.set}, and its values changed; they should be the same",
+        f"{placed.text}: {saving} saved {placed.set.set}, but its values changed; they "
+        "should stay the same",
         wanted=placed.expected(trial, before, came),
         came=came.raw,
     )

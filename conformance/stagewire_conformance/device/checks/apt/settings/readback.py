@@ -1,8 +1,8 @@
-"""``readback``: what a SET sets, its REQ is told, value by value; everything else stays as it was.
+"""``readback``: REQ returns each value that SET writes, and SET changes nothing else.
 
-The values are near the present ones, or documented (:mod:`.care` says which, and why); each is written, read
-back, and what was there before is put back at the end and read once more. A number that comes back rounded is
-not strict: the document speaks of values that are set, and of no steps in which they are.
+Each value is near the current one, or documented; :mod:`.care` lists them with the reasons. It is written and
+read back. At the end, the previous values are restored and read once more. A number that is returned rounded
+is NON-STRICT: the document does not mention the resolution of values.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ ELSEWHERE = frozenset(
         "PZ_POSCONTROLMODE", "PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS",
     }
 )  # fmt: skip
-"""Sets that checks of their own look at: what they set lives, or is put out at once."""
+"""Sets that have checks of their own, because they are live or take effect immediately."""
 
 NEEDS = {"settings": Need.SETTINGS, "motion": Need.MOTION}
-"""Effect of a SET -> what has to be allowed."""
+"""Effect of a SET -> the permission that it needs."""
 
 
 @dataclass(frozen=True)
 class _Written:
-    """A value that was written, and whether it was taken."""
+    """A value that was written, and whether it took effect."""
 
     value: int
     taken: bool
@@ -53,14 +53,14 @@ class _Written:
 def _does(placed: PlacedSet, care: Care) -> str:
     names = [name for name in care.fields if name in placed.set.fields]
     if not names:
-        return f"writes {placed.set.set} with the values that are there"
+        return f"writes {placed.set.set} with the current values"
     how = f", {care.when.value}" if care.when is not When.ALWAYS else ""
-    return f"changes {', '.join(names)} with {placed.set.set}{how}, and puts them back"
+    return f"changes {', '.join(names)} with {placed.set.set}{how}, and restores them"
 
 
 KIND = Kind(
     name="readback",
-    title="What is set is read back, and what was there before can be put back",
+    title="Settings are read back as written, and the previous ones can be restored",
     rules=(
         "get-answers-request",
         "command-without-acknowledgement",
@@ -161,16 +161,14 @@ def _run(trial: Trial, placed: PlacedSet, care: Care) -> None:
     for name in care.zero:
         trial.must(
             before[name] == 0,
-            f"{placed.text}: {placed.set.get} said {name} = {before[name]}; it is always zero",
+            f"{placed.text}: {placed.set.get} returned {name} = {before[name]}; it is always zero",
         )
     neighbours = Neighbours.of(trial, placed)
     trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
     _write_same(trial, placed, care, before)
-    why = (
-        why_not_now(trial, placed, care) if care.fields else "nothing in it is changed for a check"
-    )
+    why = why_not_now(trial, placed, care) if care.fields else "no check changes its values"
     if why:
-        trial.info(f"{placed.set.set} was only written back as it is: {why}")
+        trial.info(f"{placed.set.set} only wrote back the current values: {why}")
     else:
         write_and_read(trial, placed, care, before, neighbours)
 
@@ -178,7 +176,7 @@ def _run(trial: Trial, placed: PlacedSet, care: Care) -> None:
 def write_and_read(
     trial: Trial, placed: PlacedSet, care: Care, before: Values, neighbours: Neighbours
 ) -> None:
-    """Write one value after the other, and say what came of each."""
+    """Write one value after the other, and report the result of each."""
     looked = False
     for field, values in variants(placed.set, care, before, trial.random):
         written = []
@@ -191,12 +189,12 @@ def write_and_read(
 
 
 def _write_same(trial: Trial, placed: PlacedSet, care: Care, before: Values) -> None:
-    """Write what is there: nothing changes."""
+    """Write the current values, which must change nothing."""
     came = placed.write_and_ask(trial, {**before, **dict.fromkeys(care.ignored, 0)})
     (trial.should if care.doubtful else trial.must)(
         placed.values(came) == before,
-        f"{placed.text}: {placed.set.set} wrote what was there, and {placed.set.get} then said "
-        f"{_differences(placed.values(came), before)}",
+        f"{placed.text}: {placed.set.set} wrote the current values, but {placed.set.get} then "
+        f"returned {_differences(placed.values(came), before)}",
         wanted=placed.expected(trial, before, came),
         came=came.raw,
     )
@@ -210,8 +208,11 @@ def _write(
     says = placed.values(came)
     told, was = says[field], before[field]
     strict = trial.should if care.doubtful else trial.must
-    text = f"{placed.text}: {placed.set.set} wrote {field} = {value}, and {placed.set.get} then said {told}"
-    text += f" (before it was {was})"
+    text = (
+        f"{placed.text}: {placed.set.set} wrote {field} = {value}, but {placed.set.get} then "
+        f"returned {told}"
+    )
+    text += f" (before: {was})"
     if care.doubtful:
         text += f"; {care.doubtful}"
     wanted = placed.expected(trial, written, came)
@@ -223,8 +224,8 @@ def _write(
     rest = {name: each for name, each in says.items() if name != field}
     strict(
         all(each == before[name] for name, each in rest.items()),
-        f"{placed.text}: {placed.set.set} changed {field} alone, and {placed.set.get} then said "
-        f"{_differences(rest, before)}",
+        f"{placed.text}: {placed.set.set} changed only {field}, but {placed.set.get} then "
+        f"returned {_differences(rest, before)}",
         wanted=wanted,
         came=came.raw,
     )
@@ -234,9 +235,10 @@ def _write(
 def _judge_refusals(
     trial: Trial, placed: PlacedSet, care: Care, field: str, was: object, written: list[_Written]
 ) -> None:
-    """Say which values were not taken.
+    """Report the values that did not take effect.
 
-    One of several may have a reason, all of them have none; and each bit is there for itself.
+    A controller may have a reason to refuse one of several values, but not all of them. Each bit counts on
+    its own.
     """
     refused = [str(each.value) for each in written if not each.taken]
     if not refused:
@@ -246,14 +248,15 @@ def _judge_refusals(
     gently = care.doubtful or varied.advised or some
     (trial.should if gently else trial.must)(
         False,
-        f"{placed.text}: {placed.set.set} did not set {field}: {', '.join(refused)} was written, and "
-        f"{placed.set.get} went on to say {was}" + (f"; {care.doubtful}" if care.doubtful else ""),
+        f"{placed.text}: {placed.set.set} did not set {field}: it wrote {', '.join(refused)}, "
+        f"but {placed.set.get} still returned {was}"
+        + (f"; {care.doubtful}" if care.doubtful else ""),
     )
 
 
 def _differences(says: Values, wanted: Values) -> str:
     return ", ".join(
-        f"{name} = {value!r} (before it was {wanted[name]!r})"
+        f"{name} = {value!r} (before: {wanted[name]!r})"
         for name, value in says.items()
         if value != wanted[name]
     )

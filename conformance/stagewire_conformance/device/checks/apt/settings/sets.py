@@ -1,4 +1,4 @@
-"""The parameter sets of a place: one is read, written and put back, and all others of its channel stay."""
+"""The parameter sets of a target: reading, writing and restoring one without a change of the others."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Values = dict[str, Any]
 
 CHANNEL: Final = "chan_ident"
 _TRIES: Final = 2
-"""Times that something is put back, where it is not seen to be there."""
+"""The most attempts to restore values."""
 _SHORT: Final = 0.2
-"""Seconds within which what a SET sends back by itself has come."""
+"""Seconds in which unsolicited messages after a SET arrive."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class ParameterSet:
     """A SET, its REQ and its GET.
 
     :param name: such as ``MOT_VELPARAMS``.
-    :param fields: those that carry values, without the channel, by name: entries of the registry.
-    :param announces: what a SET sends back by itself.
-    :param has_channel: whether it names one.
-    :param effect: of the SET.
-    :param skip: why it cannot be looked at, which only the PICS can say; empty: it can.
+    :param fields: the registry entries of the fields with values, without the channel, by name.
+    :param announces: the messages that the controller sends unsolicited after a SET.
+    :param has_channel: whether the messages have a channel.
+    :param effect: the effect of the SET.
+    :param skip: why the set cannot be checked, which only the PICS can decide; empty if it can.
     """
 
     name: str
@@ -56,9 +56,9 @@ class ParameterSet:
 
 
 def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSet]:
-    """Give the parameter sets in the list of a place that can be set and asked for, as the registry has them.
+    """Yield the parameter sets in the list of a target that can be both set and read.
 
-    Those that the PICS takes back are among them.
+    They come in the order of the registry, and include sets that the PICS withdraws.
     """
     registry = declared.registry
     for name, roles in registry.table("sets").items():
@@ -86,9 +86,9 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
 
 @dataclass(frozen=True)
 class PlacedSet:
-    """A parameter set of one channel of one place.
+    """A parameter set of one channel of one target.
 
-    :param channel: None where the set names none.
+    :param channel: the channel; None if the set has none.
     """
 
     place: Target
@@ -97,20 +97,20 @@ class PlacedSet:
 
     @property
     def text(self) -> str:
-        """Where it is, for people."""
+        """The target and channel, for people."""
         channel = "" if self.channel is None else f" channel {self.channel}"
         return f"{self.place.name}{channel}"
 
     @property
     def name(self) -> str:
-        """What names it in the id of a check."""
+        """The part of the id of a check that identifies the set."""
         channel = "" if self.channel is None else f"/{self.channel}"
         return f"{self.place.name}/{self.set.set}{channel}"
 
     def case(self, **arguments: object) -> Case:
-        """Return the case of a check that looks at it; it is the argument ``placed``.
+        """Return the case of a check of this set, which gets it as the argument ``placed``.
 
-        :param arguments: of the function besides.
+        :param arguments: further arguments of the function.
         """
         return Case(
             name=self.name,
@@ -120,25 +120,25 @@ class PlacedSet:
         )
 
     def ask(self, trial: Trial) -> Incoming:
-        """Ask for the values; the check ends where nothing answers."""
+        """Request the values; the check ends without a reply."""
         request = trial.declared.make(self.set.req, self.channel)
         return trial.reply(request, self.place.address)
 
     def read(self, trial: Trial) -> Values:
-        """Return the values; the check ends where nothing answers."""
+        """Return the values; the check ends without a reply."""
         return self.values(self.ask(trial))
 
     def values(self, heard: Incoming) -> Values:
-        """Return the values of a GET that came."""
+        """Return the values of a GET that was received."""
         return {name: getattr(heard.message, name) for name in self.set.fields}
 
     def expected(self, trial: Trial, values: Values, came: Incoming) -> bytes:
-        """Return the bytes of the GET that would have said these values, addressed as the one that came."""
+        """Return the bytes of a GET with these values, and the addresses of the one that was received."""
         raw: bytes = self._message(trial, self.set.get, values).pack(came.dest, came.source)
         return raw
 
     def write(self, trial: Trial, values: Values) -> None:
-        """Write values, and see that what the document has come because of that does."""
+        """Write values, and check that the announced messages arrive."""
         line, place = trial.line, self.place
         line.send(self._message(trial, self.set.set, values), place.address)
         missing = {name for name in self.set.announces if name in place.messages}
@@ -152,12 +152,16 @@ class PlacedSet:
         came = line.listen(_SHORT, until=complete)
         line.heard[:0] = [each for each in came if each.name not in self.set.announces]
         for name in sorted(missing):
-            trial.must(False, f"{self.text}: {self.set.set} was sent, and no {name} came by itself")
+            trial.must(
+                False,
+                f"{self.text}: the controller sent no {name} after {self.set.set}; it should "
+                "send one unsolicited",
+            )
 
     def _message(self, trial: Trial, name: str, values: Values) -> Any:
-        """Return a SET or a GET with some values, which may be ones that the document does not allow.
+        """Return a SET or a GET with these values, which may be outside the documented range.
 
-        A controller may have had them before, and then they are put back.
+        A controller may have had such values before; then they are restored.
         """
         allowed = {
             field: max(facts["minimum"], min(values[field], facts["maximum"]))
@@ -169,9 +173,9 @@ class PlacedSet:
         return type(message).keep({**message.values(), **values})
 
     def write_and_ask(self, trial: Trial, values: Values) -> Incoming:
-        """Write values and return what is then told; the check ends where nothing answers.
+        """Write values, and return the reply to a request for them; the check ends without one.
 
-        A SET is not answered: what comes beside the answer to the request is said to be wrong.
+        A SET is not answered, so anything other than this reply is reported.
         """
         self.write(trial, values)
         came = self.ask(trial)
@@ -180,12 +184,12 @@ class PlacedSet:
         return came
 
     def put_back(self, trial: Trial, values: Values) -> None:
-        """Write values and see that they are there again.
+        """Write values, and check that they are in effect.
 
-        Raises :class:`~stagewire.errors.StagewireError` with what to do where they are not.
+        Raise :class:`~stagewire.errors.StagewireError`, which says what to do, if they are not.
         """
         line, declared = trial.line, trial.declared
-        for _ in range(_TRIES):  # one lost message is not to leave a setting changed
+        for _ in range(_TRIES):  # a lost message must not leave a setting changed
             line.send(self._message(trial, self.set.set, values), self.place.address)
             if self.set.announces:
                 line.listen(_SHORT)
@@ -193,12 +197,14 @@ class PlacedSet:
             if came is not None and self.values(came) == values:
                 return
         words = " ".join(f"{name}={value!r}" for name, value in values.items())
-        says = "nothing" if came is None else came.text
-        raise StagewireError(f"{self.text}: write {self.set.set} {words} (it says: {says})")
+        says = "no reply" if came is None else came.text
+        raise StagewireError(
+            f"{self.text}: send {self.set.set} with {words} (current state: {says})"
+        )
 
 
 def placed_sets(declared: Declaration) -> Iterator[PlacedSet]:
-    """Give each parameter set of each channel of each place, of those channels that the document names."""
+    """Yield each parameter set of each target, for each channel that the document names."""
     for place in declared.places:
         for one in parameter_sets(declared, place):
             channels: tuple[int | None, ...] = place.channels if one.has_channel else (None,)
@@ -210,16 +216,16 @@ def placed_sets(declared: Declaration) -> Iterator[PlacedSet]:
 
 @dataclass(frozen=True)
 class Neighbours:
-    """The values of the other sets as they were.
+    """The previous values of the other parameter sets.
 
-    Left out is what lives by itself, such as counters and outputs, which two requests may see differently.
+    Live values, such as counters and outputs, are left out: they may differ between two requests.
     """
 
     before: tuple[tuple[PlacedSet, Values], ...]
 
     @classmethod
     def of(cls, trial: Trial, placed: PlacedSet) -> Self:
-        """Read the sets beside one; those that are not answered are left to the checks of answers."""
+        """Read the other sets. Sets without a reply are left to the checks of answers."""
         before = []
         channel = placed.channel or next(iter(placed.place.channels), None)
         for one in parameter_sets(trial.declared, placed.place):
@@ -232,9 +238,9 @@ class Neighbours:
         return cls(tuple(before))
 
     def judge(self, trial: Trial, after: str) -> None:
-        """Say which of them have changed.
+        """Report the sets that have changed.
 
-        :param after: for the sentence: ``MOT_SET_VELPARAMS was sent``.
+        :param after: the cause, for the sentence: ``MOT_SET_VELPARAMS was sent``.
         """
         for placed, was in self.before:
             now = _present(trial, placed)
@@ -242,11 +248,12 @@ class Neighbours:
                 changed = {name: value for name, value in now.items() if value != was[name]}
                 trial.must(
                     False,
-                    f"{placed.text}: after {after}, {placed.set.get} said "
+                    f"{placed.text}: after {after}, {placed.set.get} returned "
                     + ", ".join(
-                        f"{name} = {value!r}, not {was[name]!r}" for name, value in changed.items()
+                        f"{name} = {value!r} instead of {was[name]!r}"
+                        for name, value in changed.items()
                     )
-                    + "; a SET changes its own parameters only",
+                    + "; a SET should change its own parameters only",
                 )
 
 

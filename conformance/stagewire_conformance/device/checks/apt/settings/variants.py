@@ -1,6 +1,6 @@
-"""The values that a check writes instead of the present ones, and whether it may write them just now.
+"""The values that a check writes instead of the current ones, and whether it may write them now.
 
-The values are near to the present ones, and documented. A setting is left alone while a loop would feel it.
+The values are close to the current ones, and documented. A setting is not changed while a loop would react.
 """
 
 from __future__ import annotations
@@ -23,38 +23,38 @@ _OPEN: Final = (PositionControlMode.OPEN_LOOP, PositionControlMode.OPEN_LOOP_SMO
 
 
 def why_not_now(trial: Trial, placed: PlacedSet, care: Care) -> str:
-    """Return why a setting is only written back as it is; empty where it may be changed."""
+    """Return why a setting is only written back unchanged; empty if it may be changed."""
     channel = 1 if placed.channel is None else placed.channel
     match care.when:
         case When.DISABLED:
             request = "MOD_REQ_CHANENABLESTATE"
             if request not in placed.place.messages:
-                return "nothing tells whether the channel is disabled"
+                return "no message shows whether the channel is disabled"
             enabled = trial.reply(m.ModReqChanEnableState(channel), placed.place.address).message
             if enabled.enable_state != EnableState.DISABLE:
-                return "the channel is enabled, and its loop would feel a change"
+                return "the channel is enabled, so its loop would react to a change"
         case When.OPEN_LOOP:
             request = "PZ_REQ_POSCONTROLMODE"
             if request not in placed.place.messages:
-                return "nothing tells whether a loop is closed"
+                return "no message shows whether a loop is closed"
             mode = trial.reply(m.PzReqPosControlMode(channel), placed.place.address).message.mode
             if mode not in _OPEN:
-                return "the loop is closed, and would feel a change"
+                return "the loop is closed and would react to a change"
     return ""
 
 
 _SHARE: Final = 16
-"""A number is changed by a sixteenth of it, or somewhat less: more than a controller should round."""
+"""A number changes by up to a sixteenth of its value: more than a controller should round."""
 _WIDE: Final = (0x1_0000, 0x1_FFFF)
-"""By how much a number is changed that is to show how wide it is."""
+"""The change of a number that tests its width."""
 _LEAST: Final = 8
-"""A number that is small is changed by so much at least, where it may go up or down."""
+"""The least change of a small number that may go up or down."""
 
 
 def variants(
     one: ParameterSet, care: Care, present: Values, random: Random
 ) -> Iterator[tuple[str, list[int]]]:
-    """Give each field that may be changed, with the values to write; present ones are not among them."""
+    """Yield each field that may be changed, with the values to write; the current ones are not among them."""
     for name, varied in care.fields.items():
         if name in one.fields:
             values = _values(one.fields[name], varied, present[name], random)
@@ -67,9 +67,9 @@ def variants(
 def first_variant(
     one: ParameterSet, care: Care, present: Values, random: Random, others: Sequence[Values] = ()
 ) -> tuple[str, int] | None:
-    """Return one field of a channel's own, and one value for it that differs from the present one.
+    """Return one field that does not apply to all channels, and a new value for it.
 
-    :param others: the values elsewhere, from which it differs, too.
+    :param others: the values of other channels or bays, from which the new value also differs.
     """
     for name, values in variants(one, care, present, random):
         for value in values:
@@ -94,7 +94,7 @@ def _values(field: Json, varied: Varied, present: int, random: Random) -> list[i
 
 
 def _steps(how: How, present: int, random: Random) -> list[int]:
-    """Return by how much a number changes."""
+    """Return the changes of a number."""
     size = abs(present) // _SHARE
     least = 1 if how is How.LOWER else _LEAST
     lower = -random.randint(max(least, size // 2), max(least, size))
