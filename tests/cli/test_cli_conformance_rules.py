@@ -43,7 +43,7 @@ def test_all_rules_are_listed(stagewire: Stagewire, name: str) -> None:
     assert result.code == 0
     summary = result.out.splitlines()[-1]
     assert summary.startswith(f"{name}: {len(entries)} rules, ")
-    assert summary.endswith(" 0 neither")
+    assert summary.endswith(" 0 have neither")
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
@@ -68,7 +68,7 @@ def test_a_table_shows_checks_or_waivers(stagewire: Stagewire, only: list[Covera
     assert "answers" in result.out
     assert "Not seen." in result.out
     assert result.out.endswith(
-        "thorlabs_apt: 3 rules, 2 of them musts; of these 1 have checks, 1 waivers, 0 neither\n"
+        "thorlabs_apt: 3 rules, 2 of them musts: 1 have checks, 1 have waivers, 0 have neither\n"
     )
 
 

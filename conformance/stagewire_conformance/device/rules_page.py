@@ -1,6 +1,6 @@
-"""The checks that cover each rule, and the generated page ``docs/reference/conformance-rules.md``.
+"""The checks that verify each rule, and the generated page ``docs/reference/conformance-rules.md``.
 
-``python -m stagewire_conformance.device.rules_page FILE`` writes it.
+``python -m stagewire_conformance.device.rules_page FILE`` writes the page.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ _MOST_SAID = 110  # characters of a quotation
 
 _HEAD = """\
 <!-- Made by `python -m stagewire_conformance.device.rules_page docs/reference/conformance-rules.md` -->
-# Rules, and what sees them
+# Rules and their checks
 
-Every must and should of the documents, with the kinds of checks of `stagewire conformance device` that hold a
-controller to it, or the reason why none can: its waiver. A must has one or the other, never both. `must` is
-what a document states as a fact or a duty, `should` what it calls usual, typical or recommended. "Host" marks
-rules that bind the program at the other end.
+This page lists every must and should of the documents. For each, it names the kinds of checks of
+`stagewire conformance device` that verify it, or gives a waiver: the reason why no check can. A must has
+either checks or a waiver, never both. `must` is what a document states as a fact or a duty, `should` is what
+it calls usual, typical or recommended. "Host" marks rules for the program at the other end of the line.
 
-The rules are `spec/<protocol>/rules.yaml`, with the document's words in full; here is where they begin.
-`stagewire conformance rules` prints this table, with `--json` everything.
+The rules are in `spec/<protocol>/rules.yaml`, with the full text from the document; the tables show the
+beginning. `stagewire conformance rules` prints these tables, and all details with `--json`.
 `stagewire conformance device URL --unit UNIT --only KIND` runs the checks of one kind.
 """
 
 
 def page() -> str:
-    """Return the whole page, as Markdown: a table a protocol."""
+    """Return the whole page in Markdown, with one table per protocol."""
     return "\n".join([_HEAD, *(_part(load_protocol(name)) for name in _PROTOCOLS)])
 
 
@@ -47,7 +47,7 @@ def _part(protocol: Protocol) -> str:
     registry = protocol.registry()
     first = "section" if "sections" in registry["document"] else "page"
     table = [
-        f"| {first} | rule | | what the document says | seen by, or why by none |",
+        f"| {first} | rule | | text of the document | checked by, or reason for the waiver |",
         "|---|---|---|---|---|",
     ]
     return "\n".join([f"## {registry['title']}", "", _counted(rows), "", *table, *_rows(rows), ""])
@@ -75,7 +75,7 @@ def _beginning(text: str) -> str:
 
 
 def _cell(text: str) -> str:
-    """Return text that a cell of a table shows as it is."""
+    """Return a text with Markdown characters escaped for a table cell."""
     for mark in "\\|<>*_`[]":
         text = text.replace(mark, f"\\{mark}")
     return text
@@ -83,14 +83,14 @@ def _cell(text: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Coverage:
-    """A rule, and what sees whether it is kept.
+    """A rule, and the checks that verify it.
 
-    :param where: the page, or the section, of the document.
+    :param where: the page or section of the document.
     :param strength: ``must`` or ``should``.
-    :param subject: whom it binds: ``controller`` or ``host``.
-    :param says: the words of the document.
-    :param checks: the kinds of checks that hold a controller of some unit to it.
-    :param waiver: why there can be none; empty where there are.
+    :param subject: the side that the rule binds: ``controller`` or ``host``.
+    :param says: the text of the document.
+    :param checks: the kinds of checks that verify the rule for at least one unit.
+    :param waiver: why no check can verify the rule; empty if one does.
     """
 
     rule: str
@@ -103,7 +103,7 @@ class Coverage:
 
     @property
     def problem(self) -> str:
-        """What is wrong: a must has either a check or a waiver, and no rule has both; empty if nothing is."""
+        """The problem of a rule with both a check and a waiver, or a must with neither; else empty."""
         if self.checks and self.waiver:
             return "has a check and a waiver"
         if self.strength == "must" and not self.checks and not self.waiver:
@@ -112,9 +112,9 @@ class Coverage:
 
 
 def coverage(protocol: Protocol) -> tuple[Coverage, ...]:
-    """Return all rules of a protocol in the order of its document, each with what sees it.
+    """Return all rules of a protocol with their checks, in the order of the document.
 
-    A kind counts where one of its checks for some unit is about the rule, not where it is only named.
+    A kind counts only if one of its checks for some unit covers the rule.
     """
     registry = registry_of(protocol)
     seen = _seen(protocol)
@@ -135,14 +135,14 @@ def coverage(protocol: Protocol) -> tuple[Coverage, ...]:
 
 
 def unknown_rules(protocol: Protocol) -> Iterator[tuple[Kind, str]]:
-    """Yield what kinds of checks name as a rule and the protocol does not have."""
+    """Yield each kind of check with a rule that it names and the protocol does not have."""
     known = known_rules(registry_of(protocol))
     for kind in kinds_of(protocol):
         yield from ((kind, rule) for rule in kind.rules if rule not in known)
 
 
 def _seen(protocol: Protocol) -> dict[str, dict[str, None]]:
-    """Return the names of the kinds that hold a controller of some unit to a rule, by rule, in order."""
+    """Return, for each rule, the names of the kinds that verify it for some unit, in order."""
     found: dict[str, dict[str, None]] = {}
     for name, of in known_units().items():
         if of.name != protocol.name:
@@ -155,15 +155,15 @@ def _seen(protocol: Protocol) -> dict[str, dict[str, None]]:
 
 
 def summary_of_rules(rows: Sequence[Coverage]) -> str:
-    """Return one line: how many rules there are, how many are checked and how many are waived."""
+    """Return one line with the numbers of rules, musts, checks and waivers."""
     if not rows:
         return "the registry has no rules"
     musts = [row for row in rows if row.strength == "must"]
     checked, waived = sum(bool(row.checks) for row in musts), sum(bool(row.waiver) for row in musts)
     neither = sum(not row.checks and not row.waiver for row in musts)
     return (
-        f"{len(rows)} rules, {len(musts)} of them musts; of these {checked} have checks, "
-        f"{waived} waivers, {neither} neither"
+        f"{len(rows)} rules, {len(musts)} of them musts: {checked} have checks, {waived} have waivers, "
+        f"{neither} have neither"
     )
 
 
