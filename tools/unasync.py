@@ -2,8 +2,8 @@
 
 ``python tools/unasync.py`` writes the modules; ``--check`` writes nothing, names the modules that differ and
 exits with status 1. Each module of the asyncio half is copied with the substitutions of ``WORDS``, and those
-of ``PASSAGES`` for real differences, such as a parameter that only threads need. Ruff formats the
-copy. A passage that does not occur is an error, so that no entry outlives its reason.
+of ``PASSAGES`` for real differences, such as a parameter that only threads need. Ruff formats the copy. A
+passage that does not occur is an error, so that no entry outlives its reason.
 """
 
 from __future__ import annotations
@@ -63,16 +63,16 @@ PASSAGES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "_sessions/asynchronous.py": _BACKGROUND,
     "_devices/asynchronous/devices.py": (
         (
-            " No thread, and one event loop.\n\n"
-            ":mod:`stagewire._devices.synchronous.devices` has the same for threads.\n",
-            " Every call may be made by any thread.\n",
+            " Each device belongs to one event loop.\n\n"
+            ":mod:`stagewire._devices.synchronous.devices` contains the same classes for threads.\n",
+            " Any thread may make any call.\n",
         ),
         ("from stagewire._devices.opening import Opening\n", ""),
         ("        return Opening(device)\n", "        device._connect()\n        return device\n"),
         (
-            "the controller on it, to be awaited or entered. Nothing moves.\n\n"
-            "        ``async with TDC001.open(url) as tdc:`` closes it at the end; ``tdc = await "
-            "TDC001.open(url)`` leaves\n        that to the caller.\n",
+            "the controller on it, to await or to enter. Nothing moves.\n\n"
+            "        ``async with TDC001.open(url) as tdc:`` closes it at the end. After ``tdc = await "
+            "TDC001.open(url)``,\n        call :meth:`close`.\n",
             "the controller on it. Nothing moves.\n",
         ),
     ),

@@ -1,10 +1,11 @@
 """Stagewire: the runtime of generated protocol packages.
 
-The runtime knows no message of any protocol. Public are the names here and those of the modules
+The runtime contains no protocol: generated packages define the messages. The public names are those here and
+in the modules
 :mod:`~stagewire.protocols`, :mod:`~stagewire.framing`, :mod:`~stagewire.links`, :mod:`~stagewire.sessions`,
 :mod:`~stagewire.devices`, :mod:`~stagewire.discovery`, :mod:`~stagewire.columns`, :mod:`~stagewire.capture`,
 :mod:`~stagewire.quantities`, :mod:`~stagewire.errors` and, for generated code, :mod:`~stagewire.support`.
-All others begin with an underscore, and may change in any release (``docs/reference/versioning.md``).
+All other modules begin with an underscore and may change in any release (``docs/reference/versioning.md``).
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from stagewire._framings.header.table import End
 from stagewire._lazy import lazy
 from stagewire.errors import StagewireError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from stagewire.discovery import discover as discover
     from stagewire.discovery import open as open
@@ -49,7 +50,7 @@ __all__ = [
 
 __version__ = "0.1.0"
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__, {"quantities": "Scale Stage UnknownScale", "discovery": "discover open"}
     )

@@ -1,14 +1,14 @@
 """Module paths of 0.1 that have moved: importable for one release, with a DeprecationWarning.
 
-:data:`MOVED` is the only place that knows of them. It gives for each old path, below ``stagewire``, the
-public module to use instead, and then private modules with names of the old one that are not public any more.
+Only :data:`MOVED` lists these paths. It maps each old path below ``stagewire`` to the public module to use
+instead, followed by private modules that define names no longer public.
 """
 
 from __future__ import annotations
 
 import sys
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from importlib.machinery import ModuleSpec
@@ -178,7 +178,7 @@ MOVED = {
     "session.waiting": "stagewire.sessions stagewire._sessions.waiters",
     "session.wording": "stagewire.sessions stagewire._sessions.error_texts",
 }
-"""Path of 0.1 below ``stagewire`` -> the public module to use, and private modules with other names."""
+"""Path in 0.1 below ``stagewire`` -> public module to use, then private modules with its other names."""
 
 RENAMED = {
     "commands.overheard.Asking": "HostListener",
@@ -202,11 +202,11 @@ RENAMED = {
     "session.outgoing.Outgoing": "SendQueue",
     "session.wording.Wording": "ErrorTexts",
 }
-"""Name in a path of 0.1 -> its name now."""
+"""Name in 0.1, with its path -> current name."""
 
 
 class _Finder:
-    """Finds and loads the old paths. It is asked after all others, so that it never hides a module."""
+    """Finder and loader of the old paths. It comes after all other finders, so it never hides a module."""
 
     def find_spec(
         self,
@@ -214,28 +214,28 @@ class _Finder:
         path: Sequence[str] | None,
         target: ModuleType | None = None,
     ) -> ModuleSpec | None:
-        """Return how to load an old path, None for every other name."""
+        """Return the spec of an old path; None for every other name."""
         package, _, old = fullname.partition(".")
         if package != "stagewire" or old not in MOVED:
             return None
         from importlib.machinery import ModuleSpec
 
-        # Some were packages, so that paths below them are found.
+        # Some old paths were packages: mark all as packages, so that the paths below them are found.
         return ModuleSpec(fullname, self, is_package=True)  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Leave it to Python to make an empty module."""
+        """Return None, so that Python creates an empty module."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Warn, and take the names from their new modules when they are used."""
+        """Warn, and look up each name in its new module on first use."""
         import warnings
 
         name = module.__name__
         old = name.partition(".")[2]
         public, *private = MOVED[old].split()
         warnings.warn(
-            f"{name} has moved and will be removed in the next minor release: use {public}; "
-            "a package that was generated with it is to be generated again",
+            f"{name} has moved and will be removed in the next minor release: use {public}. "
+            "If a generated package imports it, generate the package again",
             DeprecationWarning,
             stacklevel=2,
         )
@@ -253,5 +253,5 @@ class _Finder:
 
 
 def install() -> None:
-    """Let the old paths be imported, by a finder at the end of the list."""
+    """Make the old paths importable, by a finder at the end of the list."""
     sys.meta_path.append(_Finder())

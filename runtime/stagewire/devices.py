@@ -1,6 +1,6 @@
-"""Device classes: what every generated class has in common. See ``docs/reference/devices.md``.
+"""Base classes and values of generated device classes. See ``docs/reference/devices.md``.
 
-The names for threads are plain; those for asyncio begin with ``Async``.
+Classes for asyncio begin with ``Async``; the others are for threads.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ __all__ = [
     "clean_model",
 ]
 
-__path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
+__path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {

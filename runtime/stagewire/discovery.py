@@ -1,11 +1,10 @@
 """Controller discovery: which ports exist, which controllers are connected, and why one is not found.
 
-:func:`discover` reads what the operating system reports of its serial ports and opens none of them, unless
-it is asked to. :func:`open` opens a controller without the name of its class. :func:`diagnose_computer` and
-:func:`diagnose_line` return what is wrong, and what to do about it.
+:func:`discover` lists the serial ports that the operating system reports; it opens none of them unless called
+    with ``ask=True``. :func:`open` opens a controller without the name of its class.
+    :func:`diagnose_computer` and :func:`diagnose_line` return what is wrong and how to fix it.
 
-The runtime knows no unit: names, prefixes of serial numbers and addresses come from the registries of the
-installed protocols.
+Names of units, prefixes of serial numbers and addresses come from the registries of the installed protocols.
 """
 
 from __future__ import annotations
@@ -37,9 +36,9 @@ __all__ = [
     "unit_at",
 ]
 
-__path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
+__path__: list[str] = []  # 0.1 had modules below this name; see stagewire._deprecated
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {

@@ -1,8 +1,8 @@
 """Every exception that Stagewire raises, in one tree.
 
-A caller who catches :class:`StagewireError` catches all of them. Each error says what was wrong, where,
-what was expected and what came. Errors about bytes or values carry a ``code``: the refusal code of the
-testee protocol, so that a refusal reads the same in Python, on the command line and in the suite.
+Catch :class:`StagewireError` to catch all of them. Each message states what was wrong, where, what was
+expected and what was found. Errors about bytes or values carry a ``code``: the refusal code of the testee
+protocol. An error therefore has the same name in Python, on the command line and in the conformance suite.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class StagewireError(Exception):
 class CodecError(StagewireError):
     """Bytes or values that the registry does not allow.
 
-    :param at: positions of the bytes that it is about; beyond the last one where bytes are missing,
-        None where it is not about bytes.
+    :param at: positions of the faulty bytes, past the last byte if bytes are missing; None if the error is
+        not about bytes.
     """
 
     code = "bad_value"
@@ -68,29 +68,29 @@ class CodecError(StagewireError):
 
 
 class DecodeError(CodecError):
-    """Bytes that are not one whole frame of a known message."""
+    """Bytes that are not one complete frame of a known message."""
 
 
 class TruncatedError(DecodeError):
-    """The frame ends before the length that its own header declares."""
+    """The frame is shorter than its header declares."""
 
     code = "truncated"
 
 
 class TrailingBytesError(DecodeError):
-    """Bytes follow after the length that the frame's own header declares."""
+    """Bytes follow after the length that the header of the frame declares."""
 
     code = "trailing"
 
 
 class BadLengthError(DecodeError):
-    """The declared payload is shorter than the layout, or the message has no such form."""
+    """The declared payload is shorter than the layout, or the message does not have this form."""
 
     code = "bad_length"
 
 
 class DamagedError(DecodeError):
-    """The bytes that begin or end a frame, or its check, are not what they have to be."""
+    """The start bytes, the end bytes or the checksum of a frame are wrong."""
 
     code = "bad_value"
 
@@ -102,7 +102,7 @@ class UnknownMessageError(CodecError):
 
 
 class EncodeError(CodecError):
-    """Values from which no frame is made; nothing was sent."""
+    """The values cannot be encoded as a frame; nothing was sent."""
 
 
 class UnknownFieldError(EncodeError):
@@ -112,35 +112,35 @@ class UnknownFieldError(EncodeError):
 
 
 class MissingFieldError(EncodeError):
-    """A field that has to be given was left out."""
+    """A required field is missing."""
 
     code = "missing_field"
 
 
 class OutOfRangeError(EncodeError, ValueError):
-    """A value outside the range of its field or of its format."""
+    """A value is outside the range of its field or of its format."""
 
     code = "out_of_range"
 
 
 class BadValueError(EncodeError, TypeError):
-    """A value of the wrong kind, such as text for a number."""
+    """A value has the wrong type, such as text instead of a number."""
 
     code = "bad_value"
 
 
 class UnsupportedError(CodecError):
-    """What cannot be done without guessing, such as encoding an id without a layout, or without NumPy."""
+    """The operation is not supported, such as encoding a message whose layout is not documented."""
 
     code = "unsupported"
 
 
 class CaptureError(StagewireError):
-    """A text that is no recorded session, or a line in one that says nothing.
+    """A text is not a recorded session, or one of its lines is invalid.
 
     :param line: number of the line.
-    :param text: what is wrong with it.
-    :param file: name of the file, if it is one.
+    :param text: what is wrong with the line.
+    :param file: name of the file, if the text comes from a file.
     """
 
     def __init__(self, line: int, text: str, file: object = None) -> None:
@@ -150,12 +150,12 @@ class CaptureError(StagewireError):
         self.text = text
 
     def of(self, file: object) -> CaptureError:
-        """Return the same, of a file."""
+        """Return the same error with the name of a file."""
         return CaptureError(self.line, self.text, file)
 
 
 class OutstandingReplyError(StagewireError):
-    """A request has to wait: what comes next on the line may be the reply to another one."""
+    """The request has to wait, because the next bytes on the line may be the reply to another request."""
 
 
 class UnknownProtocolError(StagewireError):
@@ -163,19 +163,19 @@ class UnknownProtocolError(StagewireError):
 
 
 class UnusableProtocolError(UnknownProtocolError):
-    """A protocol of this name is installed, but by two packages, or by one that cannot be used."""
+    """A protocol of this name is installed, but by two packages or by a package that cannot be used."""
 
 
 class SupportVersionError(StagewireError, ImportError):
-    """A generated package needs another version of :mod:`stagewire.support` than the installed one."""
+    """A generated package requires a different version of :mod:`stagewire.support`."""
 
 
 class UnknownScaleError(StagewireError):
-    """The scale of a quantity is not known for this stage, controller or setting."""
+    """The scale of a quantity is unknown for this stage, controller or setting."""
 
 
 class LimitError(OutOfRangeError):
-    """A target outside the travel; nothing was sent."""
+    """A value exceeds a limit of the stage, such as a target outside its travel; nothing was sent."""
 
 
 class TransportError(StagewireError):
@@ -183,43 +183,43 @@ class TransportError(StagewireError):
 
 
 class LinkOpenError(TransportError):
-    """The line cannot be opened: no such port, no permission, nobody there."""
+    """The line cannot be opened: the port is missing, permission is denied, or the host does not answer."""
 
 
 class TransportLostError(TransportError):
-    """The line was open and is gone, whatever kind of line it is.
+    """The connection was lost: a serial port or network connection that was open is gone.
 
-    What was being done may have been done or not; nothing is sent again. The state is unknown until it
-    is read again, on a line that was opened again.
+    A request that was under way may or may not have reached the controller. Nothing is sent again. The state
+    of the controller is unknown until it is read again after reconnecting.
 
     :param line: what happened to the line.
-    :param exchange: what is known of the message that waited, if one did.
+    :param exchange: what is known about the message that was waiting, if any.
     """
 
     def __init__(self, line: str, exchange: str = "") -> None:
         super().__init__(f"{line}; {exchange}" if exchange else line)
         self.line = line
         self.turned_away: TurnedAwayError | None = None
-        """The error to raise instead where nothing that came was a message: all of it was text."""
+        """The error to raise instead if only text was received, and no message."""
 
 
 class TurnedAwayError(LinkOpenError, TransportLostError):
-    """The other end closed the connection before it sent a message, as it does when it has another host."""
+    """The other end closed the connection before sending a message, often because it serves another host."""
 
 
 class SessionClosedError(StagewireError):
-    """The session was closed by this side; nothing was sent."""
+    """The session was closed on this side; nothing was sent."""
 
 
 class ReplyTimeoutError(StagewireError, TimeoutError):
-    """No reply came in time. A late one is not taken for the reply to something else."""
+    """No reply arrived in time. A late reply is never matched to another request."""
 
 
 class MotionTimeoutError(ReplyTimeoutError):
     """The end of a motion was not reported in time; it may still be under way.
 
-    :param causes: the states that the controller showed when it was asked afterwards and that may hinder a
-        motion, such as ``the channel is disabled``; empty where it showed none, or was not asked.
+    :param causes: states that the controller reported after the timeout and that can prevent a motion, such
+        as ``the channel is disabled``; empty if it reported none or was not asked.
     """
 
     def __init__(self, text: str, causes: tuple[str, ...] = ()) -> None:
@@ -230,9 +230,9 @@ class MotionTimeoutError(ReplyTimeoutError):
 class ControllerFaultError(StagewireError):
     """The controller reported a fault during a motion; the motion may still be under way.
 
-    :param code: the controller's own fault code; 0: it reported none.
-    :param fault: the controller's own words; empty: it reported none.
-    :param message: the report.
+    :param code: fault code of the controller; 0 if it reported none.
+    :param fault: text of the controller; empty if it reported none.
+    :param message: the message that reported the fault.
     :param causes: as in :class:`MotionTimeoutError`.
     """
 
@@ -252,14 +252,14 @@ class ControllerFaultError(StagewireError):
 
 
 class TargetNotReachedError(StagewireError):
-    """A motion ended further from its target than the tolerance; nothing moves any more.
+    """A motion ended further from its target than the tolerance allows; it is not under way any more.
 
-    :param target: where it should have ended, in counts.
-    :param position: where it ended, in counts.
-    :param tolerance: in counts.
-    :param unit: such as ``mm``; empty where the scale of the position is unknown.
-    :param target_in_units: the target in that unit; None where the scale is unknown.
-    :param position_in_units: the position, likewise.
+    :param target: target in counts.
+    :param position: final position in counts.
+    :param tolerance: tolerance in counts.
+    :param unit: unit of the next two, such as ``mm``; empty if the scale of the position is unknown.
+    :param target_in_units: target in ``unit``; None if the scale is unknown.
+    :param position_in_units: final position in ``unit``; None if the scale is unknown.
     :param limits: names of the limit bits that were set, such as ``forward_hardware_limit``.
     :param end: the :class:`~stagewire.support.MotionEnd`.
     """
@@ -291,7 +291,7 @@ class TargetNotReachedError(StagewireError):
 class MotionStoppedError(StagewireError):
     """A motion was stopped before its end.
 
-    :param message: what the controller said.
+    :param message: the message in which the controller reported it.
     """
 
     def __init__(self, text: str, message: object = None) -> None:
@@ -300,15 +300,15 @@ class MotionStoppedError(StagewireError):
 
 
 class MotionUnderWayError(StagewireError):
-    """A motion is under way on this channel, or one may be; nothing was sent."""
+    """A motion is or may be under way on this channel; nothing was sent."""
 
 
 class WrongUnitError(StagewireError):
-    """The controller at the other end is another one than was named."""
+    """The connected controller is not the one that was named."""
 
 
 class WrongModeError(StagewireError):
-    """The controller expects another format now, such as lines of text; nothing was sent."""
+    """The controller is in another mode, such as one that expects lines of text; nothing was sent."""
 
 
 # Names of 0.1 for the same classes; see docs/reference/versioning.md.

@@ -1,7 +1,8 @@
-"""Protocols, their messages, and what carries a message: frames, commands and packets.
+"""Protocols, their messages, and the frames, commands and packets that carry messages.
 
-A generated package has one :class:`Protocol` of its framing (:class:`FramedProtocol`,
-:class:`CommandProtocol` or :class:`PacketProtocol`); :func:`load_protocol` finds those that are installed.
+A generated package has one :class:`Protocol`, which is a :class:`FramedProtocol`, a :class:`CommandProtocol`
+or a :class:`PacketProtocol`, depending on its framing. :func:`load_protocol` loads an installed protocol by
+name.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ __all__ = [
     "usable_protocols",
 ]
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {

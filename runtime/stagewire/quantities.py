@@ -1,8 +1,7 @@
 """Exact conversion between engineering units and the counts on the wire.
 
 A scale is a rational number, never a float: ``Scale.counts_per("mm", 20000)`` or
-``Scale.unit_per("us", 512, 5)``.
-Counts are rounded to the nearest integer, ties away from zero, on both sides of zero alike.
+``Scale.unit_per("us", 512, 5)``. Counts are rounded to the nearest integer. Ties are rounded away from zero.
 """
 
 from __future__ import annotations
@@ -38,12 +37,12 @@ _EXPONENT: Final = 3  # digits of an exponent
 def exact(value: Number) -> Fraction:
     """Return ``value`` as a fraction.
 
-    A float stands for the shortest decimal that prints like it, so 0.1 is one tenth and not the
-    binary number beside it. Raises :class:`BadValueError` for NaN, infinity, a bool, text that is
-    no number, and numbers that no quantity has: from 10**60 on, or with an exponent of four digits.
+    A float counts as the shortest decimal with the same repr, so 0.1 is exactly one tenth. Raise
+    :class:`BadValueError` for NaN, infinity, a bool, text that is not a number, and numbers too large for any
+    quantity: 10**60 or more, or an exponent with more than three digits.
     """
     if _is_vast(value):
-        raise BadValueError("the number is far beyond any range")
+        raise BadValueError("the number is too large for any range")
     if isinstance(value, bool):
         raise BadValueError(f"{value} is not a number")
     if isinstance(value, float):
@@ -55,14 +54,14 @@ def exact(value: Number) -> Fraction:
     except (ValueError, TypeError, OverflowError, ZeroDivisionError):
         raise BadValueError(f"{value!r} is not a number") from None
     if abs(number) >= _BEYOND:
-        raise BadValueError("the number is far beyond any range")
+        raise BadValueError("the number is too large for any range")
     return number
 
 
 def _is_vast(value: object) -> bool:
-    """Say whether a number has more digits than a program should spend time on.
+    """Return whether a number has too many digits to convert.
 
-    ``10**exponent`` is computed exactly: with a huge exponent that would stop every thread for minutes.
+    ``10**exponent`` is computed exactly, and a huge exponent would block every thread for minutes.
     """
     if isinstance(value, str):
         exponent = value.lower().partition("e")[2].strip().lstrip("+-")
@@ -73,19 +72,19 @@ def _is_vast(value: object) -> bool:
 
 
 def round_half_away(value: Fraction) -> int:
-    """Round to the nearest integer; a half goes away from zero."""
+    """Round to the nearest integer, and ties away from zero."""
     magnitude = math.floor(abs(value) + Fraction(1, 2))
     return magnitude if value >= 0 else -magnitude
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Scale:
-    """How many counts on the wire make one unit, as an exact rational.
+    """A scale: the number of counts on the wire in one engineering unit, as an exact fraction.
 
-    :param counts_per_unit: positive; counts for one ``unit``.
-    :param unit: the engineering unit, such as ``mm/s``.
-    :param printed: the factor as the document prints it, rounded perhaps; for the reader only.
-    :param source: where the factor comes from when it is not the document's.
+    :param counts_per_unit: counts in one ``unit``; positive.
+    :param unit: engineering unit, such as ``mm/s``.
+    :param printed: factor as printed in the document, possibly rounded; not used in conversions.
+    :param source: origin of the factor if it is not from the document.
 
     Raises :class:`~stagewire.errors.BadValueError` for a factor that is not positive.
     """
@@ -96,36 +95,36 @@ class Scale:
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse what is no scale."""
+        """Raise :class:`~stagewire.errors.BadValueError` for a factor that is not positive."""
         if self.counts_per_unit <= 0:
-            raise BadValueError(f"a scale is positive, not {self.counts_per_unit}")
+            raise BadValueError(f"a scale must be positive, not {self.counts_per_unit}")
 
     @classmethod
     def counts_per(
         cls, unit: str, numerator: int, denominator: int = 1, printed: str = "", source: str = ""
     ) -> Scale:
-        """Make the scale of ``numerator/denominator`` counts for one unit."""
+        """Return the scale of ``numerator/denominator`` counts per unit."""
         return cls(Fraction(numerator, denominator), unit, printed, source)
 
     @classmethod
     def unit_per(
         cls, unit: str, numerator: int, denominator: int = 1, printed: str = "", source: str = ""
     ) -> Scale:
-        """Make the scale of ``numerator/denominator`` units for one count."""
+        """Return the scale of ``numerator/denominator`` units per count."""
         return cls(Fraction(denominator, numerator), unit, printed, source)
 
     def to_counts(self, value: Number) -> int:
         """Convert from units to counts: exact factor, nearest integer, ties away from zero.
 
-        Raises :class:`~stagewire.errors.BadValueError` for what is no number. The counts may be
-        outside the range of a field; making the message refuses them.
+        Raise :class:`~stagewire.errors.BadValueError` for a value that is not a number. The range of the
+        field is checked later, when the message is created.
         """
         return round_half_away(exact(value) * self.counts_per_unit)
 
     def from_counts(self, counts: int) -> Fraction:
         """Convert from counts to units, exactly.
 
-        Raises :class:`~stagewire.errors.BadValueError` for what is no number.
+        Raise :class:`~stagewire.errors.BadValueError` for a value that is not a number.
         """
         return exact(counts) / self.counts_per_unit
 
@@ -135,13 +134,15 @@ class Scale:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class UnknownScale:
-    """A scale that no document states; every conversion raises :class:`UnknownScaleError`."""
+    """A scale that is not documented; every conversion raises :class:`UnknownScaleError`."""
 
     unit: str
     reason: str
 
     def _refuse(self) -> NoReturn:
-        raise UnknownScaleError(f"no scale in {self.unit} is known: {self.reason}; use raw counts")
+        raise UnknownScaleError(
+            f"the scale in {self.unit} is unknown: {self.reason}; use raw counts"
+        )
 
     def to_counts(self, value: Number) -> int:
         """Raise :class:`UnknownScaleError`."""
@@ -159,9 +160,9 @@ class UnknownScale:
 class Limit:
     """A limit of a stage.
 
-    :param value: exact, in ``unit``.
+    :param value: exact value in ``unit``.
     :param unit: ``mm``, ``mm/s`` or ``mm/s^2``.
-    :param source: where the value comes from, for people.
+    :param source: origin of the value, for messages.
     """
 
     value: Fraction
@@ -170,10 +171,10 @@ class Limit:
 
     @classmethod
     def of(cls, value: Number, unit: str, source: str) -> Limit:
-        """Make a limit; raises :class:`~stagewire.errors.BadValueError` for a value that is not positive."""
+        """Return a limit; raise :class:`~stagewire.errors.BadValueError` for a value that is not positive."""
         number = exact(value)
         if number <= 0:
-            raise BadValueError(f"a limit is above 0, not {value}")
+            raise BadValueError(f"a limit must be above 0, not {value}")
         return cls(number, unit, source)
 
     def __repr__(self) -> str:
@@ -182,9 +183,9 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class UnknownLimit:
-    """A limit that no source states; what it would limit is not checked.
+    """A limit that is not documented, and so is not checked.
 
-    :param reason: for people.
+    :param reason: why it is unknown, for messages.
     """
 
     reason: str
@@ -192,14 +193,14 @@ class UnknownLimit:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Stage:
-    """A stage: its scales on each controller that the registry knows it on, and its limits.
+    """A stage: its limits, and its scales on each controller in the registry that drives it.
 
-    One that the registry does not know is made by :meth:`of_user`.
+    Use :meth:`of_user` to describe a stage that is not in the registry.
 
-    :param scales: controller -> quantity -> scale.
-    :param controllers: controller -> the units that it stands for.
-    :param by_user: whether its scales are those of a user, who answers for them on any controller.
-    :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> the limit; unknown if missing.
+    :param scales: controller family -> quantity -> scale.
+    :param controllers: controller family -> units of the family.
+    :param by_user: whether a user defined the scales; they then apply on every controller.
+    :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> limit; missing limits are unknown.
     """
 
     name: str
@@ -220,17 +221,17 @@ class Stage:
         max_acceleration_mm_per_s2: Number | None = None,
         **scales: Scale,
     ) -> Stage:
-        """Make a stage that the registry does not know, with scales by quantity.
+        """Return a stage that is not in the registry, with its scales by quantity.
 
-        ``Stage.of_user("rotary", position=Scale.counts_per("mm", 1919))``: the quantities are those of the
-        registry, such as ``position``, ``velocity`` and ``acceleration``, and so are their units.
+        ``Stage.of_user("rotary", position=Scale.counts_per("mm", 1919))`` is an example. Quantities, such as
+        ``position``, ``velocity`` and ``acceleration``, and their units are those of the registry.
 
-        :param travel_mm: its length, from one end to the other.
-        :param max_velocity_mm_per_s: the highest velocity that may be set.
-        :param max_acceleration_mm_per_s2: the highest acceleration that may be set.
+        :param travel_mm: length of the travel, from one end to the other.
+        :param max_velocity_mm_per_s: maximum velocity.
+        :param max_acceleration_mm_per_s2: maximum acceleration.
 
-        A limit that is left out is unknown, and is not checked. Raises
-        :class:`~stagewire.errors.BadValueError` for a limit that is not positive.
+        A limit that is left out is not checked. Raise :class:`~stagewire.errors.BadValueError` for a limit
+        that is not positive.
         """
         stated = {
             "travel": (travel_mm, "mm"),
@@ -238,23 +239,23 @@ class Stage:
             "max_acceleration": (max_acceleration_mm_per_s2, "mm/s^2"),
         }
         limits = {
-            limit: Limit.of(value, unit, "a stage of yours")
+            limit: Limit.of(value, unit, "your own stage")
             for limit, (value, unit) in stated.items()
             if value is not None
         }
         own: dict[str, Mapping[str, Scale | UnknownScale]] = {"": dict(scales)}
-        return cls(name, "a stage of yours", 0, own, {"": ()}, by_user=True, limits=limits)
+        return cls(name, "your own stage", 0, own, {"": ()}, by_user=True, limits=limits)
 
     def is_known_on(self, controller: str) -> bool:
-        """Say whether the registry has scales of the stage on a controller (a group, or a unit of it)."""
+        """Return whether the registry has scales of the stage on a controller (a family or a unit)."""
         return any(
             controller == group or controller in units for group, units in self.controllers.items()
         )
 
     def scale(self, quantity: str, controller: str) -> Scale | UnknownScale:
-        """Return the scale of ``quantity`` on ``controller`` (its family, or a unit of it).
+        """Return the scale of ``quantity`` on ``controller`` (a family or a unit).
 
-        Raises :class:`UnknownScaleError` when the registry has none; nothing is guessed.
+        Raise :class:`UnknownScaleError` if the registry does not state it. Scales are never guessed.
         """
         for family, scales in self.scales.items():
             if self.by_user or controller == family or controller in self.controllers[family]:
@@ -262,10 +263,12 @@ class Stage:
                     return scales[quantity]
                 known = ", ".join(sorted(scales))
                 raise UnknownScaleError(
-                    f"{quantity} of {self.name} on {controller} is not known (known: {known})"
+                    f"the scale of {quantity} of {self.name} on {controller} is unknown (known: {known})"
                 )
         known = ", ".join(sorted(self.scales))
-        raise UnknownScaleError(f"{self.name} on {controller} is not known (known on: {known})")
+        raise UnknownScaleError(
+            f"the scales of {self.name} on {controller} are unknown (known on: {known})"
+        )
 
     def __repr__(self) -> str:
         return f"<Stage {self.name}: {self.title}>"

@@ -1,11 +1,11 @@
 """The one module of the runtime that generated packages import.
 
 :data:`VERSION` counts its incompatible changes. A generated package states the version that it was made for
-(:func:`require`). A runtime that does not offer it refuses to load the package and says what to do.
-Names are only added within a version. ``docs/reference/versioning.md`` says how long a version is kept.
+(:func:`require`). A runtime with another version refuses to load the package and says what to do. Within a
+version, names are only added. See ``docs/reference/versioning.md`` for how long a version is supported.
 
-A name is imported when it is first used: a package of messages does not load sessions or device classes. The
-device classes for asyncio begin with ``Async``; a package imports them under their plain names.
+A name is imported on first use, so a package of messages does not load sessions or device classes. The names
+of device classes for asyncio begin with ``Async`` here; a package imports them without this prefix.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ __all__ = [
 VERSION: Final = 1
 """The version of this module."""
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {
@@ -228,12 +228,13 @@ if not TYPE_CHECKING:  # else any name would be taken for one of these
 
 
 def require(version: int) -> None:
-    """Refuse to load a generated package that needs another version of this module.
+    """Raise :class:`~stagewire.errors.SupportVersionError` if a package requires another version.
 
-    Raises :class:`~stagewire.errors.SupportVersionError`.
+    Generated packages call this function when they are loaded.
     """
     if version != VERSION:
         raise SupportVersionError(
-            f"this package needs version {version} of stagewire.support, the installed stagewire has version "
-            f"{VERSION}: {'upgrade stagewire' if version > VERSION else 'generate the package again'}"
+            f"this package requires version {version} of stagewire.support, but the installed stagewire "
+            f"has version {VERSION}; "
+            f"{'upgrade stagewire' if version > VERSION else 'generate the package again'}"
         )

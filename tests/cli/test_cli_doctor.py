@@ -26,8 +26,8 @@ def test_nothing_is_plugged_in(stagewire: Stagewire) -> None:
     result = stagewire("doctor")
     assert result.code == 1
     first, advice = result.out.splitlines()
-    assert first.startswith("WRONG  USB: no controller is plugged in")
-    assert advice.startswith("       see that it is switched on")
+    assert first.startswith("WRONG  USB: no controller found")
+    assert advice.startswith("       check that it is switched on")
 
 
 def test_all_is_well(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -52,7 +52,7 @@ def test_a_controller_that_answers(stagewire: Stagewire) -> None:
 def test_a_controller_that_is_another_one(stagewire: Stagewire) -> None:
     result = stagewire("doctor", "virtual://TDC001", "--unit", "tst001")
     assert result.code == 1
-    assert "another unit answers: TDC001" in result.out
+    assert "the wrong unit answers: TDC001" in result.out
 
 
 @pytest.mark.parametrize(

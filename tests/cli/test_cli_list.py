@@ -27,7 +27,7 @@ def test_controllers_and_other_ports(stagewire: Stagewire, monkeypatch: pytest.M
 def test_a_newer_controller_is_named(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
     show(monkeypatch, linux("/dev/ttyUSB0", "27250000"))
     said = stagewire("list").out
-    assert "KDC101: known, not in Issue 3; messages of TDC001 apply where they are the same" in said
+    assert "KDC101: not in Issue 3; uses the messages of TDC001, which may differ" in said
 
 
 def test_for_programs(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:

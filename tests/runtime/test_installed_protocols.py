@@ -1,4 +1,4 @@
-"""Protocols that are installed: by whom, twice, and broken."""
+"""Installed protocols: their packages, duplicates, and broken packages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Install = Callable[[str, str, str], None]
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
-    """Install a distribution whose package holds some code and brings the protocol ``orbit``."""
+    """Return a function that installs a package with some code for the protocol ``orbit``."""
 
     def make(distribution: str, package: str, code: str) -> None:
         folder = tmp_path / distribution
@@ -34,14 +34,14 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
     return make
 
 
-def test_one_package(install: Install) -> None:
+def test_a_protocol_of_one_package_is_loaded(install: Install) -> None:
     assert "orbit" not in available_protocols()
     install("orbit-one", "orbit_one", "from stagewire_ms2000 import PROTOCOL\n")
     assert "orbit" in available_protocols()
     assert load_protocol("orbit") is load_protocol("asi_ms2000")
 
 
-def test_two_packages_with_one_protocol(install: Install) -> None:
+def test_a_protocol_of_two_packages_is_refused(install: Install) -> None:
     install("orbit-two", "orbit_two", "PROTOCOL = 2\n")
     install("orbit-one", "orbit_one", "PROTOCOL = 1\n")
     assert available_protocols().count("orbit") == 1
@@ -51,12 +51,13 @@ def test_two_packages_with_one_protocol(install: Install) -> None:
         "the protocol orbit is brought by the package orbit_one (installed as orbit-one) and by the "
         "package orbit_two (installed as orbit-two); uninstall all but one"
     )
-    assert isinstance(caught.value, UnknownProtocolError)  # whoever handles that one is safe
-    assert load_protocol("thorlabs_apt").name == "thorlabs_apt"  # the others go on working
+    assert isinstance(
+        caught.value, UnknownProtocolError
+    )  # so that handlers of the base class catch it
+    assert load_protocol("thorlabs_apt").name == "thorlabs_apt"  # other protocols still work
 
 
-def test_one_package_by_two_distributions(install: Install) -> None:
-    """It is one package, whoever brought it."""
+def test_one_package_in_two_distributions_is_accepted(install: Install) -> None:
     install("orbit-one", "orbit_one", "from stagewire_ms2000 import PROTOCOL\n")
     install("orbit-again", "orbit_one", "from stagewire_ms2000 import PROTOCOL\n")
     assert load_protocol("orbit") is load_protocol("asi_ms2000")
@@ -71,7 +72,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("code", BROKEN)
-def test_a_package_that_cannot_be_imported(install: Install, code: str) -> None:
+def test_a_package_that_cannot_be_imported_is_refused(install: Install, code: str) -> None:
     install("orbit-broken", "orbit_broken", code)
     with pytest.raises(UnusableProtocolError) as caught:
         load_protocol("orbit")
@@ -84,7 +85,7 @@ def test_a_package_that_cannot_be_imported(install: Install, code: str) -> None:
     assert said.endswith("; make it again with the stagewire that is installed, or uninstall it")
 
 
-def test_a_package_without_a_protocol(install: Install) -> None:
+def test_a_package_without_a_protocol_is_refused(install: Install) -> None:
     install("orbit-other", "orbit_other", "PROTOCOL = 5\n")
     with pytest.raises(UnusableProtocolError) as caught:
         load_protocol("orbit")
@@ -104,7 +105,7 @@ COMMANDS = {
 
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("code", ["import nothing_of_this_name\n", "PROTOCOL = 5\n"])
-def test_the_command_goes_on_without_it(
+def test_the_command_leaves_out_a_broken_protocol(
     install: Install, capsys: pytest.CaptureFixture[str], command: str, code: str
 ) -> None:
     install("orbit-broken", "orbit_broken", code)
@@ -117,7 +118,7 @@ def test_the_command_goes_on_without_it(
     assert err.count("\n") == 1
 
 
-def test_what_needs_all_or_this_one_does_not(
+def test_commands_that_need_a_broken_protocol_fail(
     install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
     install("orbit-broken", "orbit_broken", "PROTOCOL = 5\n")

@@ -1,4 +1,4 @@
-"""The public names of the runtime: a change of ``public_names.json`` is a change of the interface."""
+"""The public names of the runtime. A change of ``public_names.json`` changes the public interface."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ NAMES: dict[str, list[str]] = json.loads(
 PUBLIC = [(module, name) for module, names in NAMES.items() for name in names]
 
 
-def test_the_public_modules() -> None:
+def test_the_public_modules_are_listed() -> None:
     found = {f"stagewire.{module.name}" for module in pkgutil.iter_modules(stagewire.__path__)}
     assert {name for name in found if "._" not in name} == NAMES.keys() - {"stagewire"}
 
 
 @pytest.mark.parametrize("module", NAMES)
-def test_the_public_names(module: str) -> None:
+def test_the_public_names_are_listed(module: str) -> None:
     names = importlib.import_module(module).__all__
     assert sorted(names) == NAMES[module]
     assert len(set(names)) == len(names)
@@ -48,22 +48,22 @@ def test_every_public_name_has_a_docstring(module: str, name: str) -> None:
 
 
 @pytest.mark.parametrize("module", NAMES)
-def test_other_names_are_not_there(module: str) -> None:
+def test_unknown_names_raise_attribute_error(module: str) -> None:
     with pytest.raises(AttributeError, match=rf"module '{module}' has no attribute 'Nonsense'"):
         _ = importlib.import_module(module).Nonsense
 
 
 @pytest.mark.parametrize("name", ["Scale", "Stage", "UnknownScale"])
-def test_names_of_quantities(name: str) -> None:
+def test_names_of_quantities_are_exported_at_the_top(name: str) -> None:
     assert getattr(stagewire, name) is getattr(quantities, name)
 
 
-def test_classes_that_were_renamed_keep_their_old_names() -> None:
+def test_renamed_classes_keep_their_old_names() -> None:
     assert columns.Place is columns.Field
     assert links.LineSettings is links.LinkSettings
 
 
-def test_a_name_may_be_published_under_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lazy_name_can_have_another_name_in_its_module(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(quantities, "Rate", None, raising=False)
     load = _lazy.lazy("stagewire.quantities", {"quantities": "Scale=Rate Stage"})
     assert load("Rate") is quantities.Scale
@@ -74,10 +74,10 @@ def test_the_version_is_that_of_the_distribution() -> None:
     assert stagewire.__version__ == metadata.version("stagewire")
 
 
-# What generated packages need
+# The version that generated packages require
 
 
-def test_the_version_that_is_offered() -> None:
+def test_the_current_version_is_accepted() -> None:
     support.require(support.VERSION)
 
 
@@ -85,13 +85,13 @@ def test_the_version_that_is_offered() -> None:
     ("version", "advice"),
     [(support.VERSION + 1, "upgrade stagewire"), (0, "generate the package again")],
 )
-def test_another_version(version: int, advice: str) -> None:
-    wrong = rf"needs version {version} of stagewire\.support, .* has version \d+: {advice}"
+def test_another_version_is_refused(version: int, advice: str) -> None:
+    wrong = rf"requires version {version} of stagewire\.support, .* has version \d+; {advice}"
     with pytest.raises(SupportVersionError, match=wrong):
         support.require(version)
 
 
 @pytest.mark.parametrize("package", ["stagewire_apt", "stagewire_ms2000"])
-def test_packages_state_the_version_they_need(package: str) -> None:
+def test_generated_packages_state_the_version_that_they_require(package: str) -> None:
     messages = importlib.import_module(f"{package}.messages")
     assert f"\n_require({support.VERSION})\n" in Path(str(messages.__file__)).read_text("utf-8")

@@ -1,4 +1,4 @@
-"""The half of the library for threads is what is generated from the asyncio half."""
+"""The half of the library for threads is generated from the half for asyncio."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ def unasync() -> ModuleType:
     return tool
 
 
-def test_the_modules_for_threads_have_not_drifted(unasync: ModuleType) -> None:
+def test_the_modules_for_threads_are_up_to_date(unasync: ModuleType) -> None:
     drifted = [str(module.relative_to(ROOT)) for module in unasync.drift()]
     assert not drifted, (
-        f"{', '.join(drifted)}: not what is generated from the asyncio half; change that half, then run "
-        f"`{unasync.COMMAND}` ({sys.executable} has the ruff that formats the modules)"
+        f"{', '.join(drifted)} differ from the modules generated from the asyncio half; edit that half, "
+        f"then run `{unasync.COMMAND}` with {sys.executable}, which has the right version of ruff"
     )
 
 
-def test_nothing_asynchronous_is_left(unasync: ModuleType) -> None:
+def test_the_modules_for_threads_contain_no_asynchronous_words(unasync: ModuleType) -> None:
     for _, copy in unasync.pairs():
         text = copy.read_text(encoding="utf-8")
         assert text.startswith("# Generated from ")
@@ -40,7 +40,7 @@ def test_nothing_asynchronous_is_left(unasync: ModuleType) -> None:
         assert left == [], copy.name
 
 
-def test_a_passage_that_does_not_occur_is_an_error(
+def test_a_passage_that_does_not_occur_raises_an_error(
     unasync: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source, _ = next(unasync.pairs())
@@ -50,13 +50,13 @@ def test_a_passage_that_does_not_occur_is_an_error(
         unasync.generated(source)
 
 
-def test_every_word_occurs(unasync: ModuleType) -> None:
+def test_every_replaced_word_occurs_in_a_source(unasync: ModuleType) -> None:
     texts = [source.read_text(encoding="utf-8") for source, _ in unasync.pairs()]
     unused = [word for word, _ in unasync.WORDS if not any(re.search(word, text) for text in texts)]
     assert unused == []
 
 
-def test_a_change_of_the_source_and_a_copy_without_source_are_seen(
+def test_a_changed_source_and_a_copy_without_a_source_are_reported(
     unasync: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     (tmp_path / "a").mkdir()

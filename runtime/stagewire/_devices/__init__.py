@@ -1,13 +1,12 @@
 """The base of generated device classes: open a controller, call it in its units, wait for its motion.
 
-A generated package describes its units by data (:mod:`~stagewire._devices.unit`) and its calls by tables
-(:mod:`~stagewire._devices.tables`). The code here works on them and knows no message.
+A generated package describes its units with data (:mod:`~stagewire._devices.unit`) and its calls with tables
+(:mod:`~stagewire._devices.tables`). The code here interprets them and is independent of any protocol.
 
-From a call to the wire, in order: the keywords of a user become fields
-(:mod:`~stagewire._devices.arguments`), by scales that belong to the stage and the settings of one channel
-(:mod:`~stagewire._devices.scales`); a motion is compared with the travel
-(:mod:`~stagewire._devices.limits`); the message goes to the session, and the reply becomes values
-(:mod:`~stagewire._devices.values`).
+A call runs in these steps. Its keywords become fields (:mod:`~stagewire._devices.arguments`), using the
+scales of the stage and the settings of the channel (:mod:`~stagewire._devices.scales`). Motions are compared
+with the travel (:mod:`~stagewire._devices.limits`). The session sends the message, and the reply becomes
+values (:mod:`~stagewire._devices.values`).
 
-Calls, motions and the classes for users are in ``asynchronous``; ``synchronous`` is generated from it.
+Calls, motions and the base classes of devices are in ``asynchronous``; ``synchronous`` is generated from it.
 """

@@ -1,11 +1,11 @@
-"""From the keywords of a call to the fields of a message, checked before a byte is made.
+"""Convert and check the keywords of a call before its message is encoded.
 
-Of each value exactly one keyword is given: the counts, or the value in units. A number in units is exact
-(:func:`stagewire.quantities.exact`) and rounded to the nearest count. A quantity of pint is taken where it
+Exactly one keyword gives each value, in counts or in units. A number in units is exact
+(:func:`stagewire.quantities.exact`) and rounded to the nearest count. Quantities of pint are accepted if they
 can be converted to the unit of the keyword; pint itself is never imported.
 
-A value with named choices is given as a member, as a name in any case, or as an integer. Where the list of
-choices is complete, nothing else is sent.
+A value with named choices is a member, a name in any case, or an integer. If the list of choices is complete,
+other values are refused.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ def fields_of(
 ) -> dict[str, Any]:
     """Return the fields that a user gave, in counts.
 
-    :param what: the call, for errors.
-    :param given: keyword -> value; None is not given.
-    :param some: whether values may be left out, but not all of them.
+    :param what: name of the call, for messages.
+    :param given: keyword -> value; None means missing.
+    :param some: whether one value is enough.
 
-    Raises :class:`~stagewire.errors.MissingFieldError`, :class:`~stagewire.errors.OutOfRangeError`,
+    Raise :class:`~stagewire.errors.MissingFieldError`, :class:`~stagewire.errors.OutOfRangeError`,
     :class:`~stagewire.errors.BadValueError` and :class:`~stagewire.errors.UnknownScaleError`.
     """
     fields: dict[str, Any] = {}
@@ -45,7 +45,7 @@ def fields_of(
         used = [keyword for keyword in entry.keywords if given.get(keyword) is not None]
         if len(used) > 1:
             raise BadValueError(
-                f"{what}: {' and '.join(used)} are the same value; give one of them"
+                f"{what}: {' and '.join(used)} set the same value; use only one of them"
             )
         if not used:
             missing.append(entry)
@@ -55,38 +55,38 @@ def fields_of(
             fields[entry.field] = _converted(what, entry, used[0], given[used[0]], scales)
     if missing and not (some and fields):
         lacking = ", ".join(" or ".join(entry.keywords) for entry in missing)
-        raise MissingFieldError(f"{what} lacks {'at least one of ' if some else ''}{lacking}")
+        raise MissingFieldError(f"{what} requires {'at least one of ' if some else ''}{lacking}")
     return fields
 
 
 def in_unit(value: object, unit: str, keyword: str) -> Number:
-    """Return the number that ``value`` is in ``unit``.
+    """Return ``value`` as a number in ``unit``.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what is none.
+    Raise :class:`~stagewire.errors.BadValueError` for a value that is not a number or has another dimension.
     """
     convert = getattr(value, "to", None)
     if callable(convert) and hasattr(value, "magnitude"):
         try:
             value = convert(unit).magnitude
         except Exception as error:  # of pint, which is not imported here
-            raise BadValueError(f"{keyword} is in {unit}: {error}") from None
+            raise BadValueError(f"{keyword} must be in {unit}: {error}") from None
     if hasattr(value, "item") and not hasattr(value, "__len__"):  # a number of NumPy
         value = value.item()
     try:
-        exact(value)  # type: ignore[arg-type]  # it says what it does not take
+        exact(value)  # type: ignore[arg-type]  # exact checks the type
     except BadValueError as error:
-        raise BadValueError(f"{keyword} takes a number in {unit}: {error}") from None
+        raise BadValueError(f"{keyword} must be a number in {unit}: {error}") from None
     return value  # type: ignore[return-value]
 
 
 def number_of(choices: Named | None, value: object, modifiers: int = 0) -> int | None:
-    """Return the number that a member, a name or an integer stands for; None for anything else.
+    """Return the number of a member, a name or an integer; None for anything else.
 
-    Names of bits are joined by ``|``, and so is the name of a value with those of its modifiers. An integer
-    of NumPy is an integer; a bool is not, nor is a member of another table.
+    Join several names by ``|``: bits, or a value of an enumeration and its modifiers. Integers of NumPy are
+    accepted; bools and members of other tables are not.
 
-    :param choices: the class that has the names; None where only integers are accepted.
-    :param modifiers: the values of an enumeration that may be added to another, as a mask.
+    :param choices: class with the names; None to accept only integers.
+    :param modifiers: mask of the values of an enumeration that can be combined with another value.
     """
     if isinstance(value, str):
         return None if choices is None else _by_name(choices, value, modifiers)
@@ -101,11 +101,11 @@ def number_of(choices: Named | None, value: object, modifiers: int = 0) -> int |
 
 
 def check_held(entry: Given, value: object) -> None:
-    """Raise for a value that a controller holds and a complete list of choices does not contain.
+    """Raise an error for a stored value of a controller that is missing from a complete list of choices.
 
-    Unknown bits are left alone: they are written back as they came.
+    Unknown bits are accepted and written back unchanged.
 
-    Raises :class:`~stagewire.errors.OutOfRangeError`.
+    Raise :class:`~stagewire.errors.OutOfRangeError`.
     """
     table = entry.choices
     if table is None or entry.open or issubclass(table, Flags):
@@ -115,7 +115,7 @@ def check_held(entry: Given, value: object) -> None:
 
 
 def _checked(what: str, entry: Given, value: object) -> object:
-    """Return a raw value; of a number the range is checked here, so that nothing is asked before."""
+    """Return a raw value; check the range of a number before anything is sent."""
     if entry.minimum is None or entry.maximum is None:
         return value
     table = entry.choices
@@ -127,11 +127,12 @@ def _checked(what: str, entry: Given, value: object) -> object:
         raise error(_not_listed(f"{what} {entry.keyword}", entry, table, value))
     if number is None:
         raise BadValueError(
-            f"{what}: {entry.keyword} takes an integer from {entry.minimum} to {entry.maximum}, not {value!r}"
+            f"{what}: {entry.keyword} must be an integer from {entry.minimum} to {entry.maximum}, "
+            f"not {value!r}"
         )
     if not entry.minimum <= number <= entry.maximum:
         raise OutOfRangeError(
-            f"{what}: {entry.keyword} takes {entry.minimum} to {entry.maximum} (raw counts), not {number}"
+            f"{what}: {entry.keyword} must be {entry.minimum} to {entry.maximum} (raw counts), not {number}"
         )
     return number
 
@@ -143,7 +144,7 @@ def _by_name(choices: Named, text: str, modifiers: int) -> int | None:
         return None
     numbers = [known[part] for part in parts]
     if issubclass(choices, Enumeration) and sum(not n & modifiers for n in numbers) != 1:
-        return None  # two values of an enumeration never make a third
+        return None  # an enumeration has one value; only modifiers can be added
     return reduce(operator.or_, numbers)
 
 
@@ -161,7 +162,7 @@ def _is_listed(entry: Given, table: Named, number: int) -> bool:
 
 
 def _not_listed(name: str, entry: Given, table: Named, value: object) -> str:
-    """Return what is wrong with a choice, and all choices; where a number was given, with their numbers."""
+    """Return a message with all valid choices; if a number was given, with their numbers."""
     named = isinstance(value, str)
     listed: list[str] = []
     added: list[str] = []
@@ -172,7 +173,7 @@ def _not_listed(name: str, entry: Given, table: Named, value: object) -> str:
     if issubclass(table, Flags):
         text += ", or several of them joined by |"
     if added:
-        text += f", alone or with {', '.join(added)} added by |"
+        text += f", optionally joined with {', '.join(added)} by |"
     if entry.open:
         text += f", nor an integer from {entry.minimum} to {entry.maximum}"
     given = repr(value)
@@ -197,6 +198,6 @@ def _refuse(
 ) -> NoReturn:
     low, high = (float(scale.from_counts(end)) for end in (minimum, maximum))
     raise OutOfRangeError(
-        f"{name} takes {low:.10g} to {high:.10g} {scale.unit}, not {number} "
-        f"({counts} counts, where {minimum} to {maximum} fit)"
+        f"{name} must be {low:.10g} to {high:.10g} {scale.unit}, not {number} "
+        f"({counts} counts; the field holds {minimum} to {maximum})"
     )

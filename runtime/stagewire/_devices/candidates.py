@@ -1,8 +1,8 @@
-"""Which units a controller may be, by its serial number and the model that it reports.
+"""Find the units that a controller may be, from its serial number and the model that it reports.
 
-One rule, for devices that are opened and for controllers that are discovered. The prefix of the serial number
-names the units that share it; the reported model chooses among them. A serial number and a model that do not
-belong together name nobody.
+The same rule is used for opening and for discovery. The prefix of the serial number selects the units that
+share it, and the reported model chooses among them. A serial number and a model that contradict each other
+match no unit.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from dataclasses import dataclass
 from typing import Final
 
 DIGITS: Final = 1_000_000
-"""A serial number is a prefix, and six more digits."""
+"""A serial number is a prefix followed by six digits."""
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """A unit of a document, or an alias: a unit that is newer than the document.
 
-    :param name: such as ``BSC203``.
-    :param unit: the unit whose messages it takes, itself or another one; None where none is known.
-    :param prefixes: of its serial numbers; empty where none is known.
-    :param reported_as: models that it reports besides its name.
-    :param kinships: facts such as its family; two units that have one in common may share prefixes.
+    :param name: name, such as ``BSC203``.
+    :param unit: unit whose messages it supports, possibly itself; None if unknown.
+    :param prefixes: prefixes of its serial numbers; empty if unknown.
+    :param reported_as: models that it may report, in addition to its name.
+    :param kinships: facts such as its family; units with a fact in common may share prefixes.
     """
 
     name: str
@@ -33,11 +33,11 @@ class Candidate:
     kinships: tuple[object, ...] = ()
 
     def reports(self, model: str) -> bool:
-        """Say whether it is known to report a model."""
+        """Return whether it is known to report a model."""
         return model == self.name or model in self.reported_as
 
     def may_share_prefixes_of(self, owners: Sequence[Candidate]) -> bool:
-        """Say whether its own prefix is unknown, and may be that of a documented unit among these."""
+        """Return whether its prefix is unknown and may be that of a documented unit among ``owners``."""
         return not self.prefixes and any(
             owner.name == owner.unit and not set(self.kinships).isdisjoint(owner.kinships)
             for owner in owners
@@ -45,30 +45,29 @@ class Candidate:
 
 
 def clean_model(model: str | bytes) -> str:
-    """Return a model as it is compared: up to the first NUL, without blanks around it."""
+    """Return a model for comparison: up to the first NUL, without surrounding blanks."""
     text = model.decode("latin-1") if isinstance(model, bytes) else model
     return text.partition("\0")[0].strip()
 
 
 def owners(known: Iterable[Candidate], serial_number: int) -> list[Candidate]:
-    """Return everything whose serial numbers are known to begin as this one."""
+    """Return the candidates that are known to have this prefix of serial numbers."""
     return [one for one in known if serial_number // DIGITS in one.prefixes]
 
 
 def reported_by(known: Iterable[Candidate], model: str) -> list[Candidate]:
-    """Return everything that is known to report a model."""
+    """Return the candidates that are known to report a model."""
     return [one for one in known if one.reports(model)]
 
 
 def candidates(known: Sequence[Candidate], serial_number: int, model: str) -> list[Candidate]:
-    """Return everything that a controller may be; nothing where its number and model contradict each other.
+    """Return everything that a controller may be; empty if its number and model contradict each other.
 
     :param known: every unit and alias of the protocol.
-    :param model: as :func:`clean_model` returns it; empty where the controller reports none.
+    :param model: result of :func:`clean_model`; empty if the controller reports none.
 
-    Nothing is returned for a prefix that nobody has either, unless the model is that of a unit whose prefix
-    is unknown. A unit of another prefix that takes the same messages, by its model, contradicts nothing and
-    decides nothing: the controller may be that unit or one of the prefix.
+    An unknown prefix matches only a model whose unit has no known prefix. If the model is that of a unit with
+    another prefix but the same messages, the controller may be this unit or one with the prefix.
     """
     of_prefix = owners(known, serial_number)
     if not model:

@@ -1,4 +1,4 @@
-"""One open controller: what is known of it, what moves on it, and the settings that it reported."""
+"""The state of one open controller: its identity, its motions, and the settings that it reported."""
 
 from __future__ import annotations
 
@@ -25,55 +25,55 @@ _log = logging.getLogger("stagewire")
 
 
 Place: TypeAlias = tuple[int, int | None]
-"""An address, or an axis, and a channel."""
+"""Address (or axis) and channel."""
 
 Name: TypeAlias = int | str | tuple[int, int]
-"""How a user names a place: channel or bay by number, axis by name, channel of a bay by both."""
+"""How a user names a place: channel or bay by number, axis by name, channel in a bay by two numbers."""
 
 
 _NO_LIMITS = Limits(None, {}, {})
-"""Of what moves nothing, such as the motherboard of a rack."""
+"""Limits of a part that moves nothing, such as the motherboard of a rack."""
 
 
 _PLAIN: Final = {"baudrate": 9600, "rtscts": False}
-"""The link to a controller of commands: the slowest of its rates, and no handshake."""
+"""Link options for controllers of commands: their lowest baud rate, and no handshake."""
 
 
 class Transport(Protocol):
-    """The session below, as far as no call of it waits."""
+    """The part of a transport that never waits."""
 
     now: Callable[[], float]
 
     def heard(self) -> list[tuple[int, Message]]:
-        """Return the unsolicited messages since the last time, and who sent them."""
+        """Return the unsolicited messages since the last call, with their source addresses."""
 
 
 T = TypeVar("T", bound=Transport)
 
 
 class Connection(Generic[T]):
-    """What all parts of one device share; it outlives the link, which may be opened again.
+    """State that all parts of one device share; it outlives the link, which may be reopened.
 
-    :param facts: of the protocol.
-    :param unit: that the user named.
-    :param url: of the line, for people.
-    :param choices: of the user.
-    :param places: the channels, bays or axes that a stage can stand on, and how the user names them.
-    :param addresses: of everything that answers, the device itself first.
+    :param facts: data of the generated package.
+    :param unit: unit that the user named.
+    :param url: URL of the line, for messages.
+    :param choices: options of the user.
+    :param places: channels, bays or axes that can have a stage -> how the user names them.
+    :param addresses: all addresses that answer, that of the device first.
 
-    Raises :class:`~stagewire.errors.UnknownScaleError` for a stated limit or tolerance that nothing can be
-    compared with.
+    Raise :class:`~stagewire.errors.UnknownScaleError` for a limit or tolerance of the user that cannot be
+    checked.
     """
 
     transport: T
     info: Values[Any] | None
-    """What the controller says that it is; None where it was not asked."""
+    """The identity that the controller reported; None if it was not asked."""
     broken_at: float | None = None
-    """When the line before this one was lost, if it was; see :attr:`.Driver.broken_at`."""
+    """When the previous line was lost, if it was; see :attr:`.Driver.broken_at`."""
     serial_number: int | None = None
-    """That of the controller, since it was first asked for."""
+    """Serial number of the controller; None until it is read."""
     names: tuple[str, ...]
-    """What the controller is, or may be where that is not certain: units and aliases, whose scales hold."""
+    """Units and aliases that the controller may be; they determine the scales."""
 
     def __init__(
         self,
@@ -109,7 +109,7 @@ class Connection(Generic[T]):
         self._check_limits()
 
     def forget(self) -> None:
-        """Forget what the controller said, before it is asked again on another line."""
+        """Forget what the controller reported, before it is read again on another line."""
         self.motions.leave()
         self.info = None
         unit, choices = self.unit, self.choices
@@ -126,7 +126,7 @@ class Connection(Generic[T]):
             if value is not None:
                 self._bare = self._bare.told(
                     setting,
-                    ToldValue(value, self.facts.settings[setting].unit, f"as {option} says"),
+                    ToldValue(value, self.facts.settings[setting].unit, f"set by {option}"),
                 )
         self._scales = {
             place: replace(self._bare, stage=choices.stage_of(name))
@@ -134,10 +134,10 @@ class Connection(Generic[T]):
         }
 
     def identified(self, names: tuple[str, ...]) -> None:
-        """Use the scales of what the controller is, or may be.
+        """Use the scales of the units or aliases that the controller may be.
 
-        Raises :class:`~stagewire.errors.UnknownScaleError` where positions have none on it and a travel was
-        given.
+        Raise :class:`~stagewire.errors.UnknownScaleError` for a given travel if their positions have no
+        scale.
         """
         self.names = names
         self._bare = replace(self._bare, names=names)
@@ -148,11 +148,11 @@ class Connection(Generic[T]):
 
     @property
     def aliases(self) -> list[Alias]:
-        """What the controller is, or may be, of what is newer than the document."""
+        """The aliases, newer than the document, that the controller may be."""
         return [self.facts.aliases[name] for name in self.names if name in self.facts.aliases]
 
     def _check_limits(self) -> None:
-        """Raise for a limit of the user that could be compared with nothing."""
+        """Raise an error for a limit of the user that cannot be checked."""
         unit = self.unit
         has_status = unit.status_query is not None
         for place, limits in self._limits.items():
@@ -165,7 +165,7 @@ class Connection(Generic[T]):
             )
 
     def warn_of_motions(self) -> None:
-        """Log what may still move, since the line is lost and no stop can be sent."""
+        """Log the motions that may still be under way on a lost line, where no stop can be sent."""
         if moving := self.motions.described():
             _log.warning(
                 "%s: the line is lost and no stop was sent; may still be moving: %s",
@@ -174,20 +174,20 @@ class Connection(Generic[T]):
             )
 
     def last_words(self) -> bytes:
-        """Return what is to be said before the line is closed, by a signal handler perhaps."""
+        """Return the bytes to send before the line is closed; a signal handler may call this."""
         return self.motions.stops() * self.stops if self.choices.stop_on_close else b""
 
     @property
     def stops(self) -> int:
-        """How many times a stop is sent, so that it gets through.
+        """How many times each stop is sent.
 
-        A controller whose commands have no frame may hold half a command that a lost line cut off, and takes
-        the bytes of the first stops for its rest. Three are longer than any command.
+        A controller whose commands have no frame may still hold half a command from before the line was lost,
+        and take the first stops for the rest of it. Three stops are longer than any command.
         """
         return 3 if self.unit.kind == "line" and self.broken_at is not None else 1
 
     def session_options(self) -> SessionOptions:
-        """Return the times of a session as the user chose them, or as the unit needs them."""
+        """Return the times of a session: those of the user, or those that the unit requires."""
         choices, pause = self.choices, self.unit.pause_ms
         pacing = choices.pacing
         if pacing is None:
@@ -197,13 +197,13 @@ class Connection(Generic[T]):
         )
 
     def link_options(self) -> dict[str, Any]:
-        """Return what the user chose of the link itself, or what suits the protocol."""
+        """Return the options of the link: those of the user, or defaults for the protocol."""
         chosen = {"baudrate": self.choices.baudrate, "rtscts": self.choices.rtscts}
         given = {name: value for name, value in chosen.items() if value is not None}
         return {**_PLAIN, **given} if isinstance(self.facts.protocol, CommandProtocol) else given
 
     def next_log(self) -> str | Path | None:
-        """Return the file for the capture of a line; of a line that is opened again another one."""
+        """Return the file for the capture of a line; each reopened line has a new file."""
         log = self.choices.log
         self._logs += 1
         if log is None or self._logs == 1:
@@ -213,29 +213,29 @@ class Connection(Generic[T]):
     # Scales and limits
 
     def scales(self, place: Place) -> Scales:
-        """Return the scales that hold now on one channel."""
+        """Return the current scales of one channel."""
         if self._telling:
             for source, message in self.transport.heard():
                 self.learn(source, None, message)
         return self._scales.get(place, self._bare)
 
     def limits(self, place: Place) -> Limits:
-        """Return the limits that can be checked now on one channel."""
+        """Return the limits of one channel that can currently be checked."""
         limits = self.stated_limits(place)
         return limits.now(self.scales(place))
 
     def stated_limits(self, place: Place) -> Limits:
-        """Return the limits of the stage on one channel, whether or not they can be checked."""
+        """Return all limits of the stage on one channel, checked or not."""
         return self._limits.get(place, _NO_LIMITS)
 
     @property
     def telling(self) -> tuple[type[Message], ...]:
-        """The messages to the host that tell a setting."""
+        """The messages to the host that report a setting."""
         told = (told.get for tells in self._telling.values() for _, told in tells)
         return tuple({cls: None for cls in told if cls is not None})
 
     def learn(self, address: int, channel: int | None, message: Message) -> None:
-        """Take in the settings that a message tells, whoever sent it."""
+        """Store the settings that a message reports or sets."""
         for setting, told in self._telling.get(type(message), ()):
             raw = getattr(message, told.field)
             if told.values is not None:
@@ -246,7 +246,7 @@ class Connection(Generic[T]):
                 value = told.scale.from_counts(raw)
             field = self.channel_field(type(message))
             channel = getattr(message, field) if field else channel
-            source = f"as {message.layout.message} says"
+            source = f"from {message.layout.message}"
             now = ToldValue(value, setting.unit, source)
             with self._learning:
                 for place, scales in self._scales.items():
@@ -254,29 +254,29 @@ class Connection(Generic[T]):
                         self._scales[place] = scales.told(setting.name, now)
 
     def channel_field(self, cls: type[Message]) -> str | None:
-        """Return the field of a message that names the channel, if it has one."""
+        """Return the name of the field for the channel, if a message has one."""
         field: str | None = getattr(self.facts.protocol, "channel", None)
         return field if field in cls.layout.fields else None
 
     def _ways(self) -> dict[str, str]:
-        """Return for each setting how a user makes it known."""
+        """Return how a user can make each setting known."""
         ways: dict[str, str] = {}
         for setting, told in self.facts.telling(self.unit):
             option = SETTINGS.get(setting.name)
             asked = told.req or told.set
-            parts = [f"give {option}= when you open it"] if option else []
+            parts = [f"pass {option}= to open"] if option else []
             if asked is not None and asked.layout.message in self.unit.messages:
                 parts.append(f"send {asked.layout.message}")
             if parts:
                 ways[setting.name] = " or ".join(parts)
         for name, option in SETTINGS.items():
-            ways.setdefault(name, f"give {option}= when you open it")
+            ways.setdefault(name, f"pass {option}= to open")
         return ways
 
-    # What comes unasked
+    # Unsolicited messages
 
     def ends_of(self, action: Action) -> Ends | None:
-        """Return the ends of an action that this unit's list has; None where it tells none."""
+        """Return the end messages of an action that this unit supports; None if it reports no end."""
         if action.ends is None:
             return None
         completed, stopped = (
@@ -286,18 +286,18 @@ class Connection(Generic[T]):
         return Ends(completed, stopped) if completed else None
 
     def sent(self, address: int, command: Command) -> None:
-        """Note what a command that was sent keeps from coming, or lets come again."""
+        """Record the messages that a sent command suspends or resumes."""
         silenced = self._silenced.setdefault(address, set())
         silenced.update(command.stops)
         silenced.difference_update(command.starts)
 
     def silenced(self, address: int, classes: Iterable[type[Message]]) -> bool:
-        """Say whether one of these messages does not come now, because the user said so."""
+        """Return whether the user has suspended one of these messages."""
         return not self._silenced.get(address, set()).isdisjoint(classes)
 
     # Values
 
     def values_of(self, message: Message, place: Place) -> Values[Any] | None:
-        """Return the values of a message; None for one that carries none."""
+        """Return the values of a message; None if it has none."""
         cls = self.facts.values_of(type(message))
         return None if cls is None else cls(message, self.scales(place))

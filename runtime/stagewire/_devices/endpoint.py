@@ -1,6 +1,6 @@
-"""Where a call goes, and how long it may last.
+"""Endpoints and deadlines of calls.
 
-An endpoint is one address, and one channel of it, of one open controller.
+An endpoint is one address, and one channel of it, on one open controller.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from stagewire._framings.slots.command import Command as WireCommand
 from stagewire.errors import BadValueError
 
 CONTROLLER: Final = -1
-"""In place of an axis: the controller itself."""
+"""Address of the controller itself, used instead of an axis."""
 MOMENT: Final = 0.001
-"""Seconds; what a call that has no time left gives to its last question."""
+"""Timeout in seconds of the last request of a call that has no time left."""
 
 
 class Deadline:
-    """The end of a call that has several parts.
+    """The deadline of a call with several steps.
 
-    :param now: the clock of the session.
-    :param seconds: from now on, for all of them.
+    :param now: clock of the session.
+    :param seconds: time for all steps together.
     """
 
     __slots__ = ("_end", "_now")
@@ -38,12 +38,12 @@ class Deadline:
 
     @property
     def left(self) -> float:
-        """Seconds; when there is none left a moment, in which a session says what was not done."""
+        """Remaining seconds; after the deadline a moment, in which a session reports what was not done."""
         return max(MOMENT, self._end - self._now())
 
     @property
     def over(self) -> bool:
-        """Whether there is none left."""
+        """Whether no time is left."""
         return self._now() >= self._end
 
 
@@ -51,9 +51,9 @@ class Endpoint(Generic[T]):
     """One address, or axis, and one channel.
 
     :param connection: the controller.
-    :param address: of whom a call goes to; of an axis its identifier.
-    :param channel: that messages name; None where they name none.
-    :param name: for people, such as ``BBD102 bay 2``.
+    :param address: destination of messages; for an axis, its identifier.
+    :param channel: channel in messages; None if they have none.
+    :param name: name in messages, such as ``BBD102 bay 2``.
     """
 
     __slots__ = ("address", "channel", "connection", "name")
@@ -68,12 +68,12 @@ class Endpoint(Generic[T]):
 
     @property
     def transport(self) -> T:
-        """The session; another one after the link was opened again."""
+        """The current transport; it is replaced when the link is reopened."""
         return self.connection.transport
 
     @property
     def place(self) -> Place:
-        """What distinguishes it from others of the controller."""
+        """Address and channel, which identify the endpoint on its controller."""
         return self.address, self.channel
 
     def now(self) -> float:
@@ -81,31 +81,31 @@ class Endpoint(Generic[T]):
         return self.connection.transport.now()
 
     def deadline(self, seconds: float) -> Deadline:
-        """Return the end of a call that may last so long."""
+        """Return the deadline of a call with a timeout in seconds."""
         return Deadline(self.connection.transport.now, seconds)
 
     def scales(self) -> Scales:
-        """Return the scales that hold now."""
+        """Return the current scales."""
         return self.connection.scales(self.place)
 
     def seconds(self, timeout: float | None) -> float:
-        """Return how long a call may last."""
+        """Return the timeout of a call in seconds."""
         return _seconds(timeout, self.connection.choices.timeout)
 
     def motion_seconds(self, timeout: float | None) -> float:
-        """Return how long a motion may last."""
+        """Return the timeout of a motion in seconds."""
         return _seconds(timeout, self.connection.choices.motion_timeout)
 
     def part_of(self, deadline: Deadline) -> float:
-        """Return how long one question of a longer call may last."""
+        """Return the timeout of one request within a longer call."""
         return min(self.connection.choices.timeout, deadline.left)
 
     def address_of(self, table: ParameterSet[Any] | Query[Any] | Command | Action) -> int:
-        """Return who takes the messages of a table."""
+        """Return the destination address of the messages of a table."""
         return self.connection.unit.address if table.motherboard else self.address
 
     def message(self, cls: type[Message], fields: Mapping[str, Any]) -> Message:
-        """Make a message for this channel; its own constructor checks all fields."""
+        """Return a message for this channel; its constructor checks all fields."""
         field = self.connection.channel_field(cls)
         if field is not None and field not in fields:
             fields = {field: self.channel, **fields}
@@ -113,7 +113,7 @@ class Endpoint(Generic[T]):
         return made
 
     def running(self, table: Action | Command, what: str) -> Running | None:
-        """Return how what a message starts is stopped; None where it starts nothing that goes on."""
+        """Return the entry of a motion that a message starts, with its stop; None if it starts no motion."""
         halt = table.halted_by
         if halt is None:
             return None
@@ -131,19 +131,19 @@ class Endpoint(Generic[T]):
 
 
 def defaults_of(table: Action) -> dict[str, int]:
-    """Return the fields of a message as the library itself sends it."""
+    """Return the default fields of a message that the library sends itself."""
     return {entry.field: entry.default for entry in table.given if entry.default is not None}
 
 
 def _seconds(timeout: float | None, default: float) -> float:
-    """Return how long a call may last.
+    """Return the timeout of a call in seconds.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what is no time.
+    Raise :class:`~stagewire.errors.BadValueError` for an invalid timeout.
     """
     if timeout is None:
         return default
     if isinstance(timeout, bool) or not isinstance(timeout, int | float) or timeout != timeout:
-        raise BadValueError(f"timeout takes seconds, not {timeout!r}")
+        raise BadValueError(f"timeout must be a number of seconds, not {timeout!r}")
     if timeout <= 0:
-        raise BadValueError(f"timeout takes seconds, more than 0, not {timeout}")
-    return float(min(timeout, threading.TIMEOUT_MAX))  # of infinity, too: locks take no more
+        raise BadValueError(f"timeout must be more than 0 seconds, not {timeout}")
+    return float(min(timeout, threading.TIMEOUT_MAX))  # also for infinity: locks accept no more

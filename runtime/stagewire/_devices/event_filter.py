@@ -1,4 +1,4 @@
-"""The filter of a subscription: the events that a part of a device gets, and in which form."""
+"""The filter of a subscription: which events a part of a device receives, and in which form."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Third = TypeVar("Third", bound=Message | Values[Any])
 
 
 class EventFilter:
-    """The events of one subscription of a part.
+    """The filter of one subscription of a part.
 
     :param at: the part.
-    :param classes: of messages, or of their values; none: everything, as events.
+    :param classes: classes of messages or of values; none: all events.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what is no such class, and for a message that is to be
-    given out in two ways.
+    Raise :class:`~stagewire.errors.BadValueError` for any other class, and for a message that is wanted both
+    as message and as values.
     """
 
     def __init__(self, at: Endpoint[Any], classes: tuple[type[Any], ...]) -> None:
@@ -38,16 +38,16 @@ class EventFilter:
             for message in _messages(at.connection.facts, cls):
                 if self._as.setdefault(message, cls) is not cls:
                     raise BadValueError(
-                        f"{message.__name__} is subscribed to as message and as values; leave one out, as "
-                        "values have their message"
+                        f"cannot subscribe to {message.__name__} both as message and as values; use the "
+                        "values, which contain their message"
                     )
         self._ids = {message.layout.id for message in self._as}
 
     def wanted(self, event: Event) -> bool:
-        """Say whether an event is given out: a message of the classes, and of the channel."""
+        """Return whether an event is a message of the wanted classes and of the channel."""
         if not self._as and self._channel is None:
             return True
-        # By its id first: to decode a message takes longer.
+        # Compare the id first, because decoding a message takes longer.
         if not isinstance(event, Received) or (self._ids and event.id not in self._ids):
             return False
         message = event.frame.message
@@ -57,7 +57,7 @@ class EventFilter:
         return None in (self._channel, field) or getattr(message, str(field)) == self._channel
 
     def read(self, event: Event) -> Any:
-        """Return as what an event is given out; values have the scales that hold now."""
+        """Return an event in the wanted form; values use the current scales."""
         if not self._as:
             return event
         assert isinstance(event, Received)
@@ -68,11 +68,11 @@ class EventFilter:
         return cls(message, self._at.connection.scales(self._place(event, message)))
 
     def _place(self, event: Received, message: Message) -> Place:
-        """Return the channel that a message is about: a device hears those of all its bays and channels."""
+        """Return the channel that a message is about, which may be any of a device."""
         here, connection = self._at, self._at.connection
         field = connection.channel_field(type(message))
         channel = here.channel if field is None else getattr(message, field)
-        # Some controllers send back the addresses of what they were sent, not exchanged.
+        # Some controllers reply without swapping source and destination.
         for address in (event.source, event.dest, here.address):
             if (address, channel) in connection.places:
                 return address, channel
@@ -80,7 +80,7 @@ class EventFilter:
 
 
 def _messages(facts: Facts, cls: object) -> Iterator[type[Message]]:
-    """Give the messages that a class stands for."""
+    """Yield the classes of messages that a class stands for."""
     found = []
     if isinstance(cls, type) and issubclass(cls, Values):
         found = [message for message, values in facts.all_values().items() if values is cls]
@@ -88,7 +88,7 @@ def _messages(facts: Facts, cls: object) -> Iterator[type[Message]]:
         found = [cls]
     if not found or not all(issubclass(message, FramedMessage) for message in found):
         raise BadValueError(
-            f"a subscription is to classes of {facts.package}.messages that come in frames, or of "
-            f"{facts.package}.devices.values, not to {cls!r}"
+            f"cannot subscribe to {cls!r}: use classes of {facts.package}.messages that have frames, or of "
+            f"{facts.package}.devices.values"
         )
     yield from found

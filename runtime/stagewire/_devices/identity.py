@@ -1,6 +1,7 @@
-"""Whether the controller at the other end is the one that was named, by its serial number and its model.
+"""Check the identity of a connected controller by its serial number and its model.
 
-A controller that is newer than the document is used as the unit whose messages it takes, with its own scales.
+A controller that is newer than the document is used as the unit whose messages it supports, but with its own
+scales.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ _log = logging.getLogger("stagewire")
 
 
 def check_identity(connection: Connection[Any], info: Values[Any]) -> None:
-    """Note what a controller says that it is, and which scales hold on it.
+    """Store the identity that a controller reported, and select its scales.
 
-    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named, and
-    :class:`~stagewire.errors.UnknownScaleError` where a travel was given that cannot be checked on it.
+    Raise :class:`~stagewire.errors.WrongUnitError` for a controller other than the named one, and
+    :class:`~stagewire.errors.UnknownScaleError` for a given travel that cannot be checked on it.
     """
     connection.info = info
     number = getattr(info.message, "serial_number", None)
@@ -38,17 +39,17 @@ def check_identity(connection: Connection[Any], info: Values[Any]) -> None:
     wanted = connection.choices.serial_number
     if wanted is not None and number != wanted:
         raise WrongUnitError(
-            f"{connection.url} has the serial number {number}, not {wanted}; nothing else was asked of it"
+            f"{connection.url} has serial number {number}, not {wanted}; nothing else was sent to it"
         )
     before = connection.serial_number
     if before is not None and number != before:
         raise WrongUnitError(
-            f"{connection.url} has the serial number {number} now, and had {before} when it was opened: this "
-            "is another controller. Check the port, or open that controller as a device of its own"
+            f"{connection.url} now has serial number {number}, but {before} when it was opened: this is "
+            "another controller. Check the port, or open this controller as a separate device"
         )
     connection.serial_number = number
     known = connection.facts.candidates()
-    if not any(one.prefixes for one in known):  # a registry that says nothing of serial numbers
+    if not any(one.prefixes for one in known):  # the registry does not list serial numbers
         return
     found = candidates(known, number, _model(info))
     fitting = [one for one in found if one.unit == connection.unit.name]
@@ -59,7 +60,7 @@ def check_identity(connection: Connection[Any], info: Values[Any]) -> None:
     if not names:
         raise WrongUnitError(
             f"{connection.url} is {' or '.join(one.name for one in fitting)}, not {wanted_model}: it reports "
-            f"{_described(number, _model(info))}; check the port, or leave model= out"
+            f"{_described(number, _model(info))}; check the port, or open it without model="
         )
     connection.identified(names)
     for alias in connection.aliases:
@@ -73,34 +74,34 @@ def _refusal(
     number: int,
     model: str,
 ) -> str:
-    """Say why a controller is not used as the unit that was named, and what to do."""
+    """Return why a controller is not accepted as the named unit, and what to do."""
     unit = connection.unit.name
     reports = f"it reports {_described(number, model)}"
     of_prefix, of_model = owners(known, number), reported_by(known, model)
     if found:
-        why = f"{reports}, which are those of {_listed(connection, found)}"
+        why = f"{reports}, as {_listed(connection, found)} does"
         classes = sorted({one.unit for one in found if one.unit is not None})
-        advice = f"open it as {' or '.join(classes)}" if classes else "no class fits it"
+        advice = f"open it as {' or '.join(classes)}" if classes else "no class supports it"
     elif of_prefix:
-        belongs = _listed(connection, of_model) if of_model else "no unit that is known"
+        belongs = _listed(connection, of_model) if of_model else "no known unit"
         owner = _listed(connection, of_prefix)
-        why = f"{reports}; the number is that of {owner}, the model that of {belongs}"
+        why = f"{reports}; the number belongs to {owner}, but the model to {belongs}"
         advice = "open it by the name on its label"
     else:
-        why = f"{reports}; no unit is known whose serial numbers begin with {number // DIGITS}"
-        advice = "see the label of the controller"
+        why = f"{reports}; no known unit has serial numbers that begin with {number // DIGITS}"
+        advice = "check the label of the controller"
     return (
-        f"{connection.url} is not a {unit}: {why}; {advice}, or give identify=False to use it as a {unit} "
-        f"without asking, with the scales of a {unit}"
+        f"{connection.url} is not a {unit}: {why}; {advice}, or pass identify=False to use it as a {unit} "
+        f"without this check, with the scales of a {unit}"
     )
 
 
 def _described(number: int, model: str) -> str:
-    return f"the serial number {number} and {f'the model {model!r}' if model else 'no model'}"
+    return f"serial number {number} and {f'model {model!r}' if model else 'no model'}"
 
 
 def _listed(connection: Connection[Any], found: Sequence[Candidate]) -> str:
-    """Name units, and say of newer ones what they are."""
+    """Return the names of units, with titles for those newer than the document."""
     aliases = connection.facts.aliases
     return " or ".join(
         f"{one.name} ({aliases[one.name].title})" if one.name in aliases else one.name
@@ -113,26 +114,26 @@ def _model(info: Values[Any]) -> str:
 
 
 def _described_alias(alias: Alias) -> str:
-    """Say what a newer controller is, and where its messages and its scales come from."""
+    """Return what a newer controller is, and where its messages and scales come from."""
     source = f" ({alias.source})" if alias.source else ""
     scales = "; ".join(f"{group}, {source}" for group, source in alias.scales.items())
     return (
-        f"{alias.name}: {alias.title}, newer than the document; messages of {alias.like} apply where they "
-        f"are the same{source}; scales: {scales or 'none is known'}"
+        f"{alias.name}: {alias.title}, newer than the document; uses the messages of {alias.like}, which may "
+        f"differ{source}; scales: {scales or 'unknown'}"
     )
 
 
 def described_identity(connection: Connection[Any]) -> list[str]:
-    """Say what a controller says that it is, line by line."""
+    """Return the lines of a description of the identity of a controller."""
     info = connection.info
     if info is None:
         if connection.facts.identity is None:
             return []
-        lines = ["it was not asked what it is"]
+        lines = ["identity not read"]
     else:
         lines = _reported(info)
     if len(connection.names) > 1:
-        lines.append(f"it may be {' or '.join(connection.names)}: give model= to say which")
+        lines.append(f"may be {' or '.join(connection.names)}: pass model= to open to choose one")
     return lines + [_described_alias(alias) for alias in connection.aliases]
 
 

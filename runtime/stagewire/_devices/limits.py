@@ -1,8 +1,8 @@
 """The limits of a stage: its travel, its maximum velocity and its maximum acceleration.
 
-Each comes from the user, or else from the stage, with its source. A limit that neither gives is unknown, and
-what it would limit is not checked. A limit that the user states is never left out silently: where nothing
-can be compared with it, opening fails.
+A limit comes from the user, or else from the stage in the registry, and records its source. Unknown limits
+are not checked. If a limit of the user cannot be checked because positions or velocities have no scale,
+opening fails; a user's limit is never ignored silently.
 """
 
 from __future__ import annotations
@@ -34,33 +34,33 @@ POSITION: Final = "position"
 """The quantity that a travel limits."""
 
 PER_MM: Final = {"mm": 1, "um": 1000}
-"""The units in which places are measured, and how many of each make a mm."""
+"""Unit of length -> how many of it make 1 mm."""
 
 CEILINGS: Final = {
     "max_velocity": ("maximum velocity", "max_velocity_mm_per_s", "mm/s"),
     "max_acceleration": ("maximum acceleration", "max_acceleration_mm_per_s2", "mm/s^2"),
 }
-"""The other limits of a stage: its title for people, the keyword of ``open``, and its unit."""
+"""The other limits of a stage: name -> title for messages, keyword of ``open``, and unit."""
 
 _MEASURES: Final = {
     unit + per: ("mm" + per, factor)
     for unit, factor in PER_MM.items()
     for per in ("", "/s", "/s^2")
 }
-"""Unit -> the same with mm, and how many of it make one of that."""
+"""Unit -> the same unit with mm, and the factor between them."""
 
 _BEYOND_ENDS: Final = Fraction(101, 100)
-"""How much further than its travel a stage may seem to go: it stops a few counts before or after its ends."""
+"""Allowance for moves along the whole travel: a stage stops a few counts before or after its ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class Travel:
-    """How far a stage can go, in mm.
+    """The travel of a stage, in mm.
 
     :param length: from one end to the other.
-    :param low: the least position; None where it is not known from where the controller counts.
-    :param source: who says it, for people.
-    :param stated: whether that is the user.
+    :param low: lowest position; None if the zero position of the controller is unknown.
+    :param source: origin of the values, for messages.
+    :param stated: whether the user stated them.
     """
 
     length: Fraction
@@ -72,7 +72,7 @@ class Travel:
         return self.low is None or self.low <= place <= self.low + self.length
 
     def check_place(self, what: str, place: Fraction) -> None:
-        """Raise :class:`~stagewire.errors.LimitError` for a place that is known to be outside."""
+        """Raise :class:`~stagewire.errors.LimitError` for a position outside the ends of the travel."""
         if place not in self:
             raise LimitError(
                 f"{what}: {float(place):.10g} mm is outside the travel, {self}; nothing was sent"
@@ -82,16 +82,16 @@ class Travel:
         """Raise :class:`~stagewire.errors.LimitError` for a distance longer than the travel."""
         if abs(distance) > self.length:
             raise LimitError(
-                f"{what}: {float(distance):.10g} mm is more than the travel, {self}; nothing was sent"
+                f"{what}: {float(distance):.10g} mm is longer than the travel, {self}; nothing was sent"
             )
 
     def check_way(self, what: str, here: Fraction, place: Fraction) -> None:
-        """Raise :class:`~stagewire.errors.LimitError` for a place that cannot be reached from here."""
+        """Raise :class:`~stagewire.errors.LimitError` if the way from ``here`` is longer than the travel."""
         if abs(place - here) > self.length * _BEYOND_ENDS:
             raise LimitError(
-                f"{what}: from {float(here):.10g} mm to {float(place):.10g} mm is more than the travel, "
-                f"{self}; nothing was sent. Home the stage if its position is wrong, or state its travel "
-                "when you open it (travel_mm=)"
+                f"{what}: the way from {float(here):.10g} mm to {float(place):.10g} mm is longer than the "
+                f"travel, {self}; nothing was sent. If the position is wrong, home the stage; if the travel "
+                "is wrong, pass travel_mm= to open"
             )
 
     def __str__(self) -> str:
@@ -102,11 +102,11 @@ class Travel:
 
 @dataclass(frozen=True, slots=True)
 class Ceiling:
-    """The greatest speed or acceleration of a stage.
+    """The maximum velocity or acceleration of a stage.
 
-    :param title: for people.
-    :param option: the keyword of ``open`` that states another one.
-    :param unit: with mm.
+    :param title: name in messages.
+    :param option: keyword of ``open`` that replaces it.
+    :param unit: ``mm/s`` or ``mm/s^2``.
     :param value: in this unit.
     :param source: as in :class:`Travel`.
     :param stated: as in :class:`Travel`.
@@ -122,8 +122,8 @@ class Ceiling:
     def check(self, what: str, entry: Given, counts: int, scales: Scales) -> None:
         """Raise :class:`~stagewire.errors.LimitError` for counts that exceed it.
 
-        Counts that cannot be compared with a limit of the registry pass; where the user stated the limit,
-        they raise :class:`~stagewire.errors.UnknownScaleError`.
+        If the scale is unknown, a limit of the registry is not checked, and a limit of the user raises
+        :class:`~stagewire.errors.UnknownScaleError`.
         """
         _, unit, case = entry.ways[0]
         try:
@@ -131,15 +131,13 @@ class Ceiling:
         except UnknownScaleError as error:
             if not self.stated:
                 return
-            raise UnknownScaleError(
-                f"{what}: cannot be compared with the {self}: {error}"
-            ) from None
-        # Both are rounded alike, so the limit itself can always be given.
+            raise UnknownScaleError(f"{what} cannot be compared with the {self}: {error}") from None
+        # Both are rounded the same way, so the limit itself is always accepted.
         if abs(counts) > scale.to_counts(self.value * _MEASURES[unit][1]):
             number = scale.from_counts(counts)
             raise LimitError(
                 f"{what}: {float(number):.6g} {unit} ({counts} counts) exceeds the {self}; nothing was sent. "
-                f"If the stage can do more, open it with {self.option}="
+                f"To allow more, pass {self.option}= to open"
             )
 
     def __str__(self) -> str:
@@ -150,9 +148,9 @@ class Ceiling:
 class Limits:
     """The limits of the stage on one channel.
 
-    :param travel: None where it is unknown.
-    :param ceilings: name in :data:`CEILINGS` -> the limit; unknown ones are missing.
-    :param reasons: name -> why the limit is unknown, where the registry says it.
+    :param travel: None if unknown.
+    :param ceilings: name in :data:`CEILINGS` -> limit, without unknown limits.
+    :param reasons: name -> why the limit is unknown, if the registry gives a reason.
     """
 
     travel: Travel | None
@@ -162,32 +160,32 @@ class Limits:
     def check_measurable(
         self, unit: str, settable: tuple[str, ...], scales: Scales, *, has_status: bool
     ) -> None:
-        """Make sure that each limit that the user states limits something.
+        """Check that each limit of the user can be compared with some value.
 
-        :param unit: for people.
-        :param settable: the quantities that its messages to the controller carry.
+        :param unit: name of the unit, for messages.
+        :param settable: quantities in its messages to the controller.
         :param has_status: whether the controller can be asked for its position.
 
-        Raises :class:`~stagewire.errors.UnknownScaleError`.
+        Raise :class:`~stagewire.errors.UnknownScaleError`.
         """
         if self.travel is not None and self.travel.stated:
             if POSITION not in settable:
                 raise UnknownScaleError(
-                    f"travel_mm limits positions, and a {unit} has none in mm; leave it out"
+                    f"travel_mm limits positions, but a {unit} has no positions in mm; leave it out"
                 )
             if why := _unmeasurable(POSITION, scales):
-                raise UnknownScaleError(f"travel_mm would limit nothing: {why}")
+                raise UnknownScaleError(f"travel_mm cannot be checked: {why}")
             if self.travel.low is None and not has_status:
                 raise UnknownScaleError(
-                    f"the length of a travel is compared with the position, which a {unit} is not asked for; "
-                    "give both ends when you open it: travel_mm=(low, high)"
+                    f"the length of the travel cannot be checked, because a {unit} does not report its "
+                    "position; pass both ends to open instead: travel_mm=(low, high)"
                 )
         for ceiling in self.ceilings.values():
             limited = _limited(ceiling.unit, settable, scales)
             reasons = [_unmeasurable(quantity, scales) for quantity in limited]
             if ceiling.stated and all(reasons):
-                why = reasons[0] if reasons else f"a {unit} takes no values in {ceiling.unit}"
-                raise UnknownScaleError(f"{ceiling.option} would limit nothing: {why}")
+                why = reasons[0] if reasons else f"a {unit} has no values in {ceiling.unit}"
+                raise UnknownScaleError(f"{ceiling.option} cannot be checked: {why}")
 
     def now(self, scales: Scales) -> Limits:
         """Return the limits that can be checked with these scales."""
@@ -199,9 +197,9 @@ class Limits:
     def check(
         self, what: str, entries: tuple[Given, ...], fields: Mapping[str, Any], scales: Scales
     ) -> None:
-        """Check what is about to be sent or stored.
+        """Check values before they are sent or stored.
 
-        Raises :class:`~stagewire.errors.LimitError`.
+        Raise :class:`~stagewire.errors.LimitError`.
         """
         for entry in entries:
             if entry.field not in fields or not entry.ways:
@@ -219,7 +217,7 @@ class Limits:
     # For people
 
     def described(self, settable: tuple[str, ...], scales: Scales) -> Iterator[str]:
-        """Say each limit that applies, with its source, or that it is not checked."""
+        """Yield a line for each limit that applies: its value and source, or that it is not checked."""
         if POSITION in settable:
             why = _unmeasurable(POSITION, scales)
             if self.travel is None:
@@ -239,24 +237,22 @@ class Limits:
                 continue
             line = f"{title}: {float(ceiling.value):.10g} {unit} ({ceiling.source})"
             if unchecked:
-                line += f"; {', '.join(unchecked)} not checked: no scale is known"
+                line += f"; {', '.join(unchecked)} not checked: scale unknown"
             yield line
 
     def _unknown(self, name: str, title: str, option: str, *, can_be_given: bool) -> str:
         reason = self.reasons.get(name)
         because = f" ({reason})" if reason else ""
-        advice = (
-            f"give {option}=" if can_be_given else "it cannot be given, since no scale is known"
-        )
+        advice = f"set it with {option}=" if can_be_given else "cannot be set: scale unknown"
         return f"{title}: unknown{because}; not checked; {advice}"
 
 
 def limits_of(
     stage: Stage | None, travel: Travel | None, ceilings: Mapping[str, Fraction]
 ) -> Limits:
-    """Return the limits of one channel: those that the user states, or else those of its stage.
+    """Return the limits of one channel: those of the user, or else those of its stage.
 
-    :param ceilings: as stated, by name in :data:`CEILINGS`.
+    :param ceilings: limits of the user, by name in :data:`CEILINGS`.
     """
     own = {} if stage is None else stage.limits
     stated = stage is not None and stage.by_user
@@ -268,7 +264,7 @@ def limits_of(
         if name in CEILINGS and isinstance(limit, Limit)
     }
     known |= {
-        name: Ceiling(*CEILINGS[name], value=value, source=f"as {CEILINGS[name][1]} says")
+        name: Ceiling(*CEILINGS[name], value=value, source=f"set by {CEILINGS[name][1]}")
         for name, value in ceilings.items()
     }
     length = own.get("travel")
@@ -284,37 +280,37 @@ def _source(stage: Stage | None, limit: Limit) -> str:
 
 
 def in_mm(value: Fraction, unit: str) -> Fraction:
-    """Return a place or a distance in mm.
+    """Return a position or a distance in mm.
 
-    Raises :class:`~stagewire.errors.UnknownScaleError` for a unit that measures none.
+    Raise :class:`~stagewire.errors.UnknownScaleError` for a unit that is not a length.
     """
     if unit not in PER_MM:
-        raise UnknownScaleError(f"a travel is in mm, which {unit} cannot be compared with")
+        raise UnknownScaleError(f"a position in {unit} cannot be compared with a travel in mm")
     return value / PER_MM[unit]
 
 
 def check_measurable(
     option: str, unit: str, quantities: tuple[str, ...], channels: Iterable[Scales]
 ) -> None:
-    """Make sure that positions can be compared with a length that the user states, on some channel.
+    """Check that positions on some channel can be compared with a length of the user.
 
-    :param option: that states it.
-    :param unit: for people.
-    :param quantities: that its messages carry.
+    :param option: keyword that gives the length.
+    :param unit: name of the unit, for messages.
+    :param quantities: quantities in its messages.
 
-    Raises :class:`~stagewire.errors.UnknownScaleError`.
+    Raise :class:`~stagewire.errors.UnknownScaleError`.
     """
     if POSITION not in quantities:
         raise UnknownScaleError(
-            f"{option} limits positions, and a {unit} has none in mm; leave it out"
+            f"{option} limits positions, but a {unit} has no positions in mm; leave it out"
         )
     reasons = [_unmeasurable(POSITION, scales) for scales in channels]
     if all(reasons):
-        raise UnknownScaleError(f"{option} would limit nothing: {reasons[0]}")
+        raise UnknownScaleError(f"{option} cannot be checked: {reasons[0]}")
 
 
 def mm_of(entry: Given, counts: int, scales: Scales) -> Fraction:
-    """Return what a caller gave as a place or a distance, in mm."""
+    """Return a position or a distance in counts as mm."""
     _, unit, case = entry.ways[0]
     return in_mm(scales.of(entry.quantity, unit, case).from_counts(counts), unit)
 
@@ -326,10 +322,10 @@ def _limited(unit: str, settable: Iterable[str], scales: Scales) -> list[str]:
 
 
 def _unmeasurable(quantity: str, scales: Scales) -> str:
-    """Say why counts of a quantity cannot be compared with a limit; empty where they can."""
+    """Return why counts of a quantity cannot be compared with a limit; empty if they can."""
     unit = scales.unit_of(quantity)
     if unit not in _MEASURES:
-        return f"a limit is in mm, which {unit} cannot be compared with"
+        return f"values in {unit} cannot be compared with a limit in mm"
     try:
         scales.of(quantity, unit)
     except UnknownScaleError as error:
@@ -338,19 +334,19 @@ def _unmeasurable(quantity: str, scales: Scales) -> str:
 
 
 def parse_travel(travel: Number | tuple[Number, Number]) -> Travel:
-    """Return a travel from its length, counted from 0, or from both ends.
+    """Return a travel, given its length from 0 or its two ends.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what is none.
+    Raise :class:`~stagewire.errors.BadValueError` for anything else.
     """
     ends = travel if isinstance(travel, tuple | list) else (0, travel)
     if len(ends) != 2:
-        raise BadValueError(f"travel_mm takes a length or (low, high) in mm, not {travel!r}")
+        raise BadValueError(f"travel_mm must be a length or (low, high) in mm, not {travel!r}")
     try:
         low, high = (exact(end) for end in ends)
     except BadValueError as error:
-        raise BadValueError(f"travel_mm takes a length or (low, high) in mm: {error}") from None
+        raise BadValueError(f"travel_mm must be a length or (low, high) in mm: {error}") from None
     if not low < high:
         raise BadValueError(
-            f"travel_mm: from {float(low):.10g} to {float(high):.10g} mm there is no travel"
+            f"travel_mm: the low end, {float(low):.10g} mm, must be below the high end, {float(high):.10g} mm"
         )
-    return Travel(high - low, low, "as travel_mm says")
+    return Travel(high - low, low, "set by travel_mm")

@@ -1,4 +1,4 @@
-"""Locks by key, for threads and for tasks: a call of several messages holds one until it is done."""
+"""Locks by key, for threads and for tasks; a call of several messages holds one until it is done."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire.errors import ReplyTimeoutError
 
 
 class Locks:
-    """A lock for each key that was ever used. It keeps other threads out."""
+    """A lock for each key, which keeps out other threads."""
 
     def __init__(self) -> None:
         self._locks: dict[object, threading.Lock] = {}
@@ -20,10 +20,10 @@ class Locks:
     def lock(self, key: object, what: str, seconds: float | None) -> Iterator[None]:
         """Hold the lock of a key within a block.
 
-        :param what: the call, for errors.
-        :param seconds: to wait for it; None: as long as it takes.
+        :param what: name of the call, for messages.
+        :param seconds: timeout for acquiring it; None: no timeout.
 
-        Raises :class:`~stagewire.errors.ReplyTimeoutError` where another thread holds it for longer.
+        Raise :class:`~stagewire.errors.ReplyTimeoutError` if another thread holds it longer.
         """
         lock = self._locks.get(key) or self._locks.setdefault(key, threading.Lock())
         if not lock.acquire(timeout=-1 if seconds is None else min(seconds, threading.TIMEOUT_MAX)):
@@ -35,7 +35,7 @@ class Locks:
 
 
 class AsyncLocks:
-    """A lock for each key that was ever used. It keeps other tasks out."""
+    """A lock for each key, which keeps out other tasks."""
 
     def __init__(self) -> None:
         self._locks: dict[object, asyncio.Lock] = {}
@@ -60,5 +60,5 @@ class AsyncLocks:
 
 def _held(what: str, seconds: float | None) -> ReplyTimeoutError:
     return ReplyTimeoutError(
-        f"{what} was not sent: another call of it has been under way for {seconds:.3g} s"
+        f"{what} was not sent: another call of it did not finish within {seconds:.3g} s"
     )

@@ -1,4 +1,4 @@
-"""What the library started and what may still go on: the list from which everything is stopped at the end."""
+"""The list of motions that the library started and that may still be under way."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from stagewire._sessions.exchange import Exchange
 __all__ = ["BEGINNING", "Motions", "Running"]
 
 BEGINNING: Final = 0.5
-"""Seconds within which a motion that was started shows in the status at the latest."""
+"""Maximum delay in seconds before a started motion shows in the status."""
 
 
 class Running:
-    """Something that was started.
+    """A motion that was started.
 
-    :param what: the call, for people.
-    :param stop: the bytes that stop it; none where nothing does.
-    :param halt: the same as a message.
+    :param what: name of the call, for messages.
+    :param stop: bytes that stop it; empty if it cannot be stopped.
+    :param halt: the same stop as a message.
     """
 
     __slots__ = ("ended", "exchange", "halt", "left", "started", "stop", "stopped", "what")
@@ -29,43 +29,44 @@ class Running:
         self.halt = halt
         self.started = started
         self.exchange: Exchange | None = None
-        """What tells its end; None where it is polled for, or nothing tells it."""
+        """The exchange that reports its end; None if the end is polled for or not reported."""
         self.ended: float | None = None
-        """When its end was told, in the time of the session."""
+        """When its end was reported, in the time of the session."""
         self.stopped = False
-        """Whether a stop was sent since."""
+        """Whether a stop was sent after the start."""
         self.left = False
-        """Whether it was started over a line that is gone, so that its end will not be heard.
+        """Whether it was started over an earlier line, so that its end will not be reported.
 
-        A stop that was sent as the line was closed changes nothing: its answer was not heard either.
+        A stop that was sent as that line was closed does not change this, because it was not confirmed.
         """
 
     def just_begun(self, now: float) -> bool:
-        """Say whether a status may not show it yet, because it was started a moment ago."""
+        """Return whether it started so recently that a status may not show it yet."""
         return now - self.started < BEGINNING
 
 
 class Motions:
-    """Everything that was started, by address and channel; at most one thing each.
+    """The motions that were started, by address and channel; at most one each.
 
-    Threads add and remove, and a signal handler reads: every step is a single one of a dictionary.
+    Threads add and remove entries while a signal handler reads them, so every step is a single dictionary
+    operation.
     """
 
     def __init__(self) -> None:
         self._running: dict[tuple[int, int | None], Running] = {}
 
     def start(self, place: tuple[int, int | None], running: Running) -> None:
-        """Add what is about to be started; it takes the place of what was there."""
+        """Add a motion that is about to start; it replaces an earlier one there."""
         self._running[place] = running
 
     def at(self, place: tuple[int, int | None]) -> Running | None:
-        """Return what may go on there."""
+        """Return the motion that may be under way there."""
         return self._running.get(place)
 
     def refused(
         self, place: tuple[int, int | None], running: Running, before: Running | None
     ) -> None:
-        """Remove what was not sent after all, and let be what was there before."""
+        """Remove a motion that was not sent, and restore the previous one."""
         if self._running.get(place) in (running, None):
             if before is None:
                 self._running.pop(place, None)
@@ -73,22 +74,22 @@ class Motions:
                 self._running[place] = before
 
     def over(self, place: tuple[int, int | None], running: Running) -> None:
-        """Remove what has ended, unless something else was started there since."""
+        """Remove a motion that has ended, unless another one was started there since."""
         if self._running.get(place) is running:
             self._running.pop(place, None)
 
     def stopped(self, place: tuple[int, int | None]) -> None:
-        """Note that a stop was sent; nothing needs to be stopped there any more."""
+        """Record that a stop was sent, so that nothing there needs to be stopped."""
         running = self._running.pop(place, None)
         if running is not None:
             running.stopped = True
 
     def described(self) -> str:
-        """Name everything that may go on, for people."""
+        """Return the names of all motions that may be under way, for messages."""
         return ", ".join(running.what for running in tuple(self._running.values()))
 
     def halts(self) -> list[tuple[int, Message]]:
-        """Return who is to be stopped, and by what."""
+        """Return the address and the stop of each motion."""
         return [
             (address, running.halt)
             for (address, _), running in tuple(self._running.items())
@@ -96,10 +97,10 @@ class Motions:
         ]
 
     def leave(self) -> None:
-        """Note that the line is gone; what was started over it may go on, also where a stop was sent last."""
+        """Mark all motions as started over an earlier line, even if stops were sent last."""
         for running in tuple(self._running.values()):
             running.left = True
 
     def stops(self) -> bytes:
-        """Return the bytes that stop everything; for a signal handler, so that it takes no lock."""
+        """Return the bytes that stop everything; takes no lock, because signal handlers call it."""
         return b"".join([running.stop for running in tuple(self._running.values())])

@@ -1,4 +1,4 @@
-"""What ``open`` of a class for asyncio returns: a controller to be awaited, or entered."""
+"""The return value of ``open`` for asyncio, which is awaited or entered."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ class _Openable(Protocol):
     async def _connect(self) -> None: ...
 
     async def close(self) -> None:
-        """Close it."""
+        """Close the device."""
 
 
 D = TypeVar("D", bound=_Openable)
 
 
 class Opening(Generic[D]):
-    """A controller that is about to be opened: await it, or enter it by ``async with``.
+    """A controller that is not open yet: await it, or enter it with ``async with``.
 
-    :param device: not open yet.
+    :param device: device to open.
     """
 
     def __init__(self, device: D) -> None:
         self._device = device
 
-    if not TYPE_CHECKING:  # which knows it already
+    if not TYPE_CHECKING:  # type checkers know the methods already
 
         def __getattr__(self, name: str) -> Any:
             raise AttributeError(
-                f"it is not open yet and has no {name}: await it, as in `tdc = await TDC001.open(...)`, or "
-                "enter it by `async with`"
+                f"the device is not open yet and has no attribute {name!r}: await it, as in "
+                "`tdc = await TDC001.open(...)`, or use `async with`"
             )
 
         def __enter__(self) -> D:
             raise TypeError(
-                "it is opened by `async with`, or by `await`; `with` is for the classes outside aio"
+                "use `async with` or `await`: `with` is only for devices outside the aio packages"
             )
 
         def __exit__(self, *error: object) -> None:
-            raise NotImplementedError  # nothing was entered
+            raise NotImplementedError  # `__enter__` always raises
 
     async def _open(self) -> D:
         await self._device._connect()

@@ -1,4 +1,4 @@
-"""What a user may say when a device is opened."""
+"""The options of ``open``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stagewire.quantities import Number, Scale, Stage, exact
 __all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
 
 SETTINGS: Final = {"maximum_volts": "max_volts", "maximum_travel": "max_travel_um"}
-"""Settings that may be given when a device is opened, and the keywords for it."""
+"""Setting that ``open`` accepts -> its keyword."""
 
 _TOLERANCES: Final = ("target_tolerance_mm", "target_tolerance_counts")
 
@@ -28,72 +28,75 @@ Length: TypeAlias = Number | tuple[Number, Number]
 
 
 class OpenOptions(TypedDict, total=False):
-    """The keywords of ``open``; all may be left out."""
+    """The keywords of ``open``; all are optional."""
 
     stage: Stage | str | None
-    """What stands on every channel, by itself or by its name in the registry; it decides on the scales.
-    Without it there are raw counts only."""
+    """Stage on every channel: a :class:`Stage` or its name in the registry. It determines the scales; without
+    it only raw counts can be used."""
     stages: Mapping[Any, Stage | str] | None
-    """Where channels differ: number of the channel or bay, or name of the axis -> stage."""
+    """Stages by channel number, bay number or name of the axis, if they differ."""
     travel_mm: Length | Mapping[Any, Length] | None
-    """Where the stage can go: from 0 to this, or ``(low, high)``; or by channel as ``stages``. Targets
-    outside are refused. Without it the length of the travel that the stage has in the registry is the limit,
-    where that is known."""
+    """Travel of the stage: from 0 to this value, or ``(low, high)``; or a mapping by channel as in
+    ``stages``. Targets outside are refused. The default limit is the length of the travel in the registry, if
+    known."""
     max_velocity_mm_per_s: Number | Mapping[Any, Number] | None
-    """The highest velocity that may be set; or by channel as ``stages``. It replaces the limit that the stage
-    has in the registry, and may be higher."""
+    """Maximum velocity; or a mapping by channel as in ``stages``. It replaces the limit of the stage in the
+    registry, and may be higher."""
     max_acceleration_mm_per_s2: Number | Mapping[Any, Number] | None
-    """The highest acceleration, likewise."""
+    """Maximum acceleration; otherwise like ``max_velocity_mm_per_s``."""
     target_tolerance_mm: Number | None
-    """How far from its target a motion may end, on every channel whose scale is known; further away raises
-    :class:`~stagewire.errors.TargetNotReachedError`. 0.01 mm when nothing is said, and 500 counts where no
-    scale is known."""
+    """How far from its target a motion may end, on every channel whose scale is known. If it ends further
+    away,
+    :class:`~stagewire.errors.TargetNotReachedError` is raised. The default is 0.01 mm, or 500 counts if the
+    scale is unknown."""
     target_tolerance_counts: int | None
-    """The same in counts, whatever is known; give one of the two."""
+    """The same in counts, with or without a known scale; use only one of the two."""
     max_volts: Number | None
-    """The maximum output voltage, where the controller is not asked for it or does not say it."""
+    """Maximum output voltage, if the controller is not asked for it or does not report it."""
     max_travel_um: Number | None
-    """The travel of the actuator, likewise."""
+    """Travel of the actuator, if the controller is not asked for it or does not report it."""
     serial_number: int | None
-    """That of the controller; another one is refused."""
+    """Expected serial number; opening a controller with a different one fails."""
     model: str | None
-    """Name of the controller, where it is newer than the document: ``BSC203`` for one that is opened as
-    ``BSC103``. Its scales hold, and another controller is refused. Without it, serial number and reported
-    model decide which it is."""
+    """Name of a controller that is newer than the document: ``BSC203`` for one that is opened as ``BSC103``.
+    Its scales are used, and opening another controller fails. By default the serial number and the reported
+    model decide."""
     address: int | None
-    """That of the controller, where it is not the one of the document."""
+    """Address of the controller, if it differs from the documented one."""
     baudrate: int | None
-    """Of a serial port; None: 115200, and 9600 where commands have no frame."""
+    """Baud rate of a serial port; None: 115200, or 9600 for controllers whose commands have no frame."""
     rtscts: bool | None
-    """Hardware handshake; None: as the port asks."""
+    """Hardware handshake; None: the default of the port."""
     line: Literal["usb", "rs232"]
-    """On USB, the default, a controller needs keep-alive messages."""
+    """Type of the line. On ``usb``, the default, keep-alive messages are sent to controllers that need
+    them."""
     timeout: float
-    """Seconds that a call may last; 1.0 when nothing is said."""
+    """Timeout of a call in seconds; the default is 1.0."""
     motion_timeout: float
-    """Seconds that a motion may last; 60.0 when nothing is said."""
+    """Timeout of a motion in seconds; the default is 60.0."""
     pacing: float | None
-    """Seconds after what has no reply; None: as the unit needs it."""
+    """Pause after a message without a reply, in seconds; None: as the unit requires."""
     reconnect_pause: float
-    """Seconds that ``reconnect()`` lets pass after a line was lost before it sends anything: longer than the
-    controller waits for the rest of a message; 1.5 when nothing is said."""
+    """Seconds from the loss of a line until ``reconnect()`` sends anything. It must be longer than the
+    controller waits for the rest of a message; the default is 1.5."""
     on_close: Literal["stop", "leave"]
-    """What becomes of motion that was started here when the device is closed or the program ends; it is
-    stopped when nothing is said."""
+    """Whether motions started here are stopped or left running when the device is closed or the program ends;
+    the default is ``stop``."""
     background: bool
-    """Whether a thread reads and keeps the controller alive, as when nothing is said; never in asyncio."""
+    """Whether a background thread reads messages and keeps the controller alive; the default is True. Ignored
+    in asyncio."""
     identify: bool
-    """Whether the controller is asked what it is, and for the settings that its scales need. Without asking,
-    the scales are those of ``model``, or else those of the class."""
+    """Whether to ask the controller for its identity and for the settings that its scales depend on; the
+    default is True. If False, the scales are those of ``model``, or else of the class."""
     log: str | Path | None
-    """A file for a capture of both directions."""
+    """File for a capture of both directions."""
     refuse_prefix_bytes: bool
-    """Whether a value is refused whose bytes look like a setup command (protocols of commands)."""
+    """Whether to refuse values whose bytes look like a setup command (command protocols only)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """The same, checked."""
+    """The options after validation."""
 
     stages: Mapping[Any, Stage] = field(default_factory=dict)
     travels: Mapping[Any, Travel] = field(default_factory=dict)
@@ -119,32 +122,32 @@ class Choices:
     refuse_prefix_bytes: bool = False
 
     def stage_of(self, name: object) -> Stage | None:
-        """Return what stands on a channel, bay or axis."""
+        """Return the stage on a channel, bay or axis."""
         return self.stages.get(name)
 
     def travel_of(self, name: object) -> Travel | None:
-        """Return the travel there."""
+        """Return the travel on a channel, bay or axis."""
         return self.travels.get(name)
 
     def ceilings_of(self, name: object) -> dict[str, Fraction]:
-        """Return the other limits stated there, by name."""
+        """Return the other limits on a channel, bay or axis, by name."""
         return {limit: values[name] for limit, values in self.ceilings.items() if name in values}
 
 
 def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions) -> Choices:
-    """Return the choices of a user, checked as far as they can be without the controller.
+    """Return the choices of a user, validated as far as possible without the controller.
 
-    :param names: how channels, bays or axes are called.
+    Options without effect are also refused, because a user who sets a limit relies on it.
 
-    What would have no effect is refused, too: who gives a limit relies on it.
+    :param names: names of the channels, bays or axes.
 
-    Raises :class:`~stagewire.errors.BadValueError`, and :class:`~stagewire.errors.UnknownScaleError` for a
+    Raise :class:`~stagewire.errors.BadValueError`, and :class:`~stagewire.errors.UnknownScaleError` for a
     stage that is not known on this unit.
     """
     unknown = given.keys() - OpenOptions.__annotations__.keys()
     if unknown:
         known = ", ".join(OpenOptions.__annotations__)
-        raise BadValueError(f"open has no option {', '.join(sorted(unknown))} (there are: {known})")
+        raise BadValueError(f"unknown option {', '.join(sorted(unknown))} of open (choose {known})")
     _check_useful(facts, unit, given)
     stages = _by_name("stages", given.get("stages"), given.get("stage"), names)
     travels = _one_or_several("travel_mm", given.get("travel_mm"), names)
@@ -180,26 +183,24 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
 
 
 def check_guest(unit: Unit, given: OpenOptions, owner: str) -> None:
-    """Raise for what cannot share a line that is open already, and for options about that line.
+    """Raise an error for a unit that cannot share an open line, and for options of that line.
 
-    :param owner: of the line, for people.
+    :param owner: unit that opened the line, for messages.
 
-    Raises :class:`~stagewire.errors.BadValueError`.
+    Raise :class:`~stagewire.errors.BadValueError`.
     """
     if unit.kind != "bay":
         raise BadValueError(
-            f"a {unit.name} has a line of its own: open takes its URL, and not a {owner}; modules of one "
-            "rack share a line"
+            f"a {unit.name} cannot share the line of a {owner}: pass its own URL to open; only modules in "
+            "one rack share a line"
         )
     for option in ("baudrate", "rtscts", "pacing", "background", "log"):
         if option in given:
-            raise BadValueError(
-                f"{option}: the line is that of {owner}, which has one; give it there"
-            )
+            raise BadValueError(f"{option}: the line was opened by {owner}; set this option there")
 
 
 def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
-    """Raise for an option that would be without effect on this unit."""
+    """Raise an error for an option that would have no effect on this unit."""
     depended_on = {
         setting
         for quantity in unit.quantities
@@ -207,46 +208,42 @@ def _check_useful(facts: Facts, unit: Unit, given: OpenOptions) -> None:
     }
     for setting, option in SETTINGS.items():
         if given.get(option) is not None and setting not in depended_on:
-            raise BadValueError(
-                f"{option}: no value of a {unit.name} depends on it, and it would limit nothing; leave it out"
-            )
+            raise BadValueError(f"{option}: no value of a {unit.name} depends on it; leave it out")
     for option in _TOLERANCES:
         if given.get(option) is not None and POSITION not in unit.quantities:
-            raise BadValueError(
-                f"{option}: a {unit.name} has no position that a motion could miss; leave it out"
-            )
+            raise BadValueError(f"{option}: a {unit.name} does not report positions; leave it out")
     wanted = given.get("serial_number")
     if wanted is None:
         return
     if isinstance(wanted, bool) or not isinstance(wanted, int):
-        raise BadValueError(f"serial_number takes a whole number, not {wanted!r}")
+        raise BadValueError(f"serial_number must be an integer, not {wanted!r}")
     if facts.identity is None or not given.get("identify", True):
-        why = "is not asked for its own" if facts.identity else "has no message that tells its own"
+        why = "is not asked for it" if facts.identity else "cannot report it"
         raise BadValueError(
-            f"serial_number: the controller {why}, and another one would not be noticed; leave it out"
+            f"serial_number cannot be checked, because the controller {why}; leave it out"
         )
 
 
 def _by_name(
     option: str, several: Mapping[Any, Any] | None, one: Any, names: tuple[Any, ...]
 ) -> dict[Any, Any]:
-    """Return what holds for each name: the one of it, or else the one for all."""
+    """Return the value for each name: its own value if given, or else the common value."""
     chosen = {} if one is None else dict.fromkeys(names, one)
     if not isinstance(several or {}, Mapping):
         raise BadValueError(
-            f"{option} takes a dictionary, such as {{{names[0]!r}: …}}, not {several!r}"
+            f"{option} must be a mapping, such as {{{names[0]!r}: …}}, not {several!r}"
         )
     for name, value in (several or {}).items():
         name = name.upper() if isinstance(name, str) else name
         if name not in names:
             there = ", ".join(map(str, names))
-            raise BadValueError(f"{option}: there is no {name!r} (there are: {there})")
+            raise BadValueError(f"{option}: unknown key {name!r} (choose {there})")
         chosen[name] = value
     return chosen
 
 
 def _one_or_several(option: str, value: object, names: tuple[Any, ...]) -> dict[Any, Any]:
-    """Return what holds for each name, where one value or a dictionary was given."""
+    """Return the value for each name, given one value or a mapping."""
     several = value if isinstance(value, Mapping) else None
     return _by_name(option, several, None if several is not None else value, names)
 
@@ -265,11 +262,11 @@ def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
         if not isinstance(found, Stage):
             known = ", ".join(unit.stages) or "none"
             raise UnknownScaleError(
-                f"no stage {stage} is known (known on {unit.name}: {known}); Stage.of_user(...) makes another"
+                f"unknown stage {stage} (known on {unit.name}: {known}); use Stage.of_user(...) for others"
             )
         stage = found
     if not isinstance(stage, Stage):
-        raise BadValueError(f"stage takes a stage or the name of one, not {stage!r}")
+        raise BadValueError(f"stage must be a Stage or the name of one, not {stage!r}")
     if stage.by_user:
         _check_stage(facts, stage)
     elif stage.name not in unit.stages and not any(
@@ -277,26 +274,26 @@ def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
     ):
         known = ", ".join(unit.stages) or "none"
         raise UnknownScaleError(
-            f"{stage.name} is not known on {unit.name} (known there: {known}): a scale belongs to a stage "
-            "on a controller; Stage.of_user(...) makes one with scales of yours"
+            f"the scales of {stage.name} on {unit.name} are unknown (known stages: {known}); "
+            "use Stage.of_user(...) to give its scales yourself"
         )
     return stage
 
 
 def _model(facts: Facts, unit: Unit, model: object) -> str | None:
-    """Return the name of a unit or alias that the class opens, given in any case."""
+    """Return the name of a unit or alias that the class opens; ``model`` may be in any case."""
     if model is None:
         return None
     known = {name.upper(): name for name in (unit.name, *(a.name for a in facts.aliases_of(unit)))}
     if not isinstance(model, str) or model.upper() not in known:
         raise BadValueError(
-            f"model: {model!r} is not opened as a {unit.name} (choose {', '.join(known.values())})"
+            f"model {model!r} cannot be opened as a {unit.name} (choose {', '.join(known.values())})"
         )
     return known[model.upper()]
 
 
 def _check_stage(facts: Facts, stage: Stage) -> None:
-    """Raise for scales of a user that would never be used, or not as they are meant."""
+    """Raise an error for scales of a user that have an unknown quantity or the wrong unit."""
     units = {
         name: rule.unit for name, rule in facts.quantities.items() if isinstance(rule, ByStage)
     }
@@ -305,12 +302,11 @@ def _check_stage(facts: Facts, stage: Stage) -> None:
     ):
         if quantity not in units:
             raise BadValueError(
-                f"stage {stage.name}: there is no quantity {quantity} of a stage "
-                f"(there are: {', '.join(units)})"
+                f"stage {stage.name}: unknown quantity {quantity} (choose {', '.join(units)})"
             )
         if not isinstance(scale, Scale) or scale.unit != units[quantity]:
             raise BadValueError(
-                f"stage {stage.name}: {quantity} takes a Scale in {units[quantity]}, not {scale!r}"
+                f"stage {stage.name}: {quantity} must be a Scale in {units[quantity]}, not {scale!r}"
             )
 
 
@@ -319,37 +315,39 @@ def _setting(keyword: str, value: object, unit: str) -> Fraction | None:
         return None
     number = exact(in_unit(value, unit, keyword))
     if number <= 0:
-        raise BadValueError(f"{keyword} takes a number above 0, not {value}")
+        raise BadValueError(f"{keyword} must be above 0, not {value}")
     return number
 
 
 def _pause(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < inf:
-        raise BadValueError(f"reconnect_pause takes seconds, 0 or more, not {value!r}")
+        raise BadValueError(
+            f"reconnect_pause must be a number of seconds, 0 or more, not {value!r}"
+        )
     return float(value)
 
 
 def _tolerance(given: OpenOptions) -> Fraction | None:
-    """Return the tolerance in mm; check the one in counts."""
+    """Return the tolerance in mm, and check the tolerance in counts."""
     mm, counts = given.get("target_tolerance_mm"), given.get("target_tolerance_counts")
     if mm is not None and counts is not None:
-        raise BadValueError(f"{' and '.join(_TOLERANCES)} are the same limit; give one of them")
+        raise BadValueError(f"{' and '.join(_TOLERANCES)} set the same limit; use only one of them")
     if counts is not None and (
         isinstance(counts, bool) or not isinstance(counts, int) or counts < 0
     ):
         raise BadValueError(
-            f"target_tolerance_counts takes a whole number from 0 on, not {counts!r}"
+            f"target_tolerance_counts must be an integer, 0 or more, not {counts!r}"
         )
     if mm is None:
         return None
     number = exact(in_unit(mm, "mm", "target_tolerance_mm"))
     if number < 0:
-        raise BadValueError(f"target_tolerance_mm takes a number from 0 on, not {mm}")
+        raise BadValueError(f"target_tolerance_mm must be 0 or more, not {mm}")
     return number
 
 
 def _one_of(option: str, value: object, known: tuple[str, ...]) -> str:
-    """Return one of the known words, which may be given in any case."""
+    """Return the known word that ``value`` is in any case."""
     word = value.lower() if isinstance(value, str) else value
     if word not in known:
         raise BadValueError(f"{option} {value!r} is not one of {', '.join(known)}")

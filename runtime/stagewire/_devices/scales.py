@@ -1,7 +1,7 @@
-"""How counts become units on one channel of one controller: by its stage, its unit and its settings.
+"""Conversion between counts and units on one channel, by its stage, unit and settings.
 
-A generated package gives a *rule* for every quantity; a channel gives what the rules ask for. Nothing is
-guessed: where a stage or a setting is not known, the error says what to give.
+A generated package defines a *rule* for every quantity. The stage and settings of a channel turn the rule
+into a scale. Nothing is guessed: if a stage or a setting is unknown, the error names the option to set.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ __all__ = ["ByCase", "BySetting", "ByStage", "ByUnit", "Rule", "Scales", "ToldVa
 
 @dataclass(frozen=True, slots=True)
 class ByStage:
-    """The stage on the controller decides."""
+    """The scale depends on the stage and the controller."""
 
     unit: str
 
 
 @dataclass(frozen=True, slots=True)
 class BySetting:
-    """A count is a share of a setting of the controller.
+    """A full-scale number of counts equals the value of a setting of the controller.
 
-    :param counts: those that stand for the whole setting.
+    :param counts: counts that equal the value of the setting.
     """
 
     setting: str
@@ -38,9 +38,9 @@ class BySetting:
 
 @dataclass(frozen=True, slots=True)
 class ByUnit:
-    """The controller decides.
+    """The scale depends on the controller.
 
-    :param units: the controllers for which the document gives a scale.
+    :param units: controller -> scale, for those in the document.
     """
 
     units: Mapping[str, Scale | UnknownScale]
@@ -49,7 +49,7 @@ class ByUnit:
 
 @dataclass(frozen=True, slots=True)
 class ByCase:
-    """A setting decides what is measured, and so the unit."""
+    """A setting determines what is measured, and so the unit."""
 
     setting: str
     cases: Mapping[str, Scale | UnknownScale | ByStage | BySetting | ByUnit]
@@ -59,7 +59,7 @@ Rule: TypeAlias = Scale | UnknownScale | ByStage | BySetting | ByUnit | ByCase
 
 
 def settings_of(rule: Rule) -> Iterator[str]:
-    """Give the settings that a scale depends on."""
+    """Yield the settings that a scale depends on."""
     if isinstance(rule, BySetting):
         yield rule.setting
     elif isinstance(rule, ByCase):
@@ -70,11 +70,11 @@ def settings_of(rule: Rule) -> Iterator[str]:
 
 @dataclass(frozen=True, slots=True)
 class ToldValue:
-    """A setting as it is known.
+    """The known value of a setting.
 
-    :param value: in its unit; or the name of a case.
+    :param value: number in ``unit``, or the name of a case.
     :param unit: empty for a case.
-    :param source: who told it, for people.
+    :param source: origin of the value, for messages.
     """
 
     value: Fraction | str
@@ -84,16 +84,15 @@ class ToldValue:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scales:
-    """The scales of one channel; never changed: what is told later makes others.
+    """The scales of one channel; immutable.
 
-    :param unit: the unit of the document whose messages the controller takes.
+    :param unit: unit of the document whose messages the controller supports.
     :param rules: quantity -> rule.
-    :param stage: what stands on the channel, if that is known.
-    :param settings: name -> value, of those that are known.
-    :param ways: setting -> how it is made known, for errors.
-    :param stages: the names of the stages that the document knows on the controller.
-    :param names: what the controller is, or may be where that is not certain: units and aliases, whose
-        scales count. Empty: the unit.
+    :param stage: stage on the channel, if known.
+    :param settings: name -> value of the known settings.
+    :param ways: setting -> how to make it known, for messages.
+    :param stages: names of the stages that the document lists for the controller.
+    :param names: units and aliases that the controller may be; their scales are used. Empty: only ``unit``.
     """
 
     unit: str
@@ -106,17 +105,17 @@ class Scales:
 
     @property
     def controller(self) -> str:
-        """What the controller is, or may be, for people."""
+        """The names that the controller may have, for messages."""
         return " or ".join(self.names or (self.unit,))
 
     def told(self, setting: str, value: ToldValue) -> Scales:
-        """Return the scales that hold now that a setting is known."""
+        """Return the scales with a new value of a setting."""
         return replace(self, settings={**self.settings, setting: value})
 
     def of(self, quantity: str, unit: str, case: str | None = None) -> Scale:
-        """Return the scale of a quantity in ``unit``; in a certain case, where a setting decides.
+        """Return the scale of a quantity in ``unit``, in ``case`` if the unit depends on a setting.
 
-        Raises :class:`~stagewire.errors.UnknownScaleError` where it is not known, or not in this unit now.
+        Raise :class:`~stagewire.errors.UnknownScaleError` if it is unknown or currently in another unit.
         """
         rule = self.rules[quantity]
         if isinstance(rule, ByCase):
@@ -125,7 +124,7 @@ class Scales:
             if chosen is None or _unit_of(chosen) != unit or case not in (None, now):
                 other = f"in {_unit_of(chosen)}" if chosen is not None else "without a unit"
                 raise UnknownScaleError(
-                    f"{quantity} is {other} and not in {unit} while {rule.setting} is {now}"
+                    f"{quantity} is {other}, not in {unit}, while {rule.setting} is {now}"
                 )
             rule = chosen
         scale = self._apply(rule, quantity)
@@ -133,8 +132,8 @@ class Scales:
             self._refuse(quantity, unit, scale.reason)
         if scale.unit != unit:
             raise UnknownScaleError(
-                f"the scale of {quantity} is in {scale.unit}, and {unit} is needed; see its source: "
-                f"{self.source(quantity, scale)}"
+                f"the scale of {quantity} is in {scale.unit}, but {unit} is required; "
+                f"source of the scale: {self.source(quantity, scale)}"
             )
         return scale
 
@@ -143,13 +142,15 @@ class Scales:
     ) -> Scale | UnknownScale:
         if isinstance(rule, ByStage):
             if self.stage is None:
-                known = f"(the document has {', '.join(self.stages)}) " if self.stages else ""
-                way = f"give stage= {known}or Stage.of_user(...) when you open it"
+                known = f" (the document lists {', '.join(self.stages)})" if self.stages else ""
+                way = f"pass stage={known} or stage=Stage.of_user(...) to open"
                 return UnknownScale(rule.unit, f"it depends on the stage; {way}")
             stage = self.stage
             return self._agreed(rule.unit, lambda name: _of_stage(stage, quantity, name, rule.unit))
         if isinstance(rule, ByUnit):
-            unknown = UnknownScale(rule.unit, f"the document gives none for {self.controller}")
+            unknown = UnknownScale(
+                rule.unit, f"the document does not state it for {self.controller}"
+            )
             return self._agreed(rule.unit, lambda name: rule.units.get(name, unknown))
         if isinstance(rule, BySetting):
             told = self.settings.get(rule.setting)
@@ -163,7 +164,7 @@ class Scales:
     def _agreed(
         self, unit: str, scale_on: Callable[[str], Scale | UnknownScale]
     ) -> Scale | UnknownScale:
-        """Return the scale on the controller, if it is the same on everything that the controller may be."""
+        """Return the scale if all units that the controller may be have the same one."""
         found = {name: scale_on(name) for name in self.names or (self.unit,)}
         first, *others = found.values()
         if all(scale == first for scale in others):
@@ -171,12 +172,12 @@ class Scales:
         figures = ", ".join(f"{name}: {_shown(scale)}" for name, scale in found.items())
         return UnknownScale(
             unit,
-            f"it differs ({figures}), and neither serial number nor model tell which of them this is; "
-            "give model= when you open it, or Stage.of_user(...) as stage=",
+            f"it differs ({figures}), and serial number and model do not show which of these it is; "
+            "pass model= or stage=Stage.of_user(...) to open",
         )
 
     def _case(self, rule: ByCase, quantity: str, unit: str, case: str | None) -> str:
-        """Return the case that holds; where it is not known, what a user says by writing it."""
+        """Return the current case; if it is unknown, the case that the caller implies."""
         told = self.settings.get(rule.setting)
         if told is not None:
             return str(told.value)
@@ -186,29 +187,30 @@ class Scales:
 
     def _untold(self, setting: str, unit: str) -> UnknownScale:
         way = self.ways.get(setting)
-        unknown = f"is not known; {way}" if way else "nothing tells"
+        unknown = f"is unknown; {way}" if way else "the controller does not report"
         return UnknownScale(unit, f"it depends on {setting}, which {unknown}")
 
     def _refuse(self, quantity: str, unit: str, reason: str) -> NoReturn:
         raise UnknownScaleError(
-            f"no scale of {quantity} in {unit} is known on {self.controller}: {reason}; raw counts need none"
+            f"the scale of {quantity} in {unit} on {self.controller} is unknown: {reason}; "
+            "raw counts need no scale"
         )
 
     def unit_of(self, quantity: str) -> str:
-        """Return the unit of a quantity; empty where a setting decides on it."""
+        """Return the unit of a quantity; empty if it depends on a setting."""
         return _unit_of(self.rules[quantity])
 
     # For people
 
     def source(self, quantity: str, scale: Scale) -> str:
-        """Say where the scale of a quantity comes from."""
+        """Return where the scale of a quantity comes from."""
         rule, case = self.rules[quantity], ""
         if isinstance(rule, ByCase) and (told := self.settings.get(rule.setting)) is not None:
             case = f"; {rule.setting} is {told.value}"
             rule = rule.cases[str(told.value)]
         if isinstance(rule, ByStage) and self.stage is not None:
             if self.stage.by_user:
-                return f"{self.stage.name}, a stage of yours"
+                return f"{self.stage.name}, your own stage"
             return f"{self.stage.name}, {scale.source or f'page {self.stage.page} of the document'}"
         if isinstance(rule, BySetting) and rule.setting in self.settings:
             told = self.settings[rule.setting]
@@ -216,10 +218,10 @@ class Scales:
         return f"{scale.source or 'the document'}{case}"
 
     def described(self, quantities: Iterable[str]) -> Iterator[str]:
-        """Say how many counts make one unit of each quantity, and where that comes from.
+        """Yield a line for each quantity: counts per unit, and the source of the scale.
 
-        Those that have no scale for the same reason are said together. Left out is what a document gives in
-        its unit, so that there is nothing to convert.
+        Quantities without a scale for the same reason share a line. Quantities that need no conversion are
+        left out.
         """
         unknown: dict[str, list[str]] = {}
         for quantity in quantities:
@@ -230,10 +232,10 @@ class Scales:
                 factor = _number(scale.counts_per_unit)
                 yield f"{quantity}: {factor} counts per {scale.unit} ({self.source(quantity, scale)})"
         for reason, names in unknown.items():
-            yield f"{', '.join(names)} in counts only: {reason}"
+            yield f"{', '.join(names)} in raw counts only: {reason}"
 
     def _now(self, quantity: str) -> Scale | UnknownScale:
-        """Return the scale that holds now, or why there is none."""
+        """Return the current scale, or why it is unknown."""
         rule = self.rules[quantity]
         if isinstance(rule, ByCase):
             told = self.settings.get(rule.setting)
@@ -246,18 +248,18 @@ class Scales:
 
 
 def _of_stage(stage: Stage, quantity: str, name: str, unit: str) -> Scale | UnknownScale:
-    """Return the scale of a stage on a controller, or why there is none."""
+    """Return the scale of a stage on a controller, or why it is unknown."""
     try:
         return stage.scale(quantity, name)
     except UnknownScaleError:
         pass
     if stage.by_user:
-        return UnknownScale(unit, f"{stage.name} was given none")
+        return UnknownScale(unit, f"{stage.name} was created without it")
     if stage.is_known_on(name):
-        return UnknownScale(unit, f"{stage.name} has no such scale on {name}")
+        return UnknownScale(unit, f"the registry does not state it for {stage.name} on {name}")
     return UnknownScale(
         unit,
-        f"{stage.name} has no scales on {name}; give Stage.of_user(...) with scales of yours as stage=",
+        f"the registry has no scales of {stage.name} on {name}; pass stage=Stage.of_user(...) to open",
     )
 
 
@@ -272,7 +274,7 @@ def _unit_of(rule: Rule) -> str:
 
 
 def _number(value: Fraction | str) -> str:
-    """Write a number as people do: whole, or as a decimal of ten places at most."""
+    """Format a number as an integer, or as a decimal with at most ten digits."""
     if isinstance(value, str) or value.denominator == 1:
         return str(value)
     return f"{float(value):.10g}"

@@ -1,4 +1,4 @@
-"""What devices consist of, for threads and asyncio alike: channels, bays, axes, and how they are found."""
+"""The structure of devices: channels, bays and axes, for both threads and asyncio."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _KINDS: Final = {"rack": ("bay", "bays"), "line": ("axis", "axes")}
 
 
 class PartBase:
-    """Something that calls go to: a device, a bay, a channel or an axis."""
+    """Part of a device that has calls: the device itself, a bay, a channel or an axis."""
 
     def __init__(self, at: Endpoint[Any]) -> None:
         self._at = at
@@ -31,16 +31,16 @@ class PartBase:
 
     @property
     def _source(self) -> int | None:
-        """Whose messages a subscription is about."""
+        """Source address of the messages of a subscription; None: any."""
         return self._at.address
 
     @property
     def scales(self) -> Scales:
-        """The scales that hold here now."""
+        """The current scales of this part."""
         return self._at.scales()
 
     def values(self, message: Message) -> Values[Any] | None:
-        """Return what a message says in engineering units; None for one that carries no values."""
+        """Return the values of a message in engineering units; None if it has none."""
         return self._at.connection.values_of(message, self._at.place)
 
 
@@ -57,22 +57,22 @@ class DeviceBase(PartBase):
 
     @property
     def _source(self) -> int | None:
-        """Of a module its own, as others may share its line; else all that comes over it."""
+        """The address of a module, whose line others may share; None for other devices."""
         return self._at.address if self.unit.kind == "bay" else None
 
     @property
     def url(self) -> str:
-        """The line."""
+        """The URL of the line."""
         return self._at.connection.url
 
     @property
     def info(self) -> Values[Any] | None:
-        """What the controller said that it is when it was opened; None where it was not asked."""
+        """The identity that the controller reported when it was opened; None if it was not asked."""
         return self._at.connection.info
 
     @property
     def serial_number(self) -> int | None:
-        """That of the controller; None where it was not asked."""
+        """The serial number of the controller; None if it was not asked."""
         return None if self.info is None else getattr(self.info.message, "serial_number", None)
 
     def __str__(self) -> str:
@@ -83,7 +83,7 @@ P = TypeVar("P", bound=PartBase)
 
 
 class ChannelsBase(PartBase, Generic[P]):
-    """Something with several channels."""
+    """A part with several channels."""
 
     channel_class: type[P]
 
@@ -100,14 +100,14 @@ class ChannelsBase(PartBase, Generic[P]):
 
     @property
     def channels(self) -> tuple[P, ...]:
-        """All channels, from channel 1 on."""
+        """All channels, starting with channel 1."""
         return self._channels
 
     def channel(self, number: int | str) -> P:
-        """Return a channel, counted from 1, or by its name in the enumeration of channels, such as ``CHAN2``.
+        """Return a channel by its number, counted from 1, or its name in the enumeration, such as ``CHAN2``.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for a number that no channel has, and
-        :class:`~stagewire.errors.BadValueError` for what is neither a number nor a name.
+        Raise :class:`~stagewire.errors.OutOfRangeError` for a number without a channel, and
+        :class:`~stagewire.errors.BadValueError` for anything else.
         """
         names = self._at.connection.facts.channels
         return _numbered("channel", self._channels, number, self._at.name, names)
@@ -129,15 +129,15 @@ class BaysBase(DeviceBase, Generic[P]):
 
     @property
     def bays(self) -> tuple[P, ...]:
-        """All bays, from bay 1 on, empty ones included."""
+        """All bays, starting with bay 1, including empty bays."""
         return self._bays
 
     def bay(self, number: int) -> P:
-        """Return a bay, counted from 1 as the document's addresses: ``bay(1)`` is 0x21, ``bay(2)`` is 0x22.
+        """Return a bay by its number: ``bay(1)`` has the address 0x21, ``bay(2)`` has 0x22.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for a number that no bay has, and
-        :class:`~stagewire.errors.BadValueError` for what is not a number: names of bays are refused, because
-        the enumerations of the document count bays from 0.
+        Raise :class:`~stagewire.errors.OutOfRangeError` for a number without a bay, and
+        :class:`~stagewire.errors.BadValueError` for anything else. Names are refused, because the
+            enumerations of the document count bays from 0.
         """
         return _numbered("bay", self._bays, number, self._at.name)
 
@@ -154,17 +154,17 @@ class AxesBase(DeviceBase, Generic[P]):
     def axis(self, axis: int | str) -> P:
         """Return an axis by its name, such as ``X``, or its identifier.
 
-        Controllers can be given other identifiers than the documented ones: any byte is taken that can stand
-        there. Raises :class:`~stagewire.errors.OutOfRangeError` for one that cannot, and
-        :class:`~stagewire.errors.BadValueError` for a name that is none.
+        Controllers can be configured with undocumented identifiers, so every valid byte is accepted. Raise
+        :class:`~stagewire.errors.OutOfRangeError` for an invalid identifier, and
+        :class:`~stagewire.errors.BadValueError` for an unknown name.
         """
         protocol = commanded(self.facts)
-        if (number := number_of(None, axis)) is not None:  # also one of NumPy
+        if (number := number_of(None, axis)) is not None:  # also an integer of NumPy
             axis = number
         if isinstance(axis, str):
             if axis.upper() not in protocol.axes:
                 known = ", ".join(protocol.axes)
-                raise BadValueError(f"{self._at.name} has no axis {axis!r} (there are: {known})")
+                raise BadValueError(f"{self._at.name} has no axis {axis!r} (choose {known})")
             axis = protocol.axes[axis.upper()]
         identifier = protocol.marks.axis(axis)
         if identifier not in self._axes:
@@ -194,25 +194,25 @@ def _numbered(
 
 
 def url_of(link: object) -> str:
-    """Return how a line is called, or the name by which it is to be opened.
+    """Return the URL of an open link, or the URL to open.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what is neither.
+    Raise :class:`~stagewire.errors.BadValueError` for anything else.
     """
     url = link if isinstance(link, str) else getattr(link, "url", None)
     if not isinstance(url, str):
         raise BadValueError(
-            f"open takes a URL or the name of a port as text, or a link that is open, not {link!r}"
+            f"open requires a URL or the name of a port as text, or an open link, not {link!r}"
         )
     return url
 
 
 def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -> Connection[Any]:
-    """Return what is known of a controller before its line is opened.
+    """Return the connection of a controller, before its line is opened.
 
-    :param bay: where a module stands in its rack.
+    :param bay: bay of a module in its rack.
 
-    Raises what :func:`~stagewire._devices.options.choose` raises, and
-    :class:`~stagewire.errors.OutOfRangeError` for a bay that a rack cannot have.
+    Raise the errors of :func:`~stagewire._devices.options.choose`, and
+    :class:`~stagewire.errors.OutOfRangeError` for a bay that does not exist.
     """
     facts, unit = cls.facts, cls.unit
     if issubclass(cls, AxesBase):
@@ -237,13 +237,15 @@ def connect(cls: type[DeviceBase], url: str, given: OpenOptions, bay: int = 1) -
         addresses = (documented if address is None else address,)
         places = {(addresses[0], channel): channel for channel in range(1, unit.channels + 1)}
     if given.get("address") is not None and unit.kind not in ("generic_usb", "bay"):
-        raise BadValueError(f"address: a {unit.name} has those of the document; leave it out")
+        raise BadValueError(
+            f"address: a {unit.name} always has its documented addresses; leave it out"
+        )
     choices = choose(facts, unit, tuple(places.values()), given)
     return Connection(facts, unit, url, choices, dict(places), addresses)
 
 
 def description(connection: Connection[Any]) -> str:
-    """Return several lines: unit, identity, and of each channel its stage, limits and scales."""
+    """Return several lines: unit, identity, and the stage, limits and scales of each channel."""
     return "\n".join(_lines(connection))
 
 
@@ -267,11 +269,11 @@ def _name(name: Name) -> str:
 
 
 def _channel(connection: Connection[Any], place: Place) -> tuple[str, ...]:
-    """Name the stage of a channel, then each of its limits and scales."""
+    """Return the lines for a channel: its stage, limits and scales."""
     scales, unit = connection.scales(place), connection.unit
     limits = connection.stated_limits(place).described(unit.settable, scales)
     stage = scales.stage
     name = "no stage"
     if stage is not None:
-        name = f"stage {stage.name}{' (yours)' if stage.by_user else ''}"
+        name = f"stage {stage.name}{' (your own)' if stage.by_user else ''}"
     return name, *limits, *scales.described(unit.quantities)

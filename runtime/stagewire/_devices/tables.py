@@ -1,7 +1,7 @@
-"""The tables that generated calls are made of: which messages a call sends, what it takes, what ends it.
+"""The tables of generated calls: messages, arguments, and the end of a motion.
 
-They hold classes of messages and names of fields, and nothing that belongs to one controller, so that
-the classes for threads and those for asyncio share them.
+They contain classes of messages and names of fields, but no state of a controller. Classes for threads and
+for asyncio share them.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ Named: TypeAlias = type[Enumeration] | type[Flags]
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """One value that a caller gives, in counts or in units.
+    """One argument of a call, in counts or in units.
 
-    :param field: of the message.
-    :param keyword: by which the raw value is given.
-    :param quantity: what it measures; empty where it has no unit.
-    :param ways: the keywords by which it is given in units: keyword, unit, and the case of the setting that
-        decides on the unit, if one does.
-    :param minimum: of the raw value; None where it is no number.
-    :param maximum: of the raw value.
-    :param default: the raw value that the library itself sends, such as in the stop of what it started.
-    :param target: whether it is a place (``absolute``) or a distance (``relative``) that the travel limits.
-    :param choices: the class that names its values or bits; None where they have no names.
-    :param modifiers: the values of an enumeration that are added to one of the others, as a mask.
-    :param open: whether the list of choices may be incomplete, so that every number in the range is accepted.
+    :param field: field of the message.
+    :param keyword: keyword for the raw value.
+    :param quantity: quantity that it measures; empty if it has no unit.
+    :param ways: keywords for values in units: keyword, unit, and the case if the unit depends on a setting.
+    :param minimum: minimum of the raw value; None if it is not a number.
+    :param maximum: maximum of the raw value.
+    :param default: raw value in messages that the library itself sends, such as the stop of a motion.
+    :param target: whether it is a position (``absolute``) or a distance (``relative``), limited by the
+        travel.
+    :param choices: class with the names of its values or bits; None if they have no names.
+    :param modifiers: mask of the values of an enumeration that can be combined with another value.
+    :param open: whether the list of choices may be incomplete; then every number in the range is accepted.
     """
 
     field: str
@@ -66,22 +66,22 @@ class Given:
 
     @property
     def keywords(self) -> tuple[str, ...]:
-        """All keywords by which it can be given; exactly one is used."""
+        """All keywords for the value; a call uses exactly one."""
         return self.keyword, *(keyword for keyword, _, _ in self.ways)
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterSet(Generic[V]):
-    """A set of parameters: written by one message, read by two.
+    """A set of parameters, written with one message and read with two.
 
-    :param name: as in the names of its methods.
-    :param values: what is read.
-    :param set: writes all of them; None where nothing does.
-    :param req: asks for them; None where nothing does.
-    :param get: answers.
-    :param given: the values that a caller gives to write them.
-    :param asked: the values that a request takes beside the channel.
-    :param motherboard: whether it goes to the motherboard of the rack, whoever is asked for it.
+    :param name: name as in the names of its methods.
+    :param values: class of the values that are read.
+    :param set: message that writes them; None if they cannot be written.
+    :param req: message that requests them; None if they cannot be read.
+    :param get: message with the reply.
+    :param given: arguments for writing.
+    :param asked: arguments of the request, in addition to the channel.
+    :param motherboard: whether its messages always go to the motherboard of the rack.
     """
 
     name: str
@@ -96,7 +96,7 @@ class ParameterSet(Generic[V]):
 
 @dataclass(frozen=True, slots=True)
 class Query(Generic[V]):
-    """A question, and the messages that answer it; parameters as in :class:`ParameterSet`."""
+    """A request and its possible replies; the parameters are as in :class:`ParameterSet`."""
 
     name: str
     values: type[V]
@@ -108,11 +108,11 @@ class Query(Generic[V]):
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A message that nothing answers.
+    """A message without a reply.
 
-    :param halted_by: what ends that which it starts; None where it starts nothing that goes on.
-    :param stops: the messages that the controller does not send any more after it.
-    :param starts: the messages that it sends again after it.
+    :param halted_by: action that stops the motion that it starts; None if it starts no motion.
+    :param stops: messages that the controller no longer sends afterwards.
+    :param starts: messages that the controller sends again afterwards.
     :param motherboard: as in :class:`ParameterSet`.
     """
 
@@ -127,12 +127,12 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Poll:
-    """A question by which the end of a motion is seen, where nothing tells it.
+    """A request for polling, if no message reports the end of a motion.
 
-    :param read: asks.
-    :param reply: answers.
-    :param field: of the answer.
-    :param value: that it has when nothing moves.
+    :param read: message that is sent.
+    :param reply: message with the reply.
+    :param field: field of the reply.
+    :param value: value of the field when nothing moves.
     """
 
     read: type[Message]
@@ -143,12 +143,11 @@ class Poll:
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """Where a controller has stored how far, or where to, a message without a target of its own moves.
+    """A distance or target that is stored in the controller, for messages that contain none.
 
-    :param table: asks for it.
-    :param field: of the answer.
-    :param when: another field of the answer and the value that it has while the target is used; None: it
-        always is.
+    :param table: table that reads it.
+    :param field: field of the reply.
+    :param when: another field of the reply, and its value while the stored target is in use; None: always.
     """
 
     table: ParameterSet[Any] | Query[Any]
@@ -160,11 +159,11 @@ class Stored:
 class Action:
     """A message that starts a motion, or stops one.
 
-    :param ends: the messages that come at its end; None where it is polled for.
-    :param poll: how its end is seen where no message tells it.
-    :param halted_by: what stops it; None of what is itself a stop.
-    :param target: whether the value given is a place or a distance; None for neither.
-    :param stored: what holds where it goes, for what carries no target of its own.
+    :param ends: messages that report its end; None if it is polled for.
+    :param poll: request for polling, if no message reports its end.
+    :param halted_by: action that stops it; None for a stop.
+    :param target: whether its target is a position or a distance; None if it has no target.
+    :param stored: where its target is stored, if the message contains none.
     :param motherboard: as in :class:`ParameterSet`.
     """
 
@@ -183,10 +182,10 @@ class Action:
 class MotionEnd:
     """How a motion ended.
 
-    :param message: what the controller said at its end; None where it says nothing.
-    :param values: the same, in engineering units; where it carries no position and the motion had a target,
-        the status that was asked for instead. None where neither carries values.
-    :param seconds: from the command to its end.
+    :param message: message that reported the end; None if there was none.
+    :param values: its values in engineering units; if it has no position and the motion had a target, those
+        of the status that was read instead. None if neither has values.
+    :param seconds: seconds from the command to the end.
     """
 
     message: Message | None

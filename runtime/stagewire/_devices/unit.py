@@ -1,4 +1,4 @@
-"""What a generated package says of its units: data, and nothing that does anything."""
+"""Data classes with which a generated package describes its units."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from stagewire.quantities import Scale
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A message that tells a setting.
+    """Messages that report a setting.
 
-    :param set: sets it; None where nothing does.
-    :param req: asks for it; None where nothing does.
-    :param get: answers; None where nothing does.
-    :param field: of both that holds it.
-    :param scale: of the field, for a setting that is a number.
-    :param values: value of the field -> that of the setting, where a table says it.
+    :param set: message that sets it; None if there is none.
+    :param req: message that requests it; None if there is none.
+    :param get: message with the reply; None if there is none.
+    :param field: field for the setting, in ``set`` and ``get``.
+    :param scale: scale of the field, for a setting that is a number.
+    :param values: value of the field -> value of the setting, if a table defines it.
     """
 
     set: type[Message] | None
@@ -44,8 +44,8 @@ class Told:
 class Setting:
     """A setting of a controller that scales depend on.
 
-    :param unit: empty where it is a case.
-    :param told: the messages that tell it.
+    :param unit: unit of its value; empty if it is a case.
+    :param told: messages that report it.
     """
 
     name: str
@@ -55,13 +55,13 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Alias:
-    """A unit that is newer than the document. It has the messages of another unit, and scales of its own.
+    """A unit that is newer than the document, with the messages of another unit but its own scales.
 
-    :param like: the unit whose messages it takes; empty where none is known to fit.
-    :param source: where it is from that it is like the other.
-    :param prefixes: of its serial numbers; empty where none is known.
-    :param reported_as: models that it reports besides its name.
-    :param scales: group of units in whose scales it shares -> the source for that; empty: it has no scales.
+    :param like: unit whose messages it supports; empty if none is known.
+    :param source: source for ``like``.
+    :param prefixes: prefixes of its serial numbers; empty if unknown.
+    :param reported_as: models that it may report, in addition to its name.
+    :param scales: group of units whose scales it shares -> source; empty: its scales are unknown.
     """
 
     name: str
@@ -75,13 +75,13 @@ class Alias:
 
 @dataclass(frozen=True, slots=True)
 class Hindrance:
-    """A state that may keep something from moving, or from moving on.
+    """A state of a controller that may prevent or interrupt a motion.
 
-    :param cause: the state in a few words.
-    :param name: of the bit or value that shows it.
-    :param mask: the bits of the field that show it; -1: the whole field.
-    :param value: of those bits while the state holds.
-    :param limit: whether the state is an end of the travel.
+    :param cause: short description of the state.
+    :param name: name of the bit or value that shows it.
+    :param mask: bits of the field that show it; -1: the whole field.
+    :param value: value of these bits in this state.
+    :param limit: whether the stage is at a limit switch or at an end of its travel.
     """
 
     cause: str
@@ -95,26 +95,26 @@ class Hindrance:
 class Unit:
     """A unit of the document.
 
-    :param messages_from: where the list of its messages comes from, for people.
-    :param kind: whether it has one address, bays with an address each, or stands in a bay itself.
-    :param address: its own; of a ``bay`` that of the rack.
-    :param bays: the addresses of its bays, from bay 1 on; of a ``bay`` those where it may stand.
-    :param channels: of one address.
-    :param messages: by their names in the registry.
-    :param status: which form of status it sends, where bytes cannot tell.
-    :param keep_alive: what it has to hear again and again on USB.
-    :param prefixes: of its serial numbers and those of its cards; empty where none is known.
-    :param reported_as: models that it reports besides its name.
-    :param stages: names of those that the document knows on it.
-    :param pause_ms: after what has no reply; None: nothing is known.
+    :param messages_from: source of the list of its messages.
+    :param kind: kind of unit: with one address, a rack of bays, a module for a bay, or commands over a line.
+    :param address: its address; for a ``bay``, the address of the rack.
+    :param bays: addresses of its bays, starting with bay 1; for a ``bay``, the addresses that it may have.
+    :param channels: number of channels at one address.
+    :param messages: names of its messages in the registry.
+    :param status: form of status that it sends, if the bytes do not show it.
+    :param keep_alive: message that it must receive regularly on USB.
+    :param prefixes: prefixes of its serial numbers and those of its cards; empty if unknown.
+    :param reported_as: models that it may report, in addition to its name.
+    :param stages: names of the stages that the document lists for it.
+    :param pause_ms: pause after a message without a reply; None: unknown.
     :param also_at: other addresses at which it is known to answer.
-    :param moving: status -> its field, and the bits in it that mean motion.
-    :param status_query: what asks for such a status; it also carries the position.
-    :param hindrances: message -> its field, and the states in it that may hinder a motion.
-    :param diagnosis: the questions that tell all of these states, each of which adds some.
-    :param idle: how an axis is asked whether it moves, where no bits say it.
-    :param quantities: those that its messages carry.
-    :param settable: those that its messages to the controller carry.
+    :param moving: status message -> its field, and the bits that indicate motion.
+    :param status_query: request for such a status, which also contains the position.
+    :param hindrances: message -> its field, and the states that may prevent a motion.
+    :param diagnosis: requests that together report all of these states.
+    :param idle: request whether an axis is idle, if no status bits report it.
+    :param quantities: quantities in its messages.
+    :param settable: quantities in its messages to the controller.
     """
 
     name: str
@@ -152,7 +152,7 @@ class Unit:
         return f"<Unit {self.name}: {self.title}>"
 
     def hindered(self, message: Message) -> Iterator[Hindrance]:
-        """Give the states that a message shows and that may hinder a motion."""
+        """Yield the states in a message that may prevent a motion."""
         field, states = self.hindrances.get(type(message), ("", ()))
         for state in states:
             if getattr(message, field) & state.mask == state.value:
@@ -161,15 +161,15 @@ class Unit:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Facts:
-    """What a generated package says of all its units.
+    """Data of a generated package about all its units.
 
-    :param units: by name.
-    :param settings: by name.
-    :param quantities: quantity -> the rule of its scale.
+    :param units: units by name.
+    :param settings: settings by name.
+    :param quantities: quantity -> rule of its scale.
     :param aliases: units that are newer than the document, by name.
-    :param identity: asks a unit what it is: its serial number, its model and its firmware.
-    :param bay_used: asks a rack whether a bay is fitted.
-    :param channels: names the channels; None where nothing does.
+    :param identity: request for the serial number, the model and the firmware of a unit.
+    :param bay_used: request to a rack whether a bay is occupied.
+    :param channels: enumeration of the channels; None if they have no names.
     """
 
     protocol: Protocol
@@ -183,7 +183,7 @@ class Facts:
     channels: type[Enumeration] | None = None
 
     def candidates(self) -> list[Candidate]:
-        """Return everything that a controller may be."""
+        """Return all units and aliases as candidates."""
         return [
             *(self._candidate(unit, unit) for unit in self.units.values()),
             *(self._candidate(one, self.units.get(one.like)) for one in self.aliases.values()),
@@ -197,22 +197,22 @@ class Facts:
         return Candidate(one.name, name, one.prefixes, one.reported_as, tuple(kinships))
 
     def aliases_of(self, unit: Unit) -> list[Alias]:
-        """Return the newer units that take the messages of a unit."""
+        """Return the aliases that use the messages of a unit."""
         return [alias for alias in self.aliases.values() if alias.like == unit.name]
 
     def values_of(self, message: type[Message]) -> Callable[..., Values[Any]] | None:
-        """Return the class of the values of a message; None for one that carries none."""
+        """Return the class of the values of a message; None if it has none."""
         return self.all_values().get(message)
 
     def all_values(self) -> Mapping[type[Message], type[Values[Any]]]:
-        """Return the class of the values of each message that carries some."""
+        """Return the class of the values of each message that has values."""
         classes: Mapping[type[Message], type[Values[Any]]] = import_module(
             f"{self.package}.devices.values"
         ).VALUES
         return classes
 
     def telling(self, unit: Unit) -> Iterator[tuple[Setting, Told]]:
-        """Give every setting of a unit with the messages that tell it there."""
+        """Yield every setting of a unit with the messages that report it."""
         for setting in self.settings.values():
             for told in setting.told:
                 classes = (told.set, told.get)
@@ -222,9 +222,7 @@ class Facts:
 
 def framed(facts: Facts) -> FramedProtocol:
     """Return the protocol of units whose messages have frames."""
-    assert isinstance(
-        facts.protocol, FramedProtocol
-    )  # the generator chooses the base of its devices
+    assert isinstance(facts.protocol, FramedProtocol)  # generated devices have the right base
     return facts.protocol
 
 

@@ -1,4 +1,4 @@
-"""What a controller said, in counts and in engineering units."""
+"""Values that a controller reported, in counts and in engineering units."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ T = TypeVar("T")
 
 
 class Values(Generic[M]):
-    """A message with the scales that held when it came; a generated class names its values.
+    """A message with the scales in effect when it arrived; a generated subclass defines its values.
 
-    :param message: what was said, in counts.
-    :param scales: of the channel that it is about.
+    :param message: message, in counts.
+    :param scales: scales of its channel.
     """
 
     __slots__ = ("message", "scales")
     message: M
     scales: Scales
     names: ClassVar[tuple[str, ...]] = ()
-    """The values by name, those in units behind their counts."""
+    """Names of the values; a value in units follows its counts."""
 
     def __init__(self, message: M, scales: Scales) -> None:
         object.__setattr__(self, "message", message)
@@ -41,42 +41,42 @@ class Values(Generic[M]):
         cls.names = tuple(name for name, value in vars(cls).items() if isinstance(value, _Value))
 
     def exact(self, name: str) -> Fraction:
-        """Return a value in units without the rounding of a float.
+        """Return a value in units as an exact fraction.
 
-        Raises :class:`~stagewire.errors.UnknownFieldError` for a name that no value in units has, and
+        Raise :class:`~stagewire.errors.UnknownFieldError` for a name without a value in units, and
         :class:`~stagewire.errors.UnknownScaleError`.
         """
         value = vars(type(self)).get(name)
         if not isinstance(value, InUnits):
             known = [n for n in self.names if isinstance(vars(type(self))[n], InUnits)]
             raise UnknownFieldError(
-                f"{type(self).__name__} has no value {name} in units: {', '.join(known) or 'none'}"
+                f"{type(self).__name__} has no value {name} in units (choose {', '.join(known) or 'none'})"
             )
         return value.exact(self)
 
     def told(self, without: str | None = None) -> str:
-        """Return what was said as people say it: ``position 34304, position_mm 1, status_bits homed``.
+        """Return the values as text: ``position 34304, position_mm 1, status_bits homed``.
 
-        :param without: the name of a value that needs no saying.
+        :param without: name of a value to leave out.
         """
         return ", ".join(
             f"{name} {_told(value)}" for name, value in self.known() if name != without
         )
 
     def known(self) -> Iterator[tuple[str, Any]]:
-        """Give every value by name, without those whose scale is not known."""
+        """Yield every value by name, except those whose scale is unknown."""
         for name in self.names:
             try:
                 yield name, getattr(self, name)
             except UnknownScaleError:
                 continue
 
-    if not TYPE_CHECKING:  # else a checker would let every name be set
+    if not TYPE_CHECKING:  # otherwise type checkers would let every name be set
 
         def __setattr__(self, name: str, value: object) -> None:
             raise AttributeError(
-                f"{type(self).__name__} is what the controller said; setting {name} would write nothing: "
-                "change_… and set_… of the device do"
+                f"cannot set {name}: {type(self).__name__} is read-only and setting it would not change the "
+                "controller; use change_… or set_… of the device"
             )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -108,7 +108,7 @@ def _told(value: object) -> str:
 
 
 class _Value(Generic[T]):
-    """One value of a class of :class:`Values`: reads its field of the message."""
+    """Descriptor of one value of :class:`Values`, which reads its field of the message."""
 
     __slots__ = ("field",)
 
@@ -135,7 +135,7 @@ class _Value(Generic[T]):
 
 
 class Raw(_Value[int]):
-    """A number as it is on the wire."""
+    """A raw number."""
 
     __slots__ = ()
 
@@ -153,9 +153,9 @@ class RawBytes(_Value[bytes]):
 
 
 class Named(_Value[E | int], Generic[E]):
-    """A number that a table names: the member, or the number where it has no name.
+    """A number with names: a member of an enumeration, or the number if it has no name.
 
-    :param table: the enumeration.
+    :param table: enumeration.
     """
 
     __slots__ = ("table",)
@@ -172,7 +172,7 @@ class Named(_Value[E | int], Generic[E]):
 class Bits(_Value[F], Generic[F]):
     """A number whose bits have names.
 
-    :param table: the class that names them.
+    :param table: class with the names.
     """
 
     __slots__ = ("table",)
@@ -187,10 +187,10 @@ class Bits(_Value[F], Generic[F]):
 
 
 class BitsByUnit(_Value[Flags]):
-    """A number whose bits have other names on some units.
+    """A number whose bits have different names on some units.
 
-    :param table: names them on all others.
-    :param units: unit -> the class that names them there.
+    :param table: class with the names on all other units.
+    :param units: unit -> class with its names.
     """
 
     __slots__ = ("table", "units")
@@ -201,7 +201,7 @@ class BitsByUnit(_Value[Flags]):
         self.units = units
 
     def read(self, values: Values[Any]) -> Flags:
-        """Return the bits by the names of the unit that said them."""
+        """Return the bits with the names of the unit that reported them."""
         table = self.units.get(values.scales.unit, self.table)
         return table(getattr(values.message, self.field))
 
@@ -209,10 +209,10 @@ class BitsByUnit(_Value[Flags]):
 class InUnits(_Value[float]):
     """A number in engineering units.
 
-    Reading it raises :class:`~stagewire.errors.UnknownScaleError` where the scale is not known.
+    Reading it raises :class:`~stagewire.errors.UnknownScaleError` if the scale is unknown.
 
-    :param quantity: what it measures.
-    :param unit: such as ``mm/s``.
+    :param quantity: quantity that it measures.
+    :param unit: unit, such as ``mm/s``.
     """
 
     __slots__ = ("quantity", "unit")
@@ -227,6 +227,6 @@ class InUnits(_Value[float]):
         return float(self.exact(values))
 
     def exact(self, values: Values[Any]) -> Fraction:
-        """Return the value itself."""
+        """Return the exact value."""
         scale = values.scales.of(self.quantity, self.unit)
         return scale.from_counts(getattr(values.message, self.field))

@@ -1,1 +1,1 @@
-"""Controller discovery; public are the names of :mod:`stagewire.discovery`."""
+"""Controller discovery; the public names are in :mod:`stagewire.discovery`."""

@@ -1,7 +1,7 @@
-"""Why no controller is found: problems of this computer, and of one line, each with what to do about it.
+"""Diagnosis: why no controller is found, and how to fix it.
 
-On the computer: no port, no permission, no driver. On a line: it cannot be opened, no controller answers, or
-the baud rate is another one.
+A problem of the computer is a missing port, permission or driver. A problem of a line is that it cannot be
+opened, that no controller answers, or that the baud rate is wrong.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Verdict(enum.Enum):
-    """How grave a diagnosis is."""
+    """The severity of a diagnosis."""
 
     FINE = "fine"
     NOTE = "note"
@@ -39,12 +39,12 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """One thing that was looked at.
+    """One finding about a port, a line or a controller.
 
-    :param verdict: how grave it is.
-    :param about: a port, a URL, or what else it is about.
-    :param text: what is so.
-    :param advice: what to do; empty where nothing is to be done.
+    :param verdict: severity.
+    :param about: subject, such as a port or a URL.
+    :param text: finding.
+    :param advice: what to do; empty if nothing needs to be done.
     """
 
     verdict: Verdict
@@ -56,26 +56,26 @@ class Diagnosis:
 _RATELESS = ("socket://", "virtual://", "loop://")
 _OTHER_RATE_TIMEOUT = 0.5
 _SILENCE = (
-    "see that it is switched on, that its own panel is not in a menu, and that no other program has the "
-    "port; unplug the USB cable and plug it in again; a controller on RS-232 needs its cable crossed as its "
-    "manual says"
+    "check that it is switched on, that its front panel is not in a menu, and that no other program uses "
+    "the port; unplug the USB cable and plug it in again; for RS-232, use the cable that the manual of the "
+    "controller describes (crossed or straight)"
 )
 _GARBAGE = (
-    "something is there, and speaks otherwise: see that this is the port of the controller, and that the "
-    "line has its baud rate"
+    "a device is connected but uses another protocol or baud rate: check that this is the port of the "
+    "controller, and that the line has its baud rate"
 )
 
 
 def diagnose_line(url: str, unit: str | None = None) -> list[Diagnosis]:
-    """Open a line, ask who is there, and say what came of it; where nobody answers, at other rates, too.
+    """Open a line, identify the controller, and return the result; without an answer, try other baud rates.
 
-    Only questions are sent, and nothing moves; but a controller of commands is brought to take them, and
-    lines of text afterwards.
+    Only requests are sent, and nothing moves. However, a controller of commands is switched to its low-level
+    format, and to lines of text afterwards.
 
-    :param url: what a link opens, such as ``/dev/ttyUSB0`` or ``socket://10.0.0.5:4001``.
-    :param unit: name of the unit that should be there.
+    :param url: URL or port, such as ``/dev/ttyUSB0`` or ``socket://10.0.0.5:4001``.
+    :param unit: name of the expected unit.
 
-    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has.
+    Raise :class:`~stagewire.errors.BadValueError` for an unknown unit.
     """
     known = None if unit is None else known_by_name(unit)
     port = port_of(url)
@@ -90,7 +90,7 @@ def diagnose_line(url: str, unit: str | None = None) -> list[Diagnosis]:
 
 
 def _framed(found: Found, protocol: FramedProtocol) -> Diagnosis:
-    """Ask a controller whose protocol has a question for it."""
+    """Diagnose the line to a controller whose protocol has an identity request."""
     first = _asked(found, protocol, None, ASK_TIMEOUT)
     if isinstance(first, Diagnosis):
         return first
@@ -101,8 +101,8 @@ def _framed(found: Found, protocol: FramedProtocol) -> Diagnosis:
                 return Diagnosis(
                     Verdict.WRONG,
                     found.url,
-                    f"wrong baud rate: at {rate} it answers: {other.what}",
-                    f"open it with baudrate={rate}, or set the line to the rate of the document",
+                    f"wrong baud rate: the controller answers at {rate} baud: {other.what}",
+                    f"open it with baudrate={rate}, or set the line to the documented rate",
                 )
     wanted = found.unit
     possible = {known.name for known in first.known}
@@ -110,14 +110,14 @@ def _framed(found: Found, protocol: FramedProtocol) -> Diagnosis:
         return Diagnosis(
             Verdict.WRONG,
             found.url,
-            f"another unit answers: {first.what}; expected was {wanted}",
-            "name the unit that is there, or the port of the one that is meant: stagewire list",
+            f"the wrong unit answers: {first.what}; expected {wanted}",
+            "use the name of this unit, or the port of the expected one; `stagewire list` shows all ports",
         )
     return _heard(first)
 
 
 def _heard(found: Found) -> Diagnosis:
-    """Say what came of asking a controller."""
+    """Return the diagnosis for a controller after its identity request."""
     if found.identity is None:
         return Diagnosis(
             Verdict.WRONG,
@@ -134,7 +134,7 @@ def _heard(found: Found) -> Diagnosis:
 
 
 def _unasked_units() -> str:
-    """Name the units that are not asked unless somebody names them: nothing is sent on suspicion."""
+    """Return advice on units that are only asked by name, because nothing is sent to an unknown device."""
     names = sorted(
         facts["name"]
         for protocol in usable_protocols()
@@ -142,13 +142,13 @@ def _unasked_units() -> str:
         for facts in protocol.registry().get("units", ())
     )
     listed = " or ".join(f"--unit {name}" for name in names)
-    return f"; if it is a controller that is asked only by name, give {listed}" if names else ""
+    return f"; these units are only asked by name: {listed}" if names else ""
 
 
 def _asked(
     found: Found, protocol: FramedProtocol, rate: int | None, timeout: float
 ) -> Found | Diagnosis:
-    """Return what is known after asking at a rate (None: that of the line), or why it cannot be opened."""
+    """Return the answer at a baud rate (None: that of the line), or why the line cannot be opened."""
     from stagewire._links.opening import open_link
 
     try:
@@ -162,7 +162,7 @@ def _asked(
 
 
 def _commands(url: str, known: Known) -> list[Diagnosis]:
-    """Ask a controller whose commands have no frame, at each rate that its switches choose."""
+    """Diagnose the line to a controller whose commands have no frame, at each of its baud rates."""
     device = device_class(known.name)
     rates = _rates([known])
     for rate in (None,) if url.startswith(_RATELESS) else rates:
@@ -171,7 +171,7 @@ def _commands(url: str, known: Known) -> list[Diagnosis]:
                 said = _identification(opened)
         except TransportError as error:
             return [_failed(url, error)]
-        except StagewireError:  # no answer, or one that is none
+        except StagewireError:  # no reply, or an invalid one
             continue
         at = "" if rate is None else f" at {rate} baud: open it with baudrate={rate}"
         return [Diagnosis(Verdict.FINE, url, f"answers: {known.name}, axis {said}{at}")]
@@ -181,14 +181,14 @@ def _commands(url: str, known: Known) -> list[Diagnosis]:
             Verdict.WRONG,
             url,
             f"no {known.name} answers in its low-level format (tried: {tried} baud)",
-            "see that it is switched on, and what its switches say of the rate; in the high-level format it "
-            "takes lines of text, and has to be switched to the low-level one first",
+            "check that it is switched on, and which baud rate its switches select; if it is in its "
+            "high-level format, which expects lines of text, switch it to the low-level format first",
         )
     ]
 
 
 def _identification(device: Any) -> str:
-    """Let the first axis say what it is, in the format that takes commands."""
+    """Return the identification of the first axis, read in the low-level format."""
     axis = next(iter(device.facts.protocol.axes))
     with device.low_level():
         said = device.axis(axis).read_identification(timeout=_OTHER_RATE_TIMEOUT)
@@ -196,12 +196,12 @@ def _identification(device: Any) -> str:
 
 
 def _failed(url: str, error: TransportError) -> Diagnosis:
-    """Say why a line cannot be used, which the error itself says, with what to do."""
+    """Return the diagnosis for a line that cannot be used; the error itself says what to do."""
     return Diagnosis(Verdict.WRONG, url, str(error).removeprefix(url).lstrip(": "))
 
 
 def _rates(known: Iterable[Known] = ()) -> list[int]:
-    """Return the baud rates that registries name for these units, or for any."""
+    """Return the baud rates in the registries for these units, or for all units."""
     units = [one.facts for one in known] or [
         facts for protocol in usable_protocols() for facts in protocol.registry().get("units", ())
     ]
@@ -213,9 +213,9 @@ def _values(rates: object) -> list[int]:
 
 
 def diagnose_computer(ask: bool = False) -> list[Diagnosis]:
-    """Look at all ports, and at controllers that have none.
+    """Diagnose all ports, and controllers without a port.
 
-    :param ask: open the ports that are controllers by their USB plug, and ask them who they are.
+    :param ask: open the ports that are controllers by their USB ids, and request their identity.
     """
     found = discover()
     told = [*map(_port, found), *_without_port(found)]
@@ -228,31 +228,31 @@ def diagnose_computer(ask: bool = False) -> list[Diagnosis]:
 
 
 def _port(found: Found) -> Diagnosis:
-    """Say what a port is, and whether this user may open it."""
+    """Return what a port is, and whether this user may open it."""
     if not found.is_controller:
         return Diagnosis(
             Verdict.NOTE,
             found.url,
             found.what,
-            f"if it is a controller, ask it: stagewire doctor {found.url}",
+            f"if it is a controller, run: stagewire doctor {found.url}",
         )
     if not _may_open(found.url):
         return Diagnosis(
             Verdict.WRONG,
             found.url,
-            f"{found.what}; but this user may not open the port",
+            f"{found.what}; permission denied for this user",
             permission_advice(found.url),
         )
     return Diagnosis(Verdict.FINE, found.url, found.what)
 
 
 def _may_open(device: str) -> bool:
-    """Whether the permissions of a port let this user open it; systems without such say yes."""
+    """Return whether this user may open a port; True on systems without such permissions."""
     return not os.path.exists(device) or os.access(device, os.R_OK | os.W_OK)
 
 
 def _without_port(found: Iterable[Found]) -> list[Diagnosis]:
-    """Say which controllers are on USB and have no serial port."""
+    """Return diagnoses for the controllers on USB that have no serial port."""
     ports = [one.port for one in found]
     lacking = [_windows(number) for number in system.without_port(system.present(), ports)]
     if sys.platform.startswith("linux"):
@@ -264,10 +264,10 @@ def _windows(serial_number: str) -> Diagnosis:
     return Diagnosis(
         Verdict.WRONG,
         f"controller {serial_number}",
-        "it is plugged in, and its driver gives it no COM port",
+        "plugged in, but its driver does not create a COM port",
         "in the Device Manager, under “Universal Serial Bus controllers”, open the properties of the "
         "device (“APT USB Device” or “USB Serial Converter”), tick “Load VCP” on the page “Advanced”, "
-        "and plug the controller in again; a COM port then stands under “Ports (COM & LPT)”",
+        "and plug the controller in again; a COM port then appears under “Ports (COM & LPT)”",
     )
 
 
@@ -278,41 +278,41 @@ def _linux(device: system.UsbDevice) -> Diagnosis:
         return Diagnosis(
             Verdict.WRONG,
             about,
-            "it is plugged in, but a program drives its USB chip itself, so that there is no serial port",
-            "end the program that uses libftdi or the D2XX library, and plug the controller in again",
+            "plugged in, but a program controls its USB chip directly, so it has no serial port",
+            "close the program that uses libftdi or the D2XX library, and plug the controller in again",
         )
     if device.driver:
         return Diagnosis(
             Verdict.WRONG,
             about,
-            f"it is plugged in, but held by the driver {device.driver}, which gives it no serial port",
-            "plug it in again; if that does not help, see what dmesg says of it",
+            f"plugged in, but the driver {device.driver} has not created a serial port for it",
+            "plug it in again; if that does not help, check the output of dmesg",
         )
     return Diagnosis(
         Verdict.WRONG,
         about,
-        f"it is plugged in ({vid}:{pid}), and no driver is bound to it, so that there is no serial port",
-        f"sudo modprobe ftdi_sio; where that is not enough: "
+        f"plugged in ({vid}:{pid}), but no driver is bound to it, so it has no serial port",
+        f"run sudo modprobe ftdi_sio; if that is not enough, run "
         f"echo {vid} {pid} | sudo tee /sys/bus/usb-serial/drivers/ftdi_sio/new_id",
     )
 
 
 def _nothing() -> Diagnosis:
-    """Say that there is no controller, and where to look on this system."""
+    """Return the diagnosis that no controller was found, and where to look on this system."""
     where = {
-        "linux": "lsusb lists what is plugged in, dmesg says why a device was refused; in a container or a "
-        "virtual machine the device has to be passed on",
+        "linux": "lsusb lists the connected devices, and dmesg shows why one was rejected; a container or a "
+        "virtual machine needs the device passed through",
         "win32": "the Device Manager shows it under “Universal Serial Bus controllers” or “Other devices”; "
-        "without a driver, install that of FTDI (VCP), and tick “Load VCP” in its properties",
-        "darwin": "System Information lists it under USB; without a /dev/cu.usbserial… it needs FTDI's VCP "
-        "driver, which has to be allowed under Privacy & Security",
+        "if it has no driver, install the VCP driver of FTDI, and tick “Load VCP” in its properties",
+        "darwin": "System Information lists it under USB; if /dev/cu.usbserial… is missing, install FTDI's "
+        "VCP driver and allow it under Privacy & Security",
     }
     return Diagnosis(
         Verdict.WRONG,
         "USB",
-        "no controller is plugged in, as far as this computer knows",
-        "see that it is switched on and that the USB cable carries data; "
-        + where.get(sys.platform, "see what the system says of its USB devices"),
+        "no controller found",
+        "check that it is switched on and that the USB cable carries data; "
+        + where.get(sys.platform, "check whether the system lists it as a USB device"),
     )
 
 

@@ -1,6 +1,6 @@
-"""Identification of the controller on a link that nobody else uses, before there is a session.
+"""Identify the controller on a link, before there is a session.
 
-Only questions are asked whose answers change nothing.
+The link must not be in use. Only requests are sent, which change nothing.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 INFO = ("HW_REQ_INFO", "HW_GET_INFO")
 BAY_USED = ("RACK_REQ_BAYUSED", "RACK_GET_BAYUSED")
-_BAY_TIMEOUT = 0.3  # seconds; a motherboard that answers one bay answers all of them at once
+_BAY_TIMEOUT = 0.3  # seconds; a motherboard that answers for one bay answers for all, without delay
 _OCCUPIED = 1
 
 
 @dataclass(slots=True)
 class Answers:
-    """What came while an answer was awaited.
+    """Data received while waiting for a reply.
 
-    :param reply: the answer; None where none came.
-    :param frames: how many frames came, the answer among them.
-    :param data: all bytes that came.
+    :param reply: reply; None if there was none.
+    :param frames: number of frames received, including the reply.
+    :param data: all bytes received.
     """
 
     reply: Any = None
@@ -44,18 +44,18 @@ class Answers:
 
     @property
     def is_garbage(self) -> bool:
-        """Whether bytes came, and no frame in them: another baud rate, or another protocol."""
+        """Whether bytes were received, but no frame: the baud rate or the protocol is wrong."""
         return bool(self.data) and not self.frames
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What a controller says of itself.
+    """The identity that a controller reported.
 
-    :param address: the address that answered.
-    :param serial_number: as its digits.
-    :param model: its model number, as it says.
-    :param firmware: its version, such as ``2.0.4``.
+    :param address: address that answered.
+    :param serial_number: serial number as digits.
+    :param model: model number.
+    :param firmware: version of the firmware, such as ``2.0.4``.
     """
 
     address: int
@@ -72,14 +72,14 @@ def ask(
     timeout: float,
     **fields: int,
 ) -> Answers:
-    """Send one request and wait for its reply; what else comes is counted.
+    """Send one request and wait for its reply; count other frames.
 
-    :param names: the messages that ask and answer.
-    :param dest: the address that is asked.
-    :param timeout: how long to wait at most, in seconds.
-    :param fields: of the request; a field that the reply has, too, must be the same there.
+    :param names: names of the request and of its reply.
+    :param dest: destination address.
+    :param timeout: timeout in seconds.
+    :param fields: fields of the request; if the reply has a field of the same name, its value must be equal.
 
-    Raises :class:`~stagewire.errors.TransportLostError` when the line is gone.
+    Raise :class:`~stagewire.errors.TransportLostError` if the line is lost.
     """
     request, reply = (protocol.message_class(name) for name in names)
     link.write(request(**fields).pack(dest=dest, source=protocol.host))
@@ -101,7 +101,7 @@ def ask(
 
 
 def can_identify(protocol: Protocol) -> TypeGuard[FramedProtocol]:
-    """Whether a protocol has the question who is there, and addresses to ask."""
+    """Return whether a protocol has an identity request, and addresses to send it to."""
     if not isinstance(protocol, FramedProtocol) or "addresses" not in protocol.registry():
         return False
     names = {cls.layout.message for cls in protocol.messages}
@@ -111,9 +111,9 @@ def can_identify(protocol: Protocol) -> TypeGuard[FramedProtocol]:
 def identify(
     link: Link, protocol: FramedProtocol, addresses: tuple[int, ...], timeout: float
 ) -> tuple[Identity | None, Answers]:
-    """Ask the addresses one after the other who is there; the first that answers is taken.
+    """Request the identity at each address in turn, until one answers.
 
-    Returns what it said, and all that came. Raises as :func:`ask` does.
+    Return this identity, and everything that was received. Raise the errors of :func:`ask`.
     """
     everything = Answers()
     for address in addresses:
@@ -131,7 +131,7 @@ def used_bays(
 ) -> tuple[int, ...] | None:
     """Ask the motherboard of a rack which bays hold a module.
 
-    Returns their numbers, the first bay being 1; or None where it does not say. Raises as :func:`ask` does.
+    Return their numbers, counted from 1, or None if it does not answer. Raise the errors of :func:`ask`.
     """
     used = []
     for ident in range(count):

@@ -1,4 +1,4 @@
-"""``stagewire.open``: a controller by its URL, whose class nobody had to name."""
+"""``stagewire.open``: open a controller by its URL, without naming its class."""
 
 from __future__ import annotations
 
@@ -25,35 +25,36 @@ _LINK_OPTIONS = ("baudrate", "rtscts")
 
 
 def open(url: str, unit: str | None = None, **options: Any) -> Any:
-    """Open a controller and return its device, as ``TDC001.open(url, **options)`` of its class does.
+    """Open a controller and return its device, like ``TDC001.open(url, **options)`` of its class.
 
-    Which unit it is, is known by ``unit``; else by the name in ``virtual://NAME``; else by the serial number
-    of the USB port; else the controller is asked (HW_REQ_INFO), which changes nothing. A controller newer
-    than the document is opened as the unit whose messages it takes, where the registry knows one, and has
-    scales of its own (``model=``).
+    The unit is given by ``unit``, by the name in ``virtual://NAME`` or by the serial number of the USB port.
+    Otherwise the identity is requested from the controller (HW_REQ_INFO), which changes nothing. A controller
+    newer than the document is opened as the unit whose messages it supports, if the registry names one, and
+    uses its own scales (``model=``).
 
-    :param url: a serial port, ``socket://HOST:PORT``, ``virtual://NAME`` or any other that a link opens.
+    :param url: a serial port, ``socket://HOST:PORT``, ``virtual://NAME`` or any other URL of a link.
     :param unit: name of the unit, such as ``TDC001``.
-    :param options: for the class, such as ``stage=``, ``travel_mm=`` or ``bay=``.
+    :param options: options of the class, such as ``stage=``, ``travel_mm=`` or ``bay=``.
 
-    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has,
-    :class:`~stagewire.errors.WrongUnitError` where it cannot be found out which unit it is,
-    :class:`~stagewire.errors.UnsupportedError` for a unit without a class, and what opening raises.
+    Raise :class:`~stagewire.errors.BadValueError` for an unknown unit,
+    :class:`~stagewire.errors.WrongUnitError` if the unit cannot be determined,
+    :class:`~stagewire.errors.UnsupportedError` for a unit without a class, and the errors of ``open`` of the
+    class.
     """
     name = unit or unit_at(url, **options)
     return device_class(name).open(url, **{**model_option(name), **options})
 
 
 def model_option(name: str) -> dict[str, str]:
-    """Return the option ``model=`` that a name stands for: of a unit that is newer than the document."""
+    """Return the option ``model=`` for a unit that is newer than the document; empty for other units."""
     known = known_by_name(name)
     return {} if known.documented else {"model": known.name}
 
 
 def device_class(name: str) -> Any:
-    """Return the class of a unit, by its name in any case, or of the one whose messages it takes.
+    """Return the class of a unit, or of the unit whose messages it supports; the name may be in any case.
 
-    Raises :class:`~stagewire.errors.BadValueError` for a name that no unit has, and
+    Raise :class:`~stagewire.errors.BadValueError` for an unknown unit, and
     :class:`~stagewire.errors.UnsupportedError` for a unit without a class.
     """
     known = known_by_name(name)
@@ -72,20 +73,20 @@ def device_class(name: str) -> Any:
 
 
 def known_by_name(name: str) -> Known:
-    """Return what a name in any case stands for; raises as :func:`device_class` does."""
+    """Return the unit with a name in any case; raise the errors of :func:`device_class`."""
     known = _by_any(name)
     if known is None:
         units = sorted(every_unit())
         near = difflib.get_close_matches(name.upper()[:80], units)
-        meant = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(units)}"
-        raise BadValueError(f"no unit is named {name}; {meant}")
+        meant = f"did you mean {' or '.join(near)}?" if near else f"choose {', '.join(units)}"
+        raise BadValueError(f"unknown unit {name}; {meant}")
     return known
 
 
 def unit_at(url: str, **options: Any) -> str:
-    """Return the name of the unit that a URL leads to; see :func:`open`.
+    """Return the name of the unit at a URL; see :func:`open`.
 
-    Raises :class:`~stagewire.errors.WrongUnitError` where it cannot be found out.
+    Raise :class:`~stagewire.errors.WrongUnitError` if it cannot be determined.
     """
     virtual = _VIRTUAL.match(url)
     if virtual and _by_any(virtual[1]) is not None:
@@ -96,23 +97,25 @@ def unit_at(url: str, **options: Any) -> str:
         found = _asked(found, **options)
     units = {known.unit for known in found.known}
     if found.unit is None and found.identity is not None and len(units) == 1 and None not in units:
-        return str(units.pop())  # the device finds out which scales hold
+        return str(units.pop())  # the device determines its scales
     if found.unit is None:
-        advice = "name its unit (unit='TDC001', or --unit TDC001 of the command)"
+        advice = "give the name of its unit (unit='TDC001', or --unit TDC001 on the command line)"
         if found.bays:
-            advice = f"name one of the bays with a module (bay=, or --bay): {', '.join(map(str, found.bays))}"
+            advice = (
+                f"choose a bay with a module (bay= or --bay): {', '.join(map(str, found.bays))}"
+            )
         raise WrongUnitError(f"{url}: {found.what}; {advice}")
     return found.unit
 
 
 def _by_any(name: str) -> Known | None:
-    """Return what a name stands for in any protocol, or None."""
+    """Return the unit with a name in any protocol, or None."""
     found = (by_name(protocol, name) for protocol in usable_protocols())
     return next((known for known in found if known is not None), None)
 
 
 def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
-    """Ask the controller who it is; of a rack of modules, the one in the bay that is wanted."""
+    """Request the identity of the controller, or of the module in ``bay`` of a rack."""
     from stagewire._links.opening import open_link
 
     settings = {name: options[name] for name in _LINK_OPTIONS if name in options}
@@ -135,8 +138,8 @@ def _asked(found: Found, bay: int | None = None, **options: Any) -> Found:
     finally:
         link.close()
     raise WrongUnitError(
-        f"{found.url}: {found.problem or 'nobody could be asked'}; name its unit "
-        "(unit='TDC001', or --unit TDC001 of the command), or see what stagewire doctor says of it"
+        f"{found.url}: {found.problem or 'no installed protocol has an identity request'}; give the name of "
+        "its unit (unit='TDC001', or --unit TDC001 on the command line), or run stagewire doctor"
     )
 
 

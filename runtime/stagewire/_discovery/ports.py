@@ -1,8 +1,8 @@
-"""The serial ports and USB devices of this computer, as the operating system describes them; none is opened.
+"""The serial ports and USB devices of this computer, as the operating system lists them; none is opened.
 
-No document that a registry was made from gives the numbers of USB plugs; the origin of each is noted with it.
-Linux also lists controllers on USB that no driver gives a serial port, and Windows controllers whose driver
-is not set to give them a COM port.
+USB ids are not in the documents of the registries, so each has its own source here. Controllers without a
+serial port are also found: on Linux those without a driver, on Windows those whose driver creates no COM
+port.
 """
 
 from __future__ import annotations
@@ -20,18 +20,19 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 FTDI = 0x0403
-"""The vendor of the USB chip inside the controllers; its ids are on many other things, too."""
+"""The vendor of the USB chip inside the controllers; many other devices also use its ids."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plug:
-    """A USB device that is a controller of one protocol.
+    """USB ids of the controllers of one protocol.
 
-    :param protocol: the protocol that it speaks.
+    :param protocol: name of the protocol.
     :param vid: id of the vendor.
     :param pid: id of the product.
-    :param manufacturer: what its manufacturer's name contains; with it, other products of ``vid`` fit, too.
-    :param source: where the numbers come from.
+    :param manufacturer: part of the name of the manufacturer; other products of ``vid`` with this name also
+        match.
+    :param source: source of the ids.
     """
 
     protocol: str
@@ -53,10 +54,10 @@ PLUGS = (
 
 
 def plug_of(vid: int | None, pid: int | None, manufacturer: str = "") -> Plug | None:
-    """Return what a USB device is the plug of, or None for anything else.
+    """Return the plug that matches a USB device, or None.
 
-    A chip that kept the ids of its own vendor (0403:6001) may be in any adapter: it is taken for a
-    controller only where the name of the manufacturer says so.
+    A chip with the ids of its own vendor (0403:6001) may be in any adapter, so it only matches with the name
+    of the manufacturer.
     """
     for plug in PLUGS:
         if vid == plug.vid and (pid == plug.pid or plug.manufacturer in manufacturer.lower()):
@@ -71,12 +72,12 @@ _SERIAL_NUMBER = re.compile(r"([0-9]+)[A-D]?\Z")  # Windows adds the letter of t
 class Port:
     """A serial port.
 
-    :param device: what opens it, such as ``/dev/ttyUSB0`` or ``COM3``.
-    :param description: what the operating system calls it; may be empty.
+    :param device: name to open, such as ``/dev/ttyUSB0`` or ``COM3``.
+    :param description: description by the operating system; may be empty.
     :param vid: USB id of the vendor; None for a port that is not on USB.
     :param pid: USB id of the product.
-    :param serial_number: that of the USB device, digits alone where it is a number; may be empty.
-    :param manufacturer: as the USB device says; may be empty.
+    :param serial_number: serial number of the USB device, only its digits if it is a number; may be empty.
+    :param manufacturer: manufacturer that the USB device reports; may be empty.
     """
 
     device: str
@@ -88,7 +89,7 @@ class Port:
 
     @property
     def plug(self) -> Plug | None:
-        """The plug of a controller that this is, or None."""
+        """The USB plug of a controller, or None for other ports."""
         return plug_of(self.vid, self.pid, self.manufacturer)
 
     @property
@@ -100,18 +101,18 @@ class Port:
 
 
 def serial_ports() -> list[Port]:
-    """Return all serial ports, in the order of their names, with numbers as numbers."""
+    """Return all serial ports, sorted by name, with numbers in numerical order."""
     return sorted(map(_port, ports_there_are()), key=lambda port: _in_order(port.device))
 
 
 def port_of(url: str) -> Port | None:
-    """Return the port that a URL names, also through a link such as ``/dev/serial/by-id/…``; or None."""
+    """Return the port of a URL, or None; links such as ``/dev/serial/by-id/…`` are resolved."""
     info = None if "://" in url else port_called(url)
     return None if info is None else _port(info)
 
 
 def _port(info: PortFacts) -> Port:
-    """Return what pyserial says of a port; each system leaves out something else."""
+    """Return a port from the data of pyserial, which is incomplete in different ways on each system."""
     serial_number = info.serial_number or ""
     number = _SERIAL_NUMBER.match(serial_number)
     description = info.description or ""
@@ -126,7 +127,7 @@ def _port(info: PortFacts) -> Port:
 
 
 def _in_order(name: str) -> list[tuple[int, str]]:
-    """Return a key by which COM10 comes after COM9."""
+    """Return a sort key that places COM10 after COM9."""
     return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name)]
 
 
@@ -135,13 +136,13 @@ SYSFS = Path("/sys/bus/usb/devices")
 
 @dataclass(frozen=True, slots=True)
 class UsbDevice:
-    """A controller as the kernel sees it on USB.
+    """A controller on USB, as the kernel lists it.
 
-    :param plug: what it is the plug of.
-    :param pid: the USB id of the product.
-    :param serial_number: as its plug says; may be empty.
-    :param driver: the driver that holds it; empty for none. ``usbfs`` is a program that drives it itself.
-    :param has_port: whether there is a serial port for it.
+    :param plug: matching plug.
+    :param pid: USB id of the product.
+    :param serial_number: serial number that the USB device reports; may be empty.
+    :param driver: bound driver; empty for none. ``usbfs`` means that a program controls the device directly.
+    :param has_port: whether it has a serial port.
     """
 
     plug: Plug
@@ -152,9 +153,9 @@ class UsbDevice:
 
 
 def usb_devices(root: Path = SYSFS) -> list[UsbDevice]:
-    """Return the controllers on USB, with a serial port or without; none where the kernel does not say.
+    """Return the controllers on USB, with or without a serial port; empty if the kernel has no such list.
 
-    :param root: the folder in which the kernel lists USB devices.
+    :param root: directory in which the kernel lists USB devices.
     """
     found = []
     for folder in sorted(root.glob("*")) if root.is_dir() else ():
@@ -187,7 +188,7 @@ def _number(path: Path) -> int | None:
 
 
 def _line(path: Path) -> str:
-    """Return the one line of a file of the kernel's; empty where it has none."""
+    """Return the text of a one-line file of the kernel; empty if it cannot be read."""
     try:
         return path.read_text(encoding="utf-8", errors="replace").strip()
     except OSError:
@@ -195,12 +196,12 @@ def _line(path: Path) -> str:
 
 
 _DRIVER = r"SYSTEM\CurrentControlSet\Services\FTDIBUS\Enum"
-"""Where Windows lists what is plugged in now and held by the driver of the USB chip."""
+"""Registry key in which Windows lists the devices that the driver of the USB chip currently controls."""
 _INSTANCE = re.compile(r"USB\\VID_([0-9A-F]{4})&PID_([0-9A-F]{4})\\([0-9A-Z]+)", re.IGNORECASE)
 
 
 def present() -> list[str]:
-    """Return the instances that the driver of the USB chip holds; none elsewhere than on Windows."""
+    """Return the instances that the driver of the USB chip controls; empty on other systems than Windows."""
     if sys.platform != "win32":
         return []
     import winreg
@@ -209,16 +210,16 @@ def present() -> list[str]:
         with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, _DRIVER) as key:
             number = winreg.QueryInfoKey(key)[1]
             values = [winreg.EnumValue(key, index) for index in range(number)]
-    except OSError:  # the driver was never installed, or holds nothing
+    except OSError:  # the driver was never installed, or has no devices
         return []
     return [value for name, value, _ in values if name.isdigit() and isinstance(value, str)]
 
 
 def without_port(instances: Iterable[str], ports: Iterable[Port]) -> list[str]:
-    r"""Return the serial numbers of controllers that are plugged in and have no COM port.
+    r"""Return the serial numbers of controllers that are plugged in but have no COM port.
 
-    :param instances: what the driver holds, such as ``USB\VID_0403&PID_FAF0\83828433``.
-    :param ports: the serial ports there are.
+    :param instances: instances of the driver, such as ``USB\VID_0403&PID_FAF0\83828433``.
+    :param ports: all serial ports.
     """
     served = {port.serial_number for port in ports}
     found = []

@@ -1,4 +1,4 @@
-"""What a registry says of a controller whose serial number, or name, is known."""
+"""Look up controllers in the registries, by serial number or name."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
 
 
 _KINSHIPS = (("address", "family"), ("address", "status", "stages"))
-"""Facts that two units of one prefix may have in common; an alias shares prefixes of its family alone."""
+"""Facts that units with the same prefix may have in common; for an alias only the first, its family."""
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """One thing that a controller may be.
+    """A unit or alias that a controller may be.
 
-    :param name: such as ``TDC001``.
-    :param protocol: the protocol that it speaks.
-    :param unit: the unit of the registry whose messages it takes; None where none is known to fit.
-    :param documented: whether the document names it.
-    :param note: what the registry says of it.
+    :param name: name, such as ``TDC001``.
+    :param protocol: its protocol.
+    :param unit: unit of the registry whose messages it supports; None if none is known.
+    :param documented: whether the document contains it.
+    :param note: title or note in the registry.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Known:
 
     @property
     def facts(self) -> Mapping[str, Any] | None:
-        """The registry's entry of the unit whose messages it takes."""
+        """The registry entry of the unit whose messages it supports."""
         return None if self.unit is None else _units(self.protocol).get(self.unit)
 
     def __str__(self) -> str:
@@ -44,8 +44,8 @@ class Known:
             return f"{self.name}: {self.note}" if self.note else self.name
         document = f"not in {_document(self.protocol)}"
         if self.unit is not None:
-            return f"{self.name}: known, {document}; messages of {self.unit} apply where they are the same"
-        return f"{self.name}: known, {document}; the registry has no messages for it ({self.note})"
+            return f"{self.name}: {document}; uses the messages of {self.unit}, which may differ"
+        return f"{self.name}: {document}; the registry has no messages for it ({self.note})"
 
 
 def every_unit() -> dict[str, Known]:
@@ -58,7 +58,7 @@ def every_unit() -> dict[str, Known]:
 
 
 def by_name(protocol: Protocol, name: str) -> Known | None:
-    """Return what a model number, or a name in any case, stands for; None where nobody knows it."""
+    """Return the unit or alias with a name or model number, in any case; None if it is unknown."""
     wanted = name.upper()
     if wanted in (units := _units(protocol)):
         return Known(wanted, protocol, wanted, note=units[wanted]["title"])
@@ -68,9 +68,9 @@ def by_name(protocol: Protocol, name: str) -> Known | None:
 
 
 def by_serial_number(protocol: Protocol, serial_number: str) -> list[Known]:
-    """Return everything that a serial number may be the number of, by its prefix; often one thing alone.
+    """Return the units and aliases that a serial number may belong to, by its prefix.
 
-    Two units may share a prefix, as the BBD102 and the BBD103 do.
+    Often there is only one, but units may share a prefix, such as the BBD102 and the BBD103.
     """
     if not (serial_number.isascii() and serial_number.isdigit()):
         return []
@@ -79,9 +79,9 @@ def by_serial_number(protocol: Protocol, serial_number: str) -> list[Known]:
 
 
 def by_identity(protocol: Protocol, serial_number: int, model: str | bytes) -> list[Known]:
-    """Return everything that a controller may be, by its serial number and the model that it reports.
+    """Return the units and aliases that a controller may be, by its serial number and reported model.
 
-    Nothing is returned where they contradict each other, or where nobody knows the prefix.
+    The list is empty if these contradict each other, or if the prefix is unknown.
     """
     known = _candidates(protocol, "usb_prefix", "card_usb_prefix")
     found = candidates(known, serial_number, clean_model(model))
@@ -89,7 +89,7 @@ def by_identity(protocol: Protocol, serial_number: int, model: str | bytes) -> l
 
 
 def _known(protocol: Protocol, name: str) -> Known:
-    """Return a unit of the document, or one that is newer."""
+    """Return a unit or alias by its exact name."""
     facts = _units(protocol).get(name)
     if facts is not None:
         return Known(name, protocol, name, note=facts["title"])
@@ -101,7 +101,7 @@ def _known(protocol: Protocol, name: str) -> Known:
 def _candidates(protocol: Protocol, *prefixes: str) -> list[Candidate]:
     """Return every unit and alias of a protocol.
 
-    :param prefixes: the keys of units that have prefixes of their serial numbers.
+    :param prefixes: keys of the prefixes of serial numbers in a unit.
     """
     units, found = _units(protocol), []
     entries = protocol.registry().get("known_prefixes", {})
@@ -133,7 +133,9 @@ def _candidates(protocol: Protocol, *prefixes: str) -> list[Candidate]:
 def _aliases(protocol: Protocol) -> dict[str, Mapping[str, Any]]:
     """Return the units that are newer than the document, by name."""
     aliases: dict[str, Mapping[str, Any]] = dict(protocol.registry().get("aliases", {}))
-    for entry in protocol.registry().get("known_prefixes", {}).values():  # of packages made earlier
+    for entry in (
+        protocol.registry().get("known_prefixes", {}).values()
+    ):  # packages generated earlier
         if entry["unit"] not in _units(protocol):
             aliases.setdefault(entry["unit"], entry)
     return aliases

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A serial port and what is known of the controller behind it.
+    """A serial port and the controller on it, as far as known.
 
-    :param port: the port.
-    :param known: what it may be, by its USB plug and its serial number, and by what it said; one thing where
-        that is certain, nothing for a port that nobody knows.
-    :param identity: what it said of itself; None where it was not asked, or did not answer.
-    :param bays: the bays that hold a module, the first being 1; None where that is not known.
-    :param problem: why it could not be asked, or what came instead of an answer; empty where all is well.
+    :param port: port.
+    :param known: units and aliases that the controller may be; exactly one if it is certain, empty if
+        unknown.
+    :param identity: identity that it reported; None if it was not asked or did not answer.
+    :param bays: bays that hold a module, counted from 1; None if unknown.
+    :param problem: why it could not be asked, or what was received instead of an answer; empty if no problem.
     """
 
     port: Port
@@ -37,22 +37,22 @@ class Found:
 
     @property
     def url(self) -> str:
-        """What opens it."""
+        """The URL to open."""
         return self.port.device
 
     @property
     def unit(self) -> str | None:
-        """The name of the unit, where it is certain; it may be newer than the document."""
+        """The name of the unit, if it is certain; it may be newer than the document."""
         return self.known[0].name if len(self.known) == 1 else None
 
     @property
     def serial_number(self) -> str:
-        """The serial number: what the controller said, or else that of its USB plug; may be empty."""
+        """The serial number that the controller reported, or else that of its USB plug; may be empty."""
         return self.identity.serial_number if self.identity else self.port.serial_number
 
     @property
     def is_controller(self) -> bool:
-        """Whether this is the plug of a controller, or a controller that answered."""
+        """Whether the port has the USB plug of a controller, or a controller answered."""
         return self.port.plug is not None or self.identity is not None
 
     def __str__(self) -> str:
@@ -60,42 +60,42 @@ class Found:
 
     @property
     def what(self) -> str:
-        """One sentence for people: which controller this is."""
+        """A description of the controller."""
         if len(self.known) == 1:
             return str(self.known[0])
         if self.known:
             names = " or ".join(known.name for known in self.known)
             which = (
-                "asking tells which"
+                "request the identity to find out which"
                 if self.identity is None
-                else "the reported model does not tell which"
+                else "the reported model does not show which it is"
             )
             return f"{names}: they share the prefix of their serial numbers; {which}"
         if self.identity is not None:
             model, number = self.identity.model or "no model number", self.identity.serial_number
-            return f"{model}: no unit is known that reports this with the serial number {number}"
+            return f"{model}: no known unit reports this model with serial number {number}"
         if self.port.plug is not None:
             number = self.port.serial_number or "none"
-            speaks = self.port.plug.protocol
-            return f"a controller of {speaks}; no registry knows its serial number ({number})"
-        return "unknown: perhaps a controller on RS-232, such as an MS-2000, perhaps something else"
+            name = self.port.plug.protocol
+            return f"a {name} controller with an unknown serial number ({number})"
+        return "unknown device, possibly a controller on RS-232 such as an MS-2000"
 
 
-NO_FRAME = "bytes that are no frame"
+NO_FRAME = "bytes without a valid frame"
 ASK_TIMEOUT = 1.0
-"""Seconds that a controller has for its answer."""
+"""Seconds to wait for the answer of a controller."""
 
 
 def discover(ask: bool = False, timeout: float = ASK_TIMEOUT) -> list[Found]:
-    """Return every serial port with what is known of the controller behind it; controllers come first.
+    """Return every serial port with the controller on it, as far as known; controllers come first.
 
-    Without ``ask`` no port is opened: what is known comes from the operating system, which reads ids and
-    serial number from the USB plug. A controller on RS-232 has none, and its port is listed as unknown.
+    Without ``ask`` no port is opened. The operating system reads the ids and the serial number from the USB
+    plug. A controller on RS-232 has no USB plug, so its port is listed as unknown.
 
-    :param ask: open the ports that are controllers by their USB plug, one after the other, and ask for
-        identity (HW_REQ_INFO) and bays (RACK_REQ_BAYUSED). Nothing moves. Other ports are never opened:
-        bytes that they do not expect may do anything.
-    :param timeout: how long each may take for its answer, in seconds.
+    :param ask: open the ports that are controllers by their USB plug, one after the other, and request
+        identity (HW_REQ_INFO) and bays (RACK_REQ_BAYUSED). Nothing moves. Other ports are never opened,
+        because unexpected bytes may have any effect there.
+    :param timeout: timeout of each controller in seconds.
     """
     found = [look_at(port) for port in serial_ports()]
     if ask:
@@ -104,21 +104,21 @@ def discover(ask: bool = False, timeout: float = ASK_TIMEOUT) -> list[Found]:
 
 
 def look_at(port: Port) -> Found:
-    """Return what a port is by its USB plug and its serial number alone."""
+    """Return the controller of a port by its USB plug and its serial number, without opening it."""
     plug = port.plug
     if plug is None:
         return Found(port)
     try:
         protocol = load_protocol(plug.protocol)
-    except StagewireError:  # not installed: then nothing is known of its units
+    except StagewireError:  # not installed, so its units are unknown
         return Found(port)
     return Found(port, tuple(by_serial_number(protocol, port.serial_number)))
 
 
 def identified(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
-    """Open the port of what was found by its plug, ask it, and return what is known now.
+    """Open the port of a controller that was found by its plug, request its identity, and return the result.
 
-    What is no controller by its plug is returned as it is.
+    Other ports are returned unchanged.
     """
     from stagewire._links.opening import open_link
 
@@ -141,16 +141,16 @@ def identified(found: Found, timeout: float = ASK_TIMEOUT) -> Found:
 
 
 def recognise(found: Found, link: Link, protocol: FramedProtocol, timeout: float) -> Found:
-    """Ask on an open line who is there, and return what is known then.
+    """Request the identity on an open line, and return the result.
 
-    Raises :class:`~stagewire.errors.TransportLostError` when the line is gone.
+    Raise :class:`~stagewire.errors.TransportLostError` if the line is lost.
     """
     addresses = addresses_of(protocol, found.known)
     identity, heard = identify(link, protocol, addresses, timeout)
     if identity is None:
-        came = f"{len(heard.data)} {NO_FRAME}" if heard.is_garbage else "nothing"
         at = " and ".join(f"{address:#04x}" for address in addresses)
-        return replace(found, problem=f"asked for its identity at {at}, it said {came}")
+        came = f": received {len(heard.data)} {NO_FRAME}" if heard.is_garbage else ""
+        return replace(found, problem=f"no answer to the identity request at {at}{came}")
     known = by_identity(protocol, int(identity.serial_number), identity.model)
     motherboard = _address(protocol, "motherboard")
     bays = None
@@ -160,10 +160,11 @@ def recognise(found: Found, link: Link, protocol: FramedProtocol, timeout: float
 
 
 def addresses_of(protocol: FramedProtocol, known: Sequence[Known] = ()) -> tuple[int, ...]:
-    """Return the addresses at which a controller is asked who it is, in this order.
+    """Return the addresses for the identity request, in order.
 
-    Where its unit is known, its own address alone: some units do not bear a wrong guess. Otherwise the one
-    of a unit with a USB plug of its own comes first, and a rack is asked only where that one is silent.
+    If the unit is known, this is only its own address, because some units freeze after a request to another
+    address. Otherwise the address of units with their own USB plug comes first; a rack is asked only if that
+    one does not answer.
     """
     own, rack = _address(protocol, "generic_usb"), _address(protocol, "motherboard")
     kinds = {known_one.facts["address"] for known_one in known if known_one.facts}
@@ -178,6 +179,6 @@ def _address(protocol: FramedProtocol, name: str) -> int:
 
 
 def _bays(protocol: FramedProtocol, known: Sequence[Known]) -> int:
-    """Return how many bays are asked for: those of the unit, or all that the protocol has addresses for."""
+    """Return the number of bays to ask for: those of the unit, or all with an address in the protocol."""
     most: int = protocol.registry()["addresses"]["bays"]["count"]
     return max((facts.get("bays", most) for one in known if (facts := one.facts)), default=most)

@@ -279,22 +279,22 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (lambda: exact(True), BadValueError, "True is not a number"),
     (lambda: exact(float("nan")), BadValueError, "nan is not a finite number"),
     (lambda: exact("five"), BadValueError, "'five' is not a number"),
-    (lambda: Scale.counts_per("mm", 0), BadValueError, "a scale is positive, not 0"),
+    (lambda: Scale.counts_per("mm", 0), BadValueError, "a scale must be positive, not 0"),
     (
         lambda: UnknownScale("mm", "no page says so").to_counts(1),
         UnknownScaleError,
-        "no scale in mm is known: no page says so; use raw counts",
+        "the scale in mm is unknown: no page says so; use raw counts",
     ),
     (
         lambda: stages.Z8.scale("jerk", "TDC001"),
         UnknownScaleError,
-        "jerk of Z8 on TDC001 is not known (known: acceleration, encoder_position, position, "
+        "the scale of jerk of Z8 on TDC001 is unknown (known: acceleration, encoder_position, position, "
         "pot_velocity, velocity)",
     ),
     (
         lambda: stages.MLS203.scale("position", "TDC001"),
         UnknownScaleError,
-        "MLS203 on TDC001 is not known (known on: BBD10x)",
+        "the scales of MLS203 on TDC001 are unknown (known on: BBD10x)",
     ),
 ]
 

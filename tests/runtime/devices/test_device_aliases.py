@@ -1,4 +1,4 @@
-"""Controllers newer than the document: how they are recognised, their scales, and what is refused."""
+"""Controllers newer than the document: their recognition, their scales, and errors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNITS: dict[str, type[Any]] = {
 
 
 def line_of(unit: str, number: int, model: str | bytes) -> RecordingLink:
-    """A line to a controller that reports a serial number and a model."""
+    """Return a line to a controller that reports a serial number and a model."""
     kind = UNITS[unit].unit.kind
     controller: VirtualController = (
         virtual.rack(unit) if kind == "bay" else getattr(virtual, unit)()
@@ -55,12 +55,8 @@ def counts_of_a_mm(device: Any) -> int:
     ("unit", "number", "model", "counts"),
     [
         ("TST001", 80000001, "TST001", 25_600),
-        (
-            "TST001",
-            80000001,
-            "TST101",
-            409_600,
-        ),  # newer, with the prefix of the other or another one
+        # Newer units, with the prefix of the documented unit or another prefix
+        ("TST001", 80000001, "TST101", 409_600),
         ("TST001", 26000001, "KST101", 409_600),
         ("BSC101", 40000001, "BSC101", 25_600),
         ("BSC101", 40163084, "SCC201", 409_600),  # what a BSC201 reports
@@ -80,7 +76,7 @@ def test_steppers_that_share_a_prefix_have_the_scales_of_their_model(
 
 
 @pytest.mark.parametrize("model", ["KDC101", "KDC101 ", b"KDC101\0x", " KDC101", ""])
-def test_a_kdc101_has_the_scales_of_a_tdc001_because_it_is_stated(model: str | bytes) -> None:
+def test_a_kdc101_has_the_scales_of_a_tdc001_as_the_document_states(model: str | bytes) -> None:
     with opened("TDC001", 27000001, model, stage="Z8") as device:
         assert counts_of_a_mm(device) == 34_304
         assert device.get_vel_params().max_velocity_mm_per_s is not None
@@ -100,64 +96,66 @@ def test_a_kdc101_has_the_scales_of_a_tdc001_because_it_is_stated(model: str | b
         ("TST001", 80000001, "", "TST001 or TST101"),
     ],
 )
-def test_where_the_model_does_not_decide_the_scale_is_unknown(
+def test_a_scale_is_unknown_if_the_model_does_not_determine_it(
     unit: str, number: int, model: str, names: str
 ) -> None:
     with opened(unit, number, model, stage="APT_STEPPER") as device:
-        with pytest.raises(UnknownScaleError, match=f"on {names}: it differs .*give model="):
+        with pytest.raises(
+            UnknownScaleError, match=rf"on {names} is unknown: it differs .*pass model="
+        ):
             counts_of_a_mm(device)
         text = str(device)
-        assert f"it may be {names}: give model= to say which" in text
-        assert f"in counts only: it differs ({names.split()[0]}" in text
+        assert f"may be {names}: pass model= to open to choose one" in text
+        assert f"in raw counts only: it differs ({names.split()[0]}" in text
         part = device.bay(1) if hasattr(device, "bay") else device
         part.set_pos_counter(position=7)
         assert part.get_pos_counter().position == 7
 
 
-def test_the_name_on_the_label_decides_where_the_model_does_not() -> None:
+def test_the_model_option_decides_if_the_reported_model_does_not() -> None:
     with opened("BSC103", 70000001, stage="APT_STEPPER", model="bsc203") as device:
         assert counts_of_a_mm(device) == 409_600
     with opened("BSC103", 70000001, stage="APT_STEPPER", model="BSC103") as device:
         assert counts_of_a_mm(device) == 25_600
 
 
-def test_a_label_that_the_controller_contradicts_is_refused() -> None:
-    with pytest.raises(WrongUnitError, match=r"is BSC103, not BSC203: .*leave model= out"):
+def test_a_model_option_that_contradicts_the_controller_is_refused() -> None:
+    with pytest.raises(WrongUnitError, match=r"is BSC103, not BSC203: .*open it without model="):
         opened("BSC103", 70000001, "BSC103", model="BSC203")
     with pytest.raises(
-        BadValueError, match=r"'KDC101' is not opened as a BSC103 \(choose BSC103, BSC203\)"
+        BadValueError, match=r"'KDC101' cannot be opened as a BSC103 \(choose BSC103, BSC203\)"
     ):
         opened("BSC103", 70000001, "BSC103", model="KDC101")
 
 
-def test_an_alias_without_a_scale_is_refused_millimetres() -> None:
+def test_values_in_mm_are_refused_for_an_alias_without_a_scale() -> None:
     with opened("TST001", 26000001, "KST201", stage="APT_STEPPER") as device:
         with pytest.raises(
             UnknownScaleError,
-            match=r"on KST201: APT_STEPPER has no scales on KST201; give Stage.of_user\(\.\.\.\).*raw counts",
+            match=r"the registry has no scales of APT_STEPPER on KST201; pass stage=Stage.of_user\(\.\.\.\)",
         ):
             device.move_absolute(mm=1)
         assert "KST201: K-Cube stepper driver, second version" in str(device)
-        assert "scales: none is known" in str(device)
+        assert "scales: unknown" in str(device)
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 7))
     with opened("TST001", 26000001, "KST201", stage=mine) as device:
         assert counts_of_a_mm(device) == 7
 
 
-def test_velocities_of_an_alias_are_its_own_too() -> None:
+def test_an_alias_also_has_its_own_velocity_scale() -> None:
     with opened("TST001", 26000001, "KST101", stage="APT_STEPPER") as device:
         written = device.change_vel_params(max_velocity_mm_per_s=1, acceleration_mm_per_s2=1)
         assert (written.max_velocity, written.acceleration) == (21_987_328, 4_506)
         assert "409600 counts per mm (APT_STEPPER, Issue 37 of the document, page 41" in str(device)
     with (
         opened("TST001", 80000001, "TST001", stage="APT_STEPPER") as device,
-        pytest.raises(UnknownScaleError, match="no scale of velocity"),
+        pytest.raises(UnknownScaleError, match="the scale of velocity .* is unknown"),
     ):
         device.change_vel_params(max_velocity_mm_per_s=1)
 
 
 def test_a_travel_that_cannot_be_checked_on_the_alias_is_refused() -> None:
-    with pytest.raises(UnknownScaleError, match=r"travel_mm would limit nothing: .*KST201"):
+    with pytest.raises(UnknownScaleError, match=r"travel_mm cannot be checked: .*KST201"):
         opened("TST001", 26000001, "KST201", stage="APT_STEPPER", travel_mm=12)
 
 
@@ -173,25 +171,25 @@ def test_a_travel_is_checked_with_the_scale_of_the_alias() -> None:
 @pytest.mark.parametrize(
     ("unit", "number", "model", "text"),
     [
-        ("TDC001", 83000001, "KVS30", r"the model that of KVS30 \(vertical stage"),
-        ("TDC001", 24000001, "KVS30", "those of KVS30 .*no class fits it"),
-        ("TDC001", 83000001, "XYZ", "the model that of no unit that is known"),
-        ("TDC001", 24000001, "", "no unit is known whose serial numbers begin with 24"),
-        ("TDC001", 24000001, "TDC001", "no unit is known whose serial numbers begin with 24"),
-        ("TDC001", 83000001, "TST001", "the number is that of TDC001, the model that of TST001"),
-        ("BSC103", 70000001, "BSC102", "which are those of BSC102; open it as BSC102"),
-        ("MST601", 50000001, "MST602", r"those of MST602 \(Two-channel .*no class fits it"),
-        ("TST001", 55000001, "K10CR1", r"those of K10CR1 \(rotation stage.*no class fits it"),
+        ("TDC001", 83000001, "KVS30", r"but the model to KVS30 \(vertical stage"),
+        ("TDC001", 24000001, "KVS30", "as KVS30 .* does; no class supports it"),
+        ("TDC001", 83000001, "XYZ", "but the model to no known unit"),
+        ("TDC001", 24000001, "", "no known unit has serial numbers that begin with 24"),
+        ("TDC001", 24000001, "TDC001", "no known unit has serial numbers that begin with 24"),
+        ("TDC001", 83000001, "TST001", "number belongs to TDC001, but the model to TST001"),
+        ("BSC103", 70000001, "BSC102", "as BSC102 does; open it as BSC102"),
+        ("MST601", 50000001, "MST602", r"as MST602 \(Two-channel .*no class supports it"),
+        ("TST001", 55000001, "K10CR1", r"as K10CR1 \(rotation stage.*no class supports it"),
         ("BBD102", 73000001, "BBD103", "open it as BBD103"),
     ],
 )
-def test_what_contradicts_the_class_or_is_unknown_is_refused_with_a_way_out(
+def test_an_unknown_or_contradicting_identity_is_refused_with_advice(
     unit: str, number: int, model: str, text: str
 ) -> None:
     with pytest.raises(WrongUnitError, match=text) as caught:
         opened(unit, number, model)
     assert f"is not a {unit}" in str(caught.value)
-    assert f"identify=False to use it as a {unit} without asking" in str(caught.value)
+    assert f"identify=False to use it as a {unit} without this check" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -206,23 +204,23 @@ def test_what_contradicts_the_class_or_is_unknown_is_refused_with_a_way_out(
         ("TDC001", 83000001, "TDC001"),
     ],
 )
-def test_the_name_of_a_card_or_no_model_is_no_contradiction(
+def test_the_name_of_a_card_or_a_missing_model_is_accepted(
     unit: str, number: int, model: str
 ) -> None:
     opened(unit, number, model).close()
 
 
-def test_without_asking_the_scales_are_those_of_the_named_class_or_model() -> None:
+def test_without_identification_the_scales_are_those_of_the_class_or_model_option() -> None:
     options: dict[str, Any] = {"stage": "APT_STEPPER", "identify": False}
     with opened("TST001", 24000001, "XYZ", **options) as device:
         assert counts_of_a_mm(device) == 25_600
     with opened("TST001", 24000001, "XYZ", model="KST101", **options) as device:
         assert counts_of_a_mm(device) == 409_600
-        assert "it was not asked what it is" in str(device)
+        assert "identity not read" in str(device)
         assert "KST101: K-Cube stepper driver" in str(device)
 
 
-def test_asyncio_takes_the_same_decisions() -> None:
+def test_asyncio_makes_the_same_decisions() -> None:
     async def main() -> None:
         options: dict[str, Any] = {"stage": "APT_STEPPER"}
         url = "virtual://TST001?serial_number=26000001"
@@ -232,7 +230,7 @@ def test_asyncio_takes_the_same_decisions() -> None:
         async with aio.TST001.open(url, model="KST101", **options) as device:
             await device.set_pos_counter(mm=1)
             assert (await device.get_pos_counter()).position == 409_600
-        with pytest.raises(WrongUnitError, match="serial numbers begin with 24"):
+        with pytest.raises(WrongUnitError, match="serial numbers that begin with 24"):
             await aio.TDC001.open("virtual://TDC001?serial_number=24000001")
 
     asyncio.run(main())
@@ -245,5 +243,5 @@ def test_a_reconnected_controller_is_identified_again() -> None:
         assert counts_of_a_mm(device) == 409_600
     with TST001.open(url, stage="APT_STEPPER") as device:
         device.reconnect()
-        with pytest.raises(UnknownScaleError, match="give model="):
+        with pytest.raises(UnknownScaleError, match="pass model="):
             counts_of_a_mm(device)

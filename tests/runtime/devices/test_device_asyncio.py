@@ -1,4 +1,4 @@
-"""The classes for asyncio: the same calls, on the same logic, in one event loop."""
+"""The classes for asyncio: the same calls with the same logic, in one event loop."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ def run(main: Callable[[], Awaitable[None]]) -> None:
     stepped.run(body())
 
 
-def test_what_is_not_open_yet_says_so() -> None:
-    with pytest.raises(AttributeError, match="it is not open yet and has no home: await it"):
+def test_a_device_that_is_not_open_yet_raises_a_helpful_error() -> None:
+    with pytest.raises(AttributeError, match="is not open yet and has no attribute 'home': await"):
         TDC001.open(Z8).home()  # type: ignore[attr-defined]
-    with pytest.raises(TypeError, match="opened by `async with`"), TDC001.open(Z8):  # type: ignore[attr-defined]
+    with pytest.raises(TypeError, match="use `async with` or `await`"), TDC001.open(Z8):  # type: ignore[attr-defined]
         pass
 
 
-def test_behind_a_line_that_was_given_up_a_motion_may_go_on() -> None:
+def test_after_reconnecting_a_motion_may_still_be_under_way() -> None:
     async def main() -> None:
         async with TDC001.open(Z8, stage="Z8", on_close="leave") as tdc:
             await tdc.start_move_absolute(mm=5)
@@ -56,7 +56,7 @@ def test_behind_a_line_that_was_given_up_a_motion_may_go_on() -> None:
             ):
                 await tdc.start_move_absolute(mm=1)
             await asyncio.sleep(1)
-            assert not await tdc.is_moving()  # a new controller is behind such a URL
+            assert not await tdc.is_moving()  # such a URL opens a new controller
             await tdc.move_absolute(mm=1)
 
     run(main)
@@ -73,7 +73,9 @@ def test_modules_of_a_rack_share_a_line() -> None:
                 assert [end.message.position for end in ends] == [2560, 2560]
                 motion = await second.channel(1).start_move_absolute(mm=5)
                 await asyncio.sleep(0.1)
-            with pytest.raises(SessionClosedError, match="this part of virtual://rack"):
+            with pytest.raises(
+                SessionClosedError, match="this device on virtual://rack.* was closed"
+            ):
                 await motion.wait()
             await asyncio.sleep(2)
             async with MST601.open(first, bay=2, stage="APT_STEPPER") as second:
@@ -83,7 +85,7 @@ def test_modules_of_a_rack_share_a_line() -> None:
     run(main)
 
 
-def test_a_device_is_awaited_or_entered() -> None:
+def test_a_device_can_be_awaited_or_entered() -> None:
     async def main() -> None:
         async with TDC001.open(Z8, stage="Z8", travel_mm=12) as tdc:
             assert (await tdc.home()).message == m.MotMoveHomed(chan_ident=1)
@@ -105,7 +107,7 @@ def test_a_device_is_awaited_or_entered() -> None:
     run(main)
 
 
-def test_motions_are_started_waited_for_and_stopped() -> None:
+def test_motions_can_be_started_awaited_and_stopped() -> None:
     async def main() -> None:
         async with TDC001.open(Z8, stage="Z8") as tdc:
             motion = await tdc.start_move_absolute(mm=5)
@@ -123,7 +125,7 @@ def test_motions_are_started_waited_for_and_stopped() -> None:
     run(main)
 
 
-def test_a_wait_that_is_cancelled_leaves_the_motion_and_the_session() -> None:
+def test_cancelling_a_wait_stops_neither_the_motion_nor_the_session() -> None:
     async def main() -> None:
         async with TDC001.open(Z8, stage="Z8") as tdc:
             move = asyncio.create_task(tdc.move_absolute(mm=5))
@@ -138,7 +140,7 @@ def test_a_wait_that_is_cancelled_leaves_the_motion_and_the_session() -> None:
     run(main)
 
 
-def test_changes_of_several_tasks_are_all_kept() -> None:
+def test_concurrent_changes_by_tasks_are_all_kept() -> None:
     async def main() -> None:
         async with TDC001.open("virtual://TDC001") as tdc:
             await tdc.set_vel_params(min_velocity=0, acceleration=0, max_velocity=0)
@@ -173,7 +175,7 @@ def test_bays_channels_modules_and_settings() -> None:
     run(main)
 
 
-def test_axes_are_polled_for() -> None:
+def test_axes_are_polled_for_the_end_of_a_motion() -> None:
     async def main() -> None:
         async with MS2000.open("virtual://MS2000") as ms:
             x = ms.axis("X")
@@ -192,7 +194,7 @@ def test_axes_are_polled_for() -> None:
 
 
 class Watched(AsyncLink):
-    """A line that knows whether it was closed."""
+    """A line that records whether it was closed."""
 
     def __init__(self, line: AsyncLink) -> None:
         self.url = line.url
@@ -212,7 +214,7 @@ class Watched(AsyncLink):
         await self._line.close()
 
 
-def test_what_is_refused_is_closed(tmp_path: Path) -> None:
+def test_the_line_is_closed_if_opening_fails(tmp_path: Path) -> None:
     async def main() -> None:
         for unit, options in (
             ("TST001", {}),
@@ -229,7 +231,7 @@ def test_what_is_refused_is_closed(tmp_path: Path) -> None:
     run(main)
 
 
-# Twins
+# Threads and asyncio compared
 
 
 def _public(cls: type) -> dict[str, Any]:
@@ -240,7 +242,7 @@ def _public(cls: type) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "name", [name for name in support.__all__ if f"Async{name}" in support.__all__]
 )
-def test_both_have_the_same_calls(name: str) -> None:
+def test_both_base_classes_have_the_same_calls(name: str) -> None:
     one, other = _public(getattr(support, name)), _public(getattr(support, f"Async{name}"))
     assert one.keys() == other.keys()
     for called in one:

@@ -1,4 +1,4 @@
-"""Bays, channels and modules: each with its own address, stage, scale and travel."""
+"""Bays, channels and modules, each with its own address, stage, scale and travel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
 
 
-def test_bays_are_numbered_as_the_addresses_of_the_document() -> None:
+def test_bays_are_numbered_like_the_documented_addresses() -> None:
     line = RecordingLink(virtual.BBD102(stage=stages.MLS203))
     with BBD102.open(line, stage="MLS203", line="rs232") as rack:
         line.forget()
@@ -37,7 +37,7 @@ def test_bays_are_numbered_as_the_addresses_of_the_document() -> None:
 
 
 @pytest.mark.parametrize("unit", ["BSC001", "BSC102", "MST601", "OST001", "TST001"])
-def test_a_stepper_answers_with_its_status_bits_alone(unit: str) -> None:
+def test_a_stepper_can_be_asked_for_its_status_bits_only(unit: str) -> None:
     cls, options = getattr(devices, unit), {"bay": 1} if unit == "MST601" else {}
     url = "virtual://rack?bays=MST601" if unit == "MST601" else f"virtual://{unit}"
     with cls.open(url, **options) as device:
@@ -49,7 +49,7 @@ def test_a_stepper_answers_with_its_status_bits_alone(unit: str) -> None:
         assert values.chan_ident == (2 if unit == "MST601" else 1)
 
 
-def test_the_rack_itself_is_the_motherboard() -> None:
+def test_calls_of_a_rack_go_to_the_motherboard() -> None:
     line = RecordingLink(virtual.BBD102(empty_bays=[1]))
     with BBD102.open(line, line="rs232") as rack:
         line.forget()
@@ -59,7 +59,7 @@ def test_the_rack_itself_is_the_motherboard() -> None:
             rack.bay(2).get_vel_params(timeout=0.1)
 
 
-def test_bays_move_at_once_and_each_has_its_own_end() -> None:
+def test_bays_move_simultaneously_and_end_independently() -> None:
     with BBD102.open(RecordingLink(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
         for bay in rack.bays:
             bay.home()
@@ -73,7 +73,7 @@ def test_bays_move_at_once_and_each_has_its_own_end() -> None:
         assert [bay.get_pos_counter().mm for bay in rack.bays] == [50, 1]
 
 
-def test_all_bays_are_stopped_at_the_end() -> None:
+def test_closing_a_rack_stops_all_bays() -> None:
     line = RecordingLink(virtual.BBD102(stage=stages.MLS203))
     with BBD102.open(line, stage="MLS203", line="rs232") as rack:
         for bay in rack.bays:
@@ -90,7 +90,7 @@ def test_all_bays_are_stopped_at_the_end() -> None:
     ("number", "error"),
     [(0, OutOfRangeError), (3, OutOfRangeError), (True, BadValueError), ("1", BadValueError)],
 )
-def test_what_is_not_there_is_refused(number: object, error: type[Exception]) -> None:
+def test_an_unknown_bay_or_channel_is_refused(number: object, error: type[Exception]) -> None:
     with BBD102.open(RecordingLink(virtual.BBD102())) as rack, pytest.raises(error, match="bay"):
         rack.bay(number)  # type: ignore[arg-type]
     with (
@@ -120,7 +120,7 @@ def test_channels_have_their_own_stages_and_travels() -> None:
         second.move_absolute(counts=25600 * 11)
 
 
-def test_a_channel_is_named_by_number_member_or_name() -> None:
+def test_a_channel_is_selected_by_number_member_or_name() -> None:
     line = RecordingLink(virtual.BSC002())
     with BSC002.open(line, identify=False) as bsc:
         line.forget()
@@ -132,7 +132,7 @@ def test_a_channel_is_named_by_number_member_or_name() -> None:
         assert line.raw == b""
 
 
-def test_a_bay_is_named_by_its_number_alone() -> None:
+def test_a_bay_is_selected_by_number_only() -> None:
     """The enumeration of bays counts from 0 on the wire: its BAY_2 is 1."""
     with BBD102.open(RecordingLink(virtual.BBD102()), identify=False) as rack:
         assert rack.bay(np.int8(2)) is rack.bays[1]
@@ -141,7 +141,7 @@ def test_a_bay_is_named_by_its_number_alone() -> None:
                 rack.bay(wrong)  # type: ignore[arg-type]
 
 
-def test_channels_move_at_once() -> None:
+def test_channels_move_simultaneously() -> None:
     line = RecordingLink(virtual.BSC002(stage=stages.APT_STEPPER))
     with BSC002.open(line, stage="APT_STEPPER") as device:
         motions = [channel.start_home() for channel in device.channels]
@@ -149,7 +149,7 @@ def test_channels_move_at_once() -> None:
         assert ends == [m.MotMoveHomed(chan_ident=1), m.MotMoveHomed(chan_ident=2)]
 
 
-def test_a_module_is_reached_in_its_bay() -> None:
+def test_calls_of_a_module_go_to_its_bay() -> None:
     line = RecordingLink(virtual.rack("MST601", None, "MST601"))
     with MST601.open(line, bay=3, stage="APT_STEPPER", line="rs232") as module:
         line.forget()
@@ -161,7 +161,7 @@ def test_a_module_is_reached_in_its_bay() -> None:
         assert line.raw == m.RackReqBayUsed(bay_ident=1).pack(0x11, 0x01)
 
 
-def test_a_cube_answers_at_its_other_addresses_too() -> None:
+def test_a_cube_also_answers_at_its_other_addresses() -> None:
     line = RecordingLink(virtual.TDC001())
     with TDC001.open(line, address=0x21) as tdc:
         line.forget()
@@ -172,7 +172,7 @@ def test_a_cube_answers_at_its_other_addresses_too() -> None:
 # Subscriptions
 
 
-def test_a_subscription_is_about_one_bay() -> None:
+def test_a_bay_subscription_receives_only_events_of_its_bay() -> None:
     with BBD102.open(RecordingLink(virtual.BBD102(stage=stages.MLS203)), stage="MLS203") as rack:
         everything, second = rack.subscribe(), rack.bay(2).subscribe()
         for bay in rack.bays:
@@ -182,7 +182,7 @@ def test_a_subscription_is_about_one_bay() -> None:
         assert [event.frame.source for event in taken(second)] == [0x22]
 
 
-# Several modules on the line of one
+# Several modules on one line
 
 
 def test_modules_of_a_rack_share_a_line() -> None:
@@ -207,7 +207,7 @@ def test_modules_of_a_rack_share_a_line() -> None:
         assert line.raw == b"".join(alive[bay].pack(bay, 0x01) for bay in (0x21, 0x24, 0x23))
 
 
-def test_a_module_that_shares_a_line_is_closed_alone() -> None:
+def test_closing_a_module_leaves_the_shared_line_open() -> None:
     line = RecordingLink(virtual.rack("MST601", "MST601"))
     with MST601.open(line, stage="APT_STEPPER") as first:
         second = MST601.open(first, bay=2, stage="APT_STEPPER")
@@ -220,7 +220,7 @@ def test_a_module_that_shares_a_line_is_closed_alone() -> None:
         stop = m.MotMoveStop(chan_ident=2, stop_mode=e.StopMode.PROFILED)
         assert line.raw == stop.pack(0x22, 0x01)
         for call in (motion.wait, second.channel(1).is_moving, second.get_info):
-            with pytest.raises(SessionClosedError, match=r"this part of virtual://.* was closed"):
+            with pytest.raises(SessionClosedError, match=r"this device on virtual://.* was closed"):
                 call()
         assert str(second).startswith("MST601")
         line.forget()
@@ -231,7 +231,7 @@ def test_a_module_that_shares_a_line_is_closed_alone() -> None:
     assert line.raw == m.MotMoveStop(chan_ident=1, stop_mode=e.StopMode.PROFILED).pack(0x21, 0x01)
 
 
-def test_a_module_ends_with_the_line_that_it_shares() -> None:
+def test_closing_the_shared_line_stops_and_closes_its_modules() -> None:
     line = RecordingLink(virtual.rack("MST601", "MST601"))
     first = MST601.open(line, stage="APT_STEPPER")
     second = MST601.open(first, bay=2, stage="APT_STEPPER")
@@ -244,7 +244,7 @@ def test_a_module_ends_with_the_line_that_it_shares() -> None:
     second.close()
 
 
-def test_a_module_that_is_not_there_leaves_a_shared_line_as_it_was() -> None:
+def test_failing_to_open_a_missing_module_does_not_affect_the_shared_line() -> None:
     line = RecordingLink(virtual.rack("MST601", None))
     with MST601.open(line) as first:
         with pytest.raises(ReplyTimeoutError, match="no MST601 answers"):
@@ -252,13 +252,13 @@ def test_a_module_that_is_not_there_leaves_a_shared_line_as_it_was() -> None:
         line.forget()
         first.session.pause(1)
         assert line.raw == m.MotAckDcStatusUpdate().pack(0x21, 0x01) * 3  # at 0, 0.5 and 1 s
-        with pytest.raises(BadValueError, match="pacing: the line is that of MST601"):
+        with pytest.raises(BadValueError, match="pacing: the line was opened by MST601"):
             MST601.open(first, bay=2, pacing=0.1)
-        with pytest.raises(BadValueError, match="a TDC001 has a line of its own"):
+        with pytest.raises(BadValueError, match="a TDC001 cannot share the line of a MST601"):
             TDC001.open(first)  # type: ignore[arg-type]
 
 
-def test_a_subscription_is_about_one_channel() -> None:
+def test_a_channel_subscription_receives_only_events_of_its_channel() -> None:
     line = RecordingLink(virtual.BSC002(stage=stages.APT_STEPPER))
     with BSC002.open(line, stage="APT_STEPPER") as device:
         everything = device.channel(2).subscribe()
@@ -282,7 +282,7 @@ def taken(subscription: Any) -> list[Any]:
     return found
 
 
-def test_what_was_said_has_values() -> None:
+def test_a_message_is_converted_to_values() -> None:
     with TDC001.open(RecordingLink(virtual.TDC001()), stage="Z8") as tdc:
         status = m.MotGetDcStatusUpdate(chan_ident=1, position=34304, velocity=0, status_bits=0)
         values = tdc.values(status)

@@ -1,4 +1,4 @@
-"""Jogs and velocity moves where the position rises, or falls, in direction 1: no sign is assumed."""
+"""Jogs and velocity moves, without assuming that the position rises in direction 1."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stagewire_apt.enumerations import MoveDirection
 from stagewire_virtual import stepped
 
 MM = 34304
-STEP = MM // 10  # of a new controller
+STEP = MM // 10  # default of the controller
 START, TRAVEL = 2 * MM, 5 * MM
 FORWARD, REVERSE = MoveDirection.FORWARD, MoveDirection.REVERSE
 
@@ -38,7 +38,7 @@ def controller(quirk: str) -> virtual.VirtualController:
 
 
 def expected(way: int) -> list[int]:
-    """Where a jog ends, and where a run to the end of the travel does."""
+    """Return where a jog ends, and where a velocity move to the end of the travel ends."""
     return [way * STEP, TRAVEL - START if way > 0 else -START]
 
 
@@ -64,14 +64,16 @@ def test_jogs_and_runs_for_asyncio(quirk: str, direction: MoveDirection, way: in
 
 @pytest.mark.parametrize("quirk", ["", "clockwise_is_negative"])
 @pytest.mark.parametrize("direction", [FORWARD, REVERSE])
-def test_a_jog_is_refused_only_where_it_leads_out_both_ways(
+def test_a_jog_is_refused_only_if_both_directions_leave_the_travel(
     quirk: str, direction: MoveDirection
 ) -> None:
     line = RecordingLink(controller(quirk))
     with TDC001.open(line, stage="Z8", travel_mm=(0, "0.15")) as tdc:
-        tdc.jog(direction)  # from 0 up, or out: nobody knows beforehand
+        tdc.jog(direction)  # from 0 it may stay inside the travel or leave it
         tdc.set_pos_counter(mm="0.075")
-        with pytest.raises(LimitError, match=r"jog: from 0\.075\d* mm .* is outside the travel"):
+        with pytest.raises(
+            LimitError, match=r"jog: .* mm from the position 0\.075\d* mm is outside"
+        ):
             tdc.jog(direction)
 
 
@@ -80,14 +82,14 @@ WARNING = "whether the position counter rises or falls in the direction FORWARD"
 
 @pytest.mark.parametrize("package", [devices, aio])
 @pytest.mark.parametrize("call", ["jog", "start_jog", "move_velocity", "start_move_velocity"])
-def test_the_calls_warn(package: Any, call: str) -> None:
+def test_docstrings_warn_about_the_direction(package: Any, call: str) -> None:
     words = " ".join(getattr(package.TDC001, call).__doc__.split())
     assert WARNING in words
     assert "apt-clockwise-without-sign" in words
 
 
 @pytest.mark.parametrize("message", ["MOT_MOVE_JOG", "MOT_MOVE_VELOCITY"])
-def test_the_comments_in_c_warn(message: str) -> None:
+def test_comments_in_c_warn_about_the_direction(message: str) -> None:
     header = (ROOT / "generated/c/stagewire_apt/messages/motor.h").read_text(encoding="utf-8")
     found = re.search(rf"/\*\*\n \* {message} \(.*?\*/", header, re.S)
     assert found is not None

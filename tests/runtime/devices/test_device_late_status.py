@@ -1,4 +1,4 @@
-"""A status that was held up on the line answers a request, and proves nothing about a motion."""
+"""A delayed status may be taken for a reply, but does not prove that a motion has ended."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def status(position: int, bits: int) -> bytes:
 
 
 class HeldUp(Parrot):
-    """Its moves last until the test ends them. What it said before is held up until it is asked something.
+    """A controller whose moves last until the test ends them, and whose earlier messages are delayed.
 
-    :ivar late: what is held up.
+    :ivar late: messages to send with the next reply.
     """
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class HeldUp(Parrot):
 
 @pytest.mark.parametrize("copies", [1, 2, 5])
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_a_late_status_at_rest_does_not_end_a_motion_that_moves(side: Side, copies: int) -> None:
+def test_a_late_status_at_rest_does_not_end_a_motion(side: Side, copies: int) -> None:
     controller = HeldUp()
 
     async def scenario(bench: Any) -> None:
@@ -71,7 +71,7 @@ def test_a_late_status_at_rest_does_not_end_a_motion_that_moves(side: Side, copi
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_a_late_status_at_rest_is_not_reported_while_the_end_of_a_motion_is_awaited(
+def test_a_late_status_at_rest_does_not_make_is_moving_return_false(
     side: Side,
 ) -> None:
     controller = HeldUp()
@@ -87,7 +87,9 @@ def test_a_late_status_at_rest_is_not_reported_while_the_end_of_a_motion_is_awai
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_without_an_answer_in_between_a_status_at_rest_proves_nothing(side: Side) -> None:
+def test_a_status_at_rest_does_not_end_a_motion_if_the_identity_request_is_unanswered(
+    side: Side,
+) -> None:
     class Anonymous(HeldUp):
         def answer(self, frame: Frame) -> Said:
             return () if isinstance(frame.message, m.HwReqInfo) else super().answer(frame)
@@ -107,8 +109,8 @@ def test_without_an_answer_in_between_a_status_at_rest_proves_nothing(side: Side
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_an_unsolicited_status_delays_no_later_answer(side: Side) -> None:
-    """It answers one request; the reply to that comes unsolicited, and all other requests get their own."""
+def test_an_unsolicited_status_does_not_delay_later_replies(side: Side) -> None:
+    """It is matched to one request, whose own reply becomes unsolicited; later requests get their replies."""
     controller = HeldUp()
 
     async def scenario(bench: Any) -> None:

@@ -1,4 +1,4 @@
-"""Limits of a stage: travel, maximum velocity and maximum acceleration; what exceeds one makes no byte."""
+"""Limits of a stage: travel, maximum velocity and maximum acceleration. Nothing is sent above a limit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stagewire_ms2000 import MS2000
 
 
 def z8(**options: Any) -> tuple[RecordingLink, TDC001]:
-    """A TDC001 with a Z8, and the line to it."""
+    """Return a line to a TDC001 with a Z8, and the device."""
     line = RecordingLink(virtual.TDC001(stage=stages.Z8))
     tdc = TDC001.open(line, **{"stage": "Z8", "line": "rs232", **options})
     line.forget()
@@ -42,7 +42,7 @@ TOO_FAST: dict[str, Callable[[TDC001], object]] = {
 
 
 @pytest.mark.parametrize("call", TOO_FAST.values(), ids=TOO_FAST)
-def test_a_velocity_above_that_of_the_stage_makes_no_byte(
+def test_nothing_is_sent_for_a_velocity_above_the_maximum(
     call: Callable[[TDC001], object],
 ) -> None:
     line, tdc = z8()
@@ -51,22 +51,22 @@ def test_a_velocity_above_that_of_the_stage_makes_no_byte(
     assert line.raw == b""
 
 
-def test_the_limit_itself_may_be_set_in_units_and_in_counts() -> None:
+def test_the_limit_itself_can_be_set_in_units_and_in_counts() -> None:
     with z8()[1] as tdc:
         counts = tdc.change_vel_params(max_velocity_mm_per_s="2.6").max_velocity
         assert tdc.change_vel_params(max_velocity=counts).max_velocity == counts == 1_995_155
     with BBD102.open("virtual://BBD102", stage="MLS203") as rack:
-        # Page 76: the counts of the example, which are a little more than 200 mm/s
+        # The counts of the example on page 76, slightly more than 200 mm/s
         written = rack.bay(1).change_vel_params(max_velocity=26843546, acceleration=27488)
         assert written.exact("max_velocity_mm_per_s") > 200
         with pytest.raises(LimitError, match=r"maximum acceleration, 2000 .*page 76"):
             rack.bay(1).change_vel_params(acceleration=27489)
 
 
-def test_a_limit_is_raised_and_lowered_when_a_device_is_opened() -> None:
+def test_options_of_open_raise_and_lower_a_limit() -> None:
     with z8(max_velocity_mm_per_s=3)[1] as tdc:
         tdc.change_vel_params(max_velocity_mm_per_s="2.9")
-        with pytest.raises(LimitError, match=r"3 mm/s \(as max_velocity_mm_per_s says\)"):
+        with pytest.raises(LimitError, match=r"3 mm/s \(set by max_velocity_mm_per_s\)"):
             tdc.change_vel_params(max_velocity_mm_per_s="3.1")
     with z8(max_velocity_mm_per_s="0.5")[1] as tdc, pytest.raises(LimitError):
         tdc.change_vel_params(max_velocity_mm_per_s="0.6")
@@ -78,7 +78,7 @@ def test_a_limit_is_raised_and_lowered_when_a_device_is_opened() -> None:
             rack.bay(1).change_vel_params(max_velocity_mm_per_s=250)
 
 
-def test_what_the_controller_holds_is_not_written_back_above_the_limit() -> None:
+def test_a_stored_value_above_the_limit_is_not_written_back() -> None:
     line = RecordingLink(virtual.TDC001(stage=stages.Z8))
     with TDC001.open(line, stage="Z8", max_velocity_mm_per_s=9) as tdc:
         tdc.change_vel_params(max_velocity_mm_per_s=8)
@@ -103,20 +103,20 @@ def test_asyncio_has_the_same_limits() -> None:
     asyncio.run(scenario())
 
 
-def test_a_travel_of_the_registry_is_a_length_wherever_the_counter_begins() -> None:
+def test_a_travel_of_the_registry_is_a_length_independent_of_the_counter() -> None:
     controller = virtual.TDC001(stage=stages.Z812, position=0)
     line = RecordingLink(controller)
     with TDC001.open(line, stage="Z812", line="rs232") as tdc:
         line.forget()
         with pytest.raises(
-            LimitError, match=r"from 0 mm to 12\.2\d* mm is more than the travel, 12 mm"
+            LimitError, match=r"from 0 mm to 12\.2\d* mm is longer than the travel, 12 mm"
         ):
             tdc.move_absolute(mm="12.2")
         assert line.names(PROTOCOL) == ["MOT_REQ_DCSTATUSUPDATE"]
         line.forget()
-        with pytest.raises(LimitError, match="more than the travel"):
+        with pytest.raises(LimitError, match="longer than the travel"):
             tdc.move_relative(mm="-12.01")
-        with pytest.raises(LimitError, match="more than the travel"):
+        with pytest.raises(LimitError, match="longer than the travel"):
             tdc.change_jog_params(step_size_mm="12.01")
         assert line.raw == b""
         tdc.set_pos_counter(mm=100)
@@ -130,13 +130,13 @@ def test_a_travel_of_the_registry_is_a_length_wherever_the_counter_begins() -> N
         tdc.start_move_absolute(mm=1)
 
 
-def test_a_few_counts_before_its_end_a_stage_still_moves_its_whole_travel() -> None:
+def test_a_stage_a_few_counts_before_its_end_can_move_its_whole_travel() -> None:
     with TDC001.open("virtual://TDC001?stage=Z812&position=0", stage="Z812") as tdc:
         tdc.set_pos_counter(mm="-0.01")
         tdc.start_move_absolute(mm=12)
 
 
-def test_a_stage_of_a_user_has_the_limits_that_the_user_states() -> None:
+def test_a_stage_of_a_user_has_the_limits_of_the_user() -> None:
     scales = {
         "position": Scale.counts_per("mm", 1000),
         "velocity": Scale.counts_per("mm/s", 100),
@@ -146,15 +146,15 @@ def test_a_stage_of_a_user_has_the_limits_that_the_user_states() -> None:
         "slide", travel_mm=20, max_velocity_mm_per_s="1.5", max_acceleration_mm_per_s2=4, **scales
     )
     with TDC001.open("virtual://TDC001", stage=mine) as tdc:
-        with pytest.raises(LimitError, match=r"1\.5 mm/s \(slide, a stage of yours\)"):
+        with pytest.raises(LimitError, match=r"1\.5 mm/s \(slide, your own stage\)"):
             tdc.set_vel_params(min_velocity=0, acceleration=40, max_velocity=151)
         with pytest.raises(LimitError, match="maximum acceleration"):
             tdc.set_vel_params(min_velocity=0, acceleration=41, max_velocity=150)
         tdc.set_vel_params(min_velocity=0, acceleration=40, max_velocity=150)
         with pytest.raises(LimitError, match="travel, 20 mm"):
             tdc.move_relative(mm=21)
-        # A limit that a user states is never left out silently.
-        with pytest.raises(UnknownScaleError, match="vel1: cannot be compared with the maximum"):
+        # A limit of the user is never ignored silently.
+        with pytest.raises(UnknownScaleError, match="vel1 cannot be compared with the maximum"):
             tdc.change_pot_params(vel1=1)
     with pytest.raises(BadValueError, match="above 0"):
         Stage.of_user("slide", max_velocity_mm_per_s=0)
@@ -163,14 +163,14 @@ def test_a_stage_of_a_user_has_the_limits_that_the_user_states() -> None:
 @pytest.mark.parametrize(
     ("unit", "options", "words"),
     [
-        (TDC001, {"stage": "Z8", "max_acceleration_mm_per_s2": 3}, "would limit nothing: .*accel"),
-        (TDC001, {"max_velocity_mm_per_s": 3}, "would limit nothing: .*give stage="),
-        (TST001, {"stage": "APT_STEPPER", "max_velocity_mm_per_s": 3}, "would limit nothing"),
-        (TPZ001, {"max_velocity_mm_per_s": 3}, "a TPZ001 takes no values in mm/s"),
-        (MS2000, {"max_acceleration_mm_per_s2": 3}, "a MS2000 takes no values in mm/s"),
+        (TDC001, {"stage": "Z8", "max_acceleration_mm_per_s2": 3}, "cannot be checked: .*accel"),
+        (TDC001, {"max_velocity_mm_per_s": 3}, "cannot be checked: .*pass stage="),
+        (TST001, {"stage": "APT_STEPPER", "max_velocity_mm_per_s": 3}, "cannot be checked"),
+        (TPZ001, {"max_velocity_mm_per_s": 3}, "a TPZ001 has no values in mm/s"),
+        (MS2000, {"max_acceleration_mm_per_s2": 3}, "a MS2000 has no values in mm/s"),
     ],
 )
-def test_a_limit_that_would_limit_nothing_is_refused(
+def test_a_limit_that_cannot_be_checked_is_refused(
     unit: Any, options: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(UnknownScaleError, match=words):
@@ -178,12 +178,12 @@ def test_a_limit_that_would_limit_nothing_is_refused(
 
 
 @pytest.mark.parametrize("value", [0, -1, "fast", float("nan"), {2: 1}])
-def test_a_limit_is_a_number_above_0_of_a_channel_that_exists(value: Any) -> None:
+def test_a_limit_must_be_above_0_and_on_a_known_channel(value: Any) -> None:
     with pytest.raises(BadValueError, match="max_velocity_mm_per_s"):
         TDC001.open("virtual://NO_SUCH_UNIT", stage="Z8", max_velocity_mm_per_s=value)
 
 
-def test_an_ms2000_has_the_maximum_velocity_that_the_user_states() -> None:
+def test_an_ms2000_has_the_maximum_velocity_of_the_user() -> None:
     with MS2000.open("virtual://MS2000", max_velocity_mm_per_s={"X": 5}) as ms, ms.low_level():
         ms.axis("X").write_top_speed(um_per_s=5000)
         ms.axis("Y").write_top_speed(um_per_s=5001)
@@ -193,22 +193,20 @@ def test_an_ms2000_has_the_maximum_velocity_that_the_user_states() -> None:
             ms.axis("X").write_vector_speed(um_per_s=6000)
 
 
-def test_print_says_each_limit_with_its_source_or_that_it_is_not_checked() -> None:
+def test_printing_a_device_shows_each_limit_and_its_source() -> None:
     settings = "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
     with z8()[1] as tdc:
         lines = str(tdc).splitlines()
     assert lines[2:6] == [
         "  channel 1: stage Z8",
         "    travel: unknown (the series has actuators of 6, 12 and 25 mm; give stage Z806, Z812 or "
-        "Z825); not checked; give travel_mm=",
+        "Z825); not checked; set it with travel_mm=",
         f"    maximum velocity: 2.6 mm/s (Z8, {settings})",
-        f"    maximum acceleration: 4 mm/s^2 (Z8, {settings}); acceleration not checked: no scale is "
-        "known",
+        f"    maximum acceleration: 4 mm/s^2 (Z8, {settings}); acceleration not checked: scale unknown",
     ]
     with TDC001.open("virtual://TDC001") as tdc:
-        assert (
-            "    maximum velocity: unknown; not checked; it cannot be given, since no scale"
-            in str(tdc)
+        assert "    maximum velocity: unknown; not checked; cannot be set: scale unknown" in str(
+            tdc
         )
     with BBD102.open("virtual://BBD102", stages={2: "MLS203_Y"}) as rack:
         assert "    travel: 75 mm (MLS203_Y, page 76 of the document)" in str(rack)
@@ -239,7 +237,7 @@ def test_an_ms2000_compares_the_length_of_a_travel_with_its_position() -> None:
         ms2000.low_level(),
     ):
         line.forget()
-        with pytest.raises(LimitError, match="30 mm is more than the travel, 20 mm"):
+        with pytest.raises(LimitError, match="30 mm is longer than the travel, 20 mm"):
             ms2000.axis("X").move_absolute(um=30_000)
         assert bytes((24, 84)) not in line.raw  # the command that moves
         assert ms2000.axis("X").move_absolute(um=100).seconds > 0

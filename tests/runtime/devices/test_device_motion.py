@@ -1,4 +1,4 @@
-"""Motion: waited for, started, stopped; limits; the end of messages; what is left at the end."""
+"""Motions: waiting, starting, stopping, limits, suspended end messages, and closing."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def tdc(line: RecordingLink) -> Iterator[TDC001]:
         yield tdc
 
 
-def test_home_and_move_wait_for_their_ends(tdc: TDC001, line: RecordingLink) -> None:
+def test_home_and_move_wait_until_the_motion_ends(tdc: TDC001, line: RecordingLink) -> None:
     end = tdc.home()
     assert end.message == m.MotMoveHomed(chan_ident=1)
     assert 0 < end.seconds < 60
@@ -48,7 +48,7 @@ def test_home_and_move_wait_for_their_ends(tdc: TDC001, line: RecordingLink) -> 
     assert line.names(PROTOCOL) == ["MOT_MOVE_HOME", "MOT_MOVE_ABSOLUTE"]
 
 
-def test_a_motion_that_was_started_is_waited_for_later(tdc: TDC001, line: RecordingLink) -> None:
+def test_a_started_motion_can_be_waited_for_later(tdc: TDC001, line: RecordingLink) -> None:
     motion = tdc.start_move_absolute(mm=1)
     assert not motion.done
     assert tdc.is_moving()
@@ -56,30 +56,32 @@ def test_a_motion_that_was_started_is_waited_for_later(tdc: TDC001, line: Record
     assert motion.done
     assert not tdc.is_moving()
     end = motion.wait()
-    assert 0.5 < end.seconds < 3  # not the time until somebody asked
+    assert 0.5 < end.seconds < 3  # until the end, not until the wait
     assert motion.wait() is end
 
 
-def test_waiting_may_end_before_the_motion(tdc: TDC001) -> None:
+def test_a_wait_can_time_out_before_the_motion_ends(tdc: TDC001) -> None:
     motion = tdc.start_move_absolute(mm=5)
     with pytest.raises(MotionTimeoutError, match="still waited for"):
         motion.wait(0.1)
     assert isinstance(motion.wait().message, m.MotMoveCompletedDc)
 
 
-def test_a_second_motion_is_refused_before_a_byte(tdc: TDC001, line: RecordingLink) -> None:
+def test_a_second_motion_is_refused_before_anything_is_sent(
+    tdc: TDC001, line: RecordingLink
+) -> None:
     motion = tdc.start_move_absolute(mm=5)
     line.forget()
     with pytest.raises(MotionUnderWayError, match="is under way"):
         tdc.move_absolute(mm=1)
     assert line.raw == b""
-    assert tdc.stop() is not None  # the first one is still known
+    assert tdc.stop() is not None  # the first motion is still registered
     with pytest.raises(MotionStoppedError):
         motion.wait()
     tdc.move_absolute(mm=1)
 
 
-def test_a_stop_ends_the_motion_and_says_where(tdc: TDC001, line: RecordingLink) -> None:
+def test_a_stop_ends_the_motion_and_reports_the_position(tdc: TDC001, line: RecordingLink) -> None:
     motion = tdc.start_move_absolute(mm=5)
     tdc.session.pause(1)
     line.forget()
@@ -93,20 +95,20 @@ def test_a_stop_ends_the_motion_and_says_where(tdc: TDC001, line: RecordingLink)
     assert stopped.value.message is not None
 
 
-def test_after_a_timeout_a_status_settles_it(tdc: TDC001, line: RecordingLink) -> None:
+def test_after_a_timeout_a_status_at_rest_ends_the_motion(tdc: TDC001, line: RecordingLink) -> None:
     with pytest.raises(MotionTimeoutError):
         tdc.move_absolute(mm=5, timeout=0.5)
     with pytest.raises(MotionUnderWayError):
         tdc.move_absolute(mm=0)
     assert tdc.is_moving()
-    line.twist = lambda data: b""  # the message at its end is lost
+    line.twist = lambda data: b""  # the end message is lost
     tdc.session.pause(20)
     line.twist = bytes
     assert not tdc.is_moving()
     tdc.move_absolute(mm=0)
 
 
-def test_a_status_from_before_the_beginning_does_not_count(
+def test_a_status_from_before_the_start_does_not_count_as_rest(
     tdc: TDC001, line: RecordingLink
 ) -> None:
     still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
@@ -118,10 +120,10 @@ def test_a_status_from_before_the_beginning_does_not_count(
     line.twist = stale
     assert tdc.is_moving()
     tdc.session.pause(1)
-    assert not tdc.is_moving()  # by now it would show
+    assert not tdc.is_moving()  # by now a motion would show
 
 
-def test_a_stop_that_is_no_stop_mode_is_refused(tdc: TDC001, line: RecordingLink) -> None:
+def test_an_invalid_stop_mode_is_refused(tdc: TDC001, line: RecordingLink) -> None:
     with pytest.raises(OutOfRangeError):
         tdc.stop(0x10000)
     assert line.raw == b""
@@ -144,7 +146,7 @@ def test_a_stop_that_is_no_stop_mode_is_refused(tdc: TDC001, line: RecordingLink
         lambda tdc: tdc.set_move_rel_params(mm=13),
     ],
 )
-def test_a_target_outside_the_travel_is_refused_before_a_byte(
+def test_a_target_outside_the_travel_is_refused_before_anything_is_sent(
     tdc: TDC001, line: RecordingLink, move: Callable[[TDC001], object]
 ) -> None:
     with pytest.raises(LimitError, match="the travel, 0 to 12 mm; nothing was sent"):
@@ -159,47 +161,49 @@ def test_both_ends_of_the_travel_can_be_reached(tdc: TDC001) -> None:
     tdc.move_absolute(mm=0)
 
 
-def test_a_distance_is_counted_from_the_position(tdc: TDC001, line: RecordingLink) -> None:
+def test_a_distance_is_checked_from_the_current_position(tdc: TDC001, line: RecordingLink) -> None:
     tdc.home()
     tdc.move_absolute(mm=10)
     line.forget()
-    with pytest.raises(LimitError, match=r"from 10 mm \+3 mm is outside the travel"):
+    with pytest.raises(LimitError, match=r"\+3 mm from the position 10 mm is outside the travel"):
         tdc.move_relative(mm=3)
     assert line.names(PROTOCOL) == ["MOT_REQ_DCSTATUSUPDATE"]
     tdc.move_relative(mm=-3)
     assert tdc.get_pos_counter().mm == 7
 
 
-def test_what_is_stored_is_held_against_the_travel(line: RecordingLink) -> None:
+def test_stored_targets_are_compared_with_the_travel(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.set_move_abs_params(mm=5)
         tdc.set_move_rel_params(mm=4)
     with TDC001.open(line_to(line), stage=stages.Z8, travel_mm=3) as tdc:
-        with pytest.raises(LimitError, match="absolute_position, as it is stored"):
+        with pytest.raises(LimitError, match="stored absolute_position: 5 mm"):
             tdc.move_absolute_stored()
-        with pytest.raises(LimitError, match="relative_distance, as it is stored"):
+        with pytest.raises(LimitError, match="stored relative_distance: 4 mm"):
             tdc.move_relative_stored()
     with TDC001.open(line_to(line), stage=stages.Z8, travel_mm=6) as tdc:
         tdc.move_absolute_stored()
         assert tdc.get_pos_counter().mm == 5
 
 
-def test_a_stored_distance_that_leads_out_of_the_travel_is_refused(line: RecordingLink) -> None:
+def test_a_stored_distance_that_leaves_the_travel_is_refused(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8, travel_mm=6) as tdc:
         tdc.set_pos_counter(mm=3)
         tdc.set_move_rel_params(mm=4)
-        with pytest.raises(LimitError, match=r"from 3 mm \+4 mm is outside the travel"):
+        with pytest.raises(
+            LimitError, match=r"\+4 mm from the position 3 mm is outside the travel"
+        ):
             tdc.move_relative_stored()
         tdc.set_move_rel_params(mm=1)
         tdc.move_relative_stored()
 
 
 def line_to(line: RecordingLink) -> RecordingLink:
-    """Another line to the same controller."""
+    """Return another line to the same controller."""
     return RecordingLink(line.controller)
 
 
-def test_a_travel_has_two_ends(line: RecordingLink) -> None:
+def test_a_travel_can_have_two_ends(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8, travel_mm=(-1, "2.5")) as tdc:
         line.forget()
         with pytest.raises(LimitError, match=r"the travel, -1 to 2\.5 mm"):
@@ -208,20 +212,20 @@ def test_a_travel_has_two_ends(line: RecordingLink) -> None:
 
 
 @pytest.mark.parametrize("travel", [0, -1, (2, 1), (1,), float("nan"), "far", (0, True)])
-def test_what_is_no_travel_is_refused(line: RecordingLink, travel: object) -> None:
+def test_an_invalid_travel_is_refused(line: RecordingLink, travel: object) -> None:
     with pytest.raises(BadValueError, match="travel_mm"):
         TDC001.open(line, stage=stages.Z8, travel_mm=travel)  # type: ignore[arg-type]
     assert line.raw == b""
 
 
-def test_without_a_travel_limits_are_not_checked(line: RecordingLink) -> None:
+def test_without_a_travel_targets_are_not_checked(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
-        assert "not checked; give travel_mm=" in str(tdc)
-        tdc.home()  # 0 is at the reverse end now
+        assert "not checked; set it with travel_mm=" in str(tdc)
+        tdc.home()  # then 0 is at the reverse end
         tdc.move_absolute(mm=11)
 
 
-def test_a_stop_is_told_in_words(tdc: TDC001) -> None:
+def test_the_error_of_a_stopped_motion_states_the_position(tdc: TDC001) -> None:
     motion = tdc.start_move_absolute(mm=3)
     tdc.session.pause(0.2)
     tdc.stop()
@@ -233,10 +237,10 @@ def test_a_stop_is_told_in_words(tdc: TDC001) -> None:
     assert isinstance(stop.value.message, m.MotMoveStoppedDc)
 
 
-def test_a_status_that_does_not_show_a_motion_yet_ends_nothing(
+def test_a_status_that_does_not_show_a_new_motion_yet_does_not_end_it(
     tdc: TDC001, line: RecordingLink
 ) -> None:
-    """A controller may need a moment to begin; what it says until then is not the end."""
+    """A controller may need a moment to start a motion; it reports rest until then."""
     tdc.suspend_end_of_move_msgs()
     standing = m.MotGetDcStatusUpdate(
         chan_ident=1, position=0, velocity=0, reserved=0, status_bits=0
@@ -252,14 +256,17 @@ def test_a_status_that_does_not_show_a_motion_yet_ends_nothing(
     assert STOP in line.raw
 
 
-# Messages at the end of moves that do not come
+# Suspended end-of-move messages
 
 
-def test_while_ends_are_suspended_nobody_waits_for_them(tdc: TDC001, line: RecordingLink) -> None:
+def test_waiting_is_refused_while_end_messages_are_suspended(
+    tdc: TDC001, line: RecordingLink
+) -> None:
     tdc.suspend_end_of_move_msgs()
     line.forget()
     with pytest.raises(
-        UnsupportedError, match="while the messages at the end of moves are suspended"
+        UnsupportedError,
+        match="its end is not reported, because end-of-move messages are suspended",
     ):
         tdc.move_absolute(mm=1)
     assert line.raw == b""
@@ -267,14 +274,14 @@ def test_while_ends_are_suspended_nobody_waits_for_them(tdc: TDC001, line: Recor
     with pytest.raises(UnsupportedError, match="suspended"):
         motion.wait()
     assert tdc.is_moving()
-    assert tdc.stop() is None  # it is with the line, and nobody says when it stood
+    assert tdc.stop() is None  # the stop was written, but its end is not reported
     tdc.session.pause(5)
     assert not tdc.is_moving()
     tdc.resume_end_of_move_msgs()
     tdc.move_absolute(mm=1)
 
 
-def test_a_unit_that_says_nothing_after_a_stop_is_not_waited_for() -> None:
+def test_a_stop_does_not_wait_for_a_unit_that_sends_no_reply() -> None:
     line = RecordingLink(virtual.TSC001())
     with TSC001.open(line) as tsc:
         line.forget()
@@ -282,10 +289,10 @@ def test_a_unit_that_says_nothing_after_a_stop_is_not_waited_for() -> None:
         assert line.raw == STOP
 
 
-# The end
+# Closing
 
 
-def test_what_was_started_is_stopped_at_the_end(line: RecordingLink) -> None:
+def test_closing_stops_a_motion(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.start_move_absolute(mm=5)
         line.forget()
@@ -294,14 +301,14 @@ def test_what_was_started_is_stopped_at_the_end(line: RecordingLink) -> None:
     assert line.raw == STOP
 
 
-def test_what_was_started_can_be_left(line: RecordingLink) -> None:
+def test_closing_can_leave_a_motion_running(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8, on_close="leave") as tdc:
         tdc.start_move_absolute(mm=5)
         line.forget()
     assert line.raw == b""
 
 
-def test_what_has_ended_is_not_stopped(line: RecordingLink) -> None:
+def test_closing_does_not_stop_a_motion_that_has_ended(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.move_absolute(mm=1)
         with pytest.raises(OutOfRangeError):
@@ -310,14 +317,14 @@ def test_what_has_ended_is_not_stopped(line: RecordingLink) -> None:
     assert line.raw == b""
 
 
-def test_what_was_stopped_is_not_stopped_again(line: RecordingLink) -> None:
+def test_closing_does_not_stop_a_stopped_motion_again(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.start_move_absolute(mm=2).stop()
         line.forget()
     assert line.raw == b""
 
 
-def test_what_timed_out_is_stopped_at_the_end(line: RecordingLink) -> None:
+def test_closing_stops_a_motion_that_timed_out(line: RecordingLink) -> None:
     with TDC001.open(line, stage=stages.Z8) as tdc:
         with pytest.raises(MotionTimeoutError):
             tdc.move_absolute(mm=5, timeout=0.5)
@@ -327,7 +334,7 @@ def test_what_timed_out_is_stopped_at_the_end(line: RecordingLink) -> None:
     assert line.raw == STOP
 
 
-def test_what_was_refused_changes_nothing_of_what_is_under_way(line: RecordingLink) -> None:
+def test_a_refused_motion_does_not_affect_the_motion_under_way(line: RecordingLink) -> None:
     still = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
     with TDC001.open(line, stage=stages.Z8) as tdc:
         tdc.start_move_absolute(mm=5)
@@ -339,7 +346,7 @@ def test_what_was_refused_changes_nothing_of_what_is_under_way(line: RecordingLi
     assert line.raw == STOP
 
 
-def test_an_exception_stops_what_was_started(line: RecordingLink) -> None:
+def test_an_exception_stops_the_motion(line: RecordingLink) -> None:
     def interrupted() -> None:
         with TDC001.open(line, stage=stages.Z8) as tdc:
             tdc.start_move_absolute(mm=5)
@@ -351,7 +358,7 @@ def test_an_exception_stops_what_was_started(line: RecordingLink) -> None:
     assert line.raw == STOP
 
 
-def test_what_is_stored_is_not_asked_of_a_unit_whose_list_has_no_question_for_it() -> None:
+def test_a_stored_target_is_not_requested_from_a_unit_without_this_request() -> None:
     line = RecordingLink(virtual.TSC001())
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
     with TSC001.open(line, stage=mine, travel_mm=12) as tsc:

@@ -1,4 +1,4 @@
-"""How motions end: on their target or not, with a fault, or never; and what the errors say."""
+"""Ends of motions: on or off their target, with a fault, or after a timeout; and their errors."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ COMPLETED, STATUS = b"\x64\x04", b"\x91\x04"
 
 
 def short(**options: Any) -> RecordingLink:
-    """A stage of 5 mm; it begins 1 mm above its reverse end, where its counter is 0."""
+    """Return a line to a stage with 5 mm of travel, starting 1 mm above its reverse end with its counter at
+    0."""
     return RecordingLink(virtual.TDC001(stage=stages.Z8, travel=TRAVEL, **options))
 
 
@@ -51,7 +52,7 @@ def short(**options: Any) -> RecordingLink:
         (lambda tdc: tdc.jog(e.MoveDirection.FORWARD), 343040),
     ],
 )
-def test_a_motion_that_misses_its_target_is_an_error(
+def test_a_motion_that_misses_its_target_raises_an_error(
     move: Callable[[TDC001], object], target: int
 ) -> None:
     line = short()
@@ -72,7 +73,7 @@ def test_a_motion_that_misses_its_target_is_an_error(
         tdc.move_absolute(mm=1)  # the motion has ended
 
 
-def test_without_a_scale_it_is_told_in_counts() -> None:
+def test_without_a_scale_the_error_is_in_counts() -> None:
     with TDC001.open(short()) as tdc, pytest.raises(TargetNotReachedError) as caught:
         tdc.move_absolute(counts=200_000)
     missed = caught.value
@@ -80,7 +81,7 @@ def test_without_a_scale_it_is_told_in_counts() -> None:
     assert "62784 counts from its target" in str(missed)
 
 
-def test_it_is_raised_again_by_each_wait_and_in_asyncio() -> None:
+def test_each_wait_raises_the_error_again_also_in_asyncio() -> None:
     with TDC001.open(short(), stage="Z8") as tdc:
         motion = tdc.start_move_absolute(mm=10)
         for _ in range(2):
@@ -97,7 +98,7 @@ def test_it_is_raised_again_by_each_wait_and_in_asyncio() -> None:
     stepped.run(main())
 
 
-def test_what_has_no_target_ends_at_a_limit_without_an_error() -> None:
+def test_a_motion_without_a_target_ends_at_a_limit_without_an_error() -> None:
     with TDC001.open(short(), stage="Z8") as tdc:
         assert tdc.move_velocity(e.MoveDirection.FORWARD).values.position_mm == 4  # type: ignore[union-attr]
         tdc.change_jog_params(jog_mode=e.JogMode.CONTINUOUS)
@@ -116,9 +117,7 @@ def test_what_has_no_target_ends_at_a_limit_without_an_error() -> None:
         ({"target_tolerance_mm": 0}, False),
     ],
 )
-def test_a_motion_may_end_as_far_from_its_target_as_the_tolerance(
-    option: Any, passes: bool
-) -> None:
+def test_a_motion_may_miss_its_target_by_the_tolerance(option: Any, passes: bool) -> None:
     line = short()
     with TDC001.open(line, stage="Z8", **option) as tdc:
         end = m.MotMoveCompletedDc(1, 34304 + 343, 0, 0x80000000).pack(1, 0x50)
@@ -141,7 +140,7 @@ def test_a_motion_may_end_as_far_from_its_target_as_the_tolerance(
         ({"target_tolerance_mm": 1}, UnknownScaleError),
     ],
 )
-def test_what_is_no_tolerance_is_refused(options: Any, error: type[StagewireError]) -> None:
+def test_an_invalid_tolerance_is_refused(options: Any, error: type[StagewireError]) -> None:
     line = short()
     with pytest.raises(error, match="target_tolerance"):
         TDC001.open(line, **options)
@@ -149,11 +148,11 @@ def test_what_is_no_tolerance_is_refused(options: Any, error: type[StagewireErro
 
 
 def test_a_unit_without_positions_has_no_tolerance() -> None:
-    with pytest.raises(BadValueError, match="no position that a motion could miss"):
+    with pytest.raises(BadValueError, match="a TPZ001 does not report positions"):
         TPZ001.open(RecordingLink(virtual.TPZ001()), target_tolerance_counts=1)
 
 
-def test_an_end_without_a_position_is_followed_by_a_question() -> None:
+def test_an_end_without_a_position_is_followed_by_a_status_request() -> None:
     line = short(quirks=["header_only_completion"])
     with TDC001.open(line, stage="Z8", line="rs232") as tdc:
         line.forget()
@@ -166,7 +165,7 @@ def test_an_end_without_a_position_is_followed_by_a_question() -> None:
         assert caught.value.limits == ("forward_hardware_limit",)
 
 
-def test_an_end_that_still_shows_motion_is_not_the_last_word() -> None:
+def test_the_status_is_read_until_it_shows_rest() -> None:
     line = short()
     with TDC001.open(line, stage="Z8", line="rs232") as tdc:
         early = m.MotMoveCompletedDc(1, 20_000, 0, 0x80000030).pack(1, 0x50)
@@ -183,7 +182,7 @@ def test_an_end_that_still_shows_motion_is_not_the_last_word() -> None:
         assert not there
 
 
-def test_a_relative_move_asks_where_it_begins_and_only_then() -> None:
+def test_a_relative_move_reads_its_start_position_once() -> None:
     line = short()
     with TDC001.open(line, line="rs232") as tdc:
         line.forget()
@@ -196,7 +195,7 @@ def test_a_relative_move_asks_where_it_begins_and_only_then() -> None:
         motion.wait()
 
 
-def test_an_ms2000_that_misses_its_target_is_an_error() -> None:
+def test_an_ms2000_that_misses_its_target_raises_an_error() -> None:
     line = RecordingLink(virtual.MS2000(travel=100_000, position=50_000))
     with MS2000.open(line) as ms, ms.low_level():
         x = ms.axis("X")
@@ -214,7 +213,7 @@ def test_an_ms2000_that_misses_its_target_is_an_error() -> None:
 # Why a motion does not end
 
 
-def test_a_timeout_names_the_likely_cause_and_settles_nothing() -> None:
+def test_a_timeout_names_the_likely_cause_but_does_not_end_the_motion() -> None:
     with TDC001.open(short(), stage="Z8", on_close="leave") as tdc:
         tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
         with pytest.raises(
@@ -228,7 +227,7 @@ def test_a_timeout_names_the_likely_cause_and_settles_nothing() -> None:
         motion = tdc.start_home()
         with pytest.raises(MotionTimeoutError) as end:
             motion.wait(0.1)
-        assert end.value.causes == ()  # it is still waited for
+        assert end.value.causes == ()  # the motion can still be waited for
 
 
 def test_a_timeout_names_the_likely_cause_in_asyncio() -> None:
@@ -243,7 +242,7 @@ def test_a_timeout_names_the_likely_cause_in_asyncio() -> None:
     stepped.run(main())
 
 
-def test_a_status_without_the_bit_is_followed_by_the_question_for_it() -> None:
+def test_a_state_without_a_status_bit_is_requested_separately() -> None:
     line = RecordingLink(virtual.TST001())
     with TST001.open(line, line="rs232", on_close="leave") as tst:
         tst.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
@@ -255,7 +254,7 @@ def test_a_status_without_the_bit_is_followed_by_the_question_for_it() -> None:
         assert line.names(PROTOCOL) == ["MOT_MOVE_ABSOLUTE", *asked]
 
 
-def test_a_stepper_names_its_motor_and_its_interlock() -> None:
+def test_a_stepper_timeout_names_the_motor_and_the_interlock() -> None:
     line = RecordingLink(virtual.TST001())
     with TST001.open(line, on_close="leave") as tst:
         status = m.MotGetStatusUpdate(1, 0, 0, 1).pack(0x01, 0x50)
@@ -269,7 +268,7 @@ def test_a_stepper_names_its_motor_and_its_interlock() -> None:
         )
 
 
-def test_a_status_that_shows_no_cause_is_told() -> None:
+def test_a_timeout_quotes_a_status_that_shows_no_cause() -> None:
     line = short()
     with TDC001.open(line, stage="Z8", on_close="leave") as tdc:
         line.twist = lambda data: b"" if data[:2] == COMPLETED else data
@@ -280,19 +279,19 @@ def test_a_status_that_shows_no_cause_is_told() -> None:
         assert end.value.causes == ()
 
 
-def test_a_controller_that_does_not_answer_is_asked_once_and_for_a_short_time() -> None:
+def test_an_unresponsive_controller_is_asked_once_with_a_short_timeout() -> None:
     line = RecordingLink(virtual.TST001())
     with TST001.open(line, line="rs232", on_close="leave") as tst:
         line.twist = lambda data: b""
         line.forget()
         begun = tst.session.now()
-        with pytest.raises(MotionTimeoutError, match="the controller does not answer either"):
+        with pytest.raises(MotionTimeoutError, match="does not answer a status request either"):
             tst.move_absolute(counts=10_000, timeout=4)
         assert tst.session.now() - begun < 4.3
         assert line.names(PROTOCOL) == ["MOT_MOVE_ABSOLUTE", "MOT_REQ_STATUSUPDATE"]
 
 
-def test_after_a_lost_line_nothing_is_asked() -> None:
+def test_no_status_is_requested_after_the_line_is_lost() -> None:
     line = short()
 
     def lost(data: bytes) -> bytes:
@@ -320,7 +319,7 @@ def test_after_a_lost_line_nothing_is_asked() -> None:
         (["fault_codes_in_response", "zero_addresses"], 1, ""),
     ],
 )
-def test_a_fault_report_ends_the_wait_at_once(quirks: list[str], code: int, fault: str) -> None:
+def test_a_fault_report_ends_the_wait_immediately(quirks: list[str], code: int, fault: str) -> None:
     line = short(quirks=quirks, answer_unsupported=True)
     with TDC001.open(line, stage="Z8") as tdc:
         tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
@@ -336,7 +335,7 @@ def test_a_fault_report_ends_the_wait_at_once(quirks: list[str], code: int, faul
     assert m.MotMoveStop(1, e.StopMode.PROFILED).pack(0x50, 0x01) in line.raw
 
 
-def test_a_fault_report_in_the_middle_of_a_motion() -> None:
+def test_a_fault_report_during_a_motion_ends_the_wait() -> None:
     line = short()
     with TDC001.open(line, stage="Z8") as tdc:
         motion = tdc.start_move_absolute(mm=3)

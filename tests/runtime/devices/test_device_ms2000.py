@@ -1,4 +1,4 @@
-"""The MS-2000: modes, reads, moves that are polled for, and stops."""
+"""The MS-2000: modes, reads, polled moves, and stops."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def commands(line: RecordingLink) -> list[str]:
     return [event.frame.message.layout.message for event in events]
 
 
-def test_nothing_is_sent_when_it_is_opened(ms: MS2000, line: RecordingLink) -> None:
+def test_opening_sends_nothing(ms: MS2000, line: RecordingLink) -> None:
     assert line.raw == b""
     assert ms.mode == "unknown"
 
 
-def test_in_another_mode_everything_is_refused_before_a_byte(
+def test_in_the_wrong_mode_calls_are_refused_before_anything_is_sent(
     ms: MS2000, line: RecordingLink
 ) -> None:
     x = ms.axis("X")
@@ -63,7 +63,7 @@ def test_in_another_mode_everything_is_refused_before_a_byte(
         x.start_move_absolute(um=1)
     assert line.raw == HIGH
     ms.close()
-    assert line.raw == HIGH  # nothing was started, and nothing is stopped
+    assert line.raw == HIGH  # nothing was started, so nothing is stopped
 
 
 def test_the_mode_is_entered_and_left(ms: MS2000, line: RecordingLink) -> None:
@@ -91,7 +91,7 @@ def test_values_are_in_units(ms: MS2000, line: RecordingLink) -> None:
             x.write_ramping_time(ms=256)
 
 
-def test_a_move_is_over_when_the_axis_is_idle(ms: MS2000, line: RecordingLink) -> None:
+def test_a_move_ends_when_the_axis_is_idle(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         x = ms.axis(e.Axis.X)
         assert x is ms.axis("x")
@@ -99,11 +99,11 @@ def test_a_move_is_over_when_the_axis_is_idle(ms: MS2000, line: RecordingLink) -
         assert x.read_motor_position().um == pytest.approx(1500, abs=1)
         assert end.message is None
         polls = commands(line).count("READ_STATUS")
-        assert polls <= end.seconds * 10 + 1  # gently
+        assert polls <= end.seconds * 10 + 1  # one poll every 0.1 s
         assert commands(line).count("WRITE_TARGET_POSITION") == 1
 
 
-def test_a_move_that_is_over_is_not_stopped_at_the_end(line: RecordingLink) -> None:
+def test_closing_does_not_stop_a_move_that_has_ended(line: RecordingLink) -> None:
     with MS2000.open(line) as ms:
         ms.switch_to_low_level()
         ms.axis("X").move_absolute(um=10)
@@ -138,7 +138,7 @@ def test_a_stop_does_not_wait(ms: MS2000, line: RecordingLink) -> None:
         assert not x.is_moving()
 
 
-def test_a_move_that_takes_too_long(ms: MS2000) -> None:
+def test_a_wait_for_a_long_move_times_out(ms: MS2000) -> None:
     with ms.low_level():
         motion = ms.axis("X").start_move_absolute(um=9000)
         with pytest.raises(MotionTimeoutError, match="still busy after"):
@@ -146,7 +146,7 @@ def test_a_move_that_takes_too_long(ms: MS2000) -> None:
         motion.wait()
 
 
-def test_a_lost_reply_is_not_the_end_of_a_move(ms: MS2000, line: RecordingLink) -> None:
+def test_a_lost_reply_does_not_end_a_move(ms: MS2000, line: RecordingLink) -> None:
     lost = [b""] * 3
     with ms.low_level():
         motion = ms.axis("X").start_move_absolute(um=5000)
@@ -156,7 +156,7 @@ def test_a_lost_reply_is_not_the_end_of_a_move(ms: MS2000, line: RecordingLink) 
     assert not lost
 
 
-def test_targets_are_held_against_the_travel(ms: MS2000, line: RecordingLink) -> None:
+def test_targets_are_compared_with_the_travel(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         line.forget()
         with pytest.raises(LimitError, match="11 mm is outside the travel, -10 to 10 mm"):
@@ -167,7 +167,7 @@ def test_targets_are_held_against_the_travel(ms: MS2000, line: RecordingLink) ->
         ms.axis("Y").start_move_absolute(um=11000).stop()
 
 
-def test_what_moves_is_stopped_at_the_end_in_its_own_format(line: RecordingLink) -> None:
+def test_closing_stops_a_move_in_the_low_level_format(line: RecordingLink) -> None:
     for leave in ("low", "high"):
         with MS2000.open(RecordingLink(line.controller)) as ms:
             ms.switch_to_low_level()
@@ -180,7 +180,7 @@ def test_what_moves_is_stopped_at_the_end_in_its_own_format(line: RecordingLink)
         assert used.raw == (STOP_X if leave == "low" else LOW + STOP_X + HIGH)
 
 
-def test_other_identifiers_are_axes_too(ms: MS2000, line: RecordingLink) -> None:
+def test_axes_can_have_undocumented_identifiers(ms: MS2000, line: RecordingLink) -> None:
     with ms.low_level():
         line.forget()
         ms.axis(0x30).stop()
@@ -198,13 +198,13 @@ def test_values_that_look_like_a_setup_command_are_refused_on_request(line: Reco
         assert line.raw == b""
 
 
-def test_it_says_what_is_known_of_it(ms: MS2000) -> None:
+def test_printing_a_device_shows_its_axes_and_scales(ms: MS2000) -> None:
     lines = str(ms).splitlines()
     assert lines[:5] == [
         "MS2000: MS-2000 controller, at virtual://MS2000",
         "  axis X: no stage",
-        "    travel: -10 to 10 mm (as travel_mm says)",
-        "    maximum velocity: unknown; not checked; give max_velocity_mm_per_s=",
+        "    travel: -10 to 10 mm (set by travel_mm)",
+        "    maximum velocity: unknown; not checked; set it with max_velocity_mm_per_s=",
         "    position: 10 counts per um (the document)",
     ]
-    assert "counts per ms" not in str(ms)  # which are milliseconds
+    assert "counts per ms" not in str(ms)  # because the counts are milliseconds

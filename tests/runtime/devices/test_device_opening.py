@@ -1,4 +1,4 @@
-"""Opening: who is there, what is asked, what is refused, what is printed, and opening again."""
+"""Opening a device: identification, invalid options, printing, and reconnecting."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from stagewire_apt.devices.facts import FACTS
 from stagewire_ms2000 import MS2000
 
 
-def test_nothing_is_asked_but_what_it_is() -> None:
+def test_opening_only_requests_the_identity() -> None:
     line = RecordingLink(virtual.TDC001())
     with TDC001.open(line) as tdc:
         assert line.names(PROTOCOL) == ["HW_REQ_INFO"]
@@ -38,22 +38,22 @@ def test_nothing_is_asked_but_what_it_is() -> None:
         assert tdc.info is not None
 
 
-def test_a_piezo_is_asked_for_the_settings_of_its_scales() -> None:
+def test_opening_a_piezo_requests_the_settings_of_its_scales() -> None:
     line = RecordingLink(virtual.BPC201())
     with BPC201.open(line):
         assert line.names(PROTOCOL) == ["HW_REQ_INFO", "PZ_REQ_MAXTRAVEL", "PZ_REQ_OUTPUTMAXVOLTS"]
 
 
-def test_it_can_be_opened_without_a_question() -> None:
+def test_a_device_can_be_opened_without_identification() -> None:
     line = RecordingLink(virtual.TDC001())
     with TDC001.open(line, identify=False, line="rs232") as tdc:
         assert line.raw == b""
         assert tdc.info is None
         assert tdc.serial_number is None
-        assert "it was not asked what it is" in str(tdc)
+        assert "identity not read" in str(tdc)
 
 
-def test_signs_of_life_are_sent_on_usb_alone() -> None:
+def test_keep_alive_messages_are_sent_only_on_usb() -> None:
     alive = m.MotAckDcStatusUpdate().pack(0x50, 0x01)
     for given, count in (("usb", 4), ("rs232", 0)):
         line = RecordingLink(virtual.TDC001())
@@ -62,7 +62,7 @@ def test_signs_of_life_are_sent_on_usb_alone() -> None:
             assert line.raw.count(alive) == count
 
 
-def test_signs_of_life_go_to_every_bay() -> None:
+def test_keep_alive_messages_are_sent_to_every_bay() -> None:
     line = RecordingLink(virtual.BBD102())
     with BBD102.open(line) as rack:
         rack.session.pause(0.1)
@@ -71,53 +71,57 @@ def test_signs_of_life_go_to_every_bay() -> None:
         assert m.MotAckDcStatusUpdate().pack(0x11, 0x01) not in line.raw
 
 
-# Who is there
+# Identification
 
 
 def test_another_unit_is_refused() -> None:
     line = RecordingLink(virtual.TST001())
     with pytest.raises(
         WrongUnitError,
-        match=r"is not a TDC001: .* 80\d+ and the model 'TST001', .* open it as TST001",
+        match=r"is not a TDC001: .* 80\d+ and model 'TST001', .* open it as TST001",
     ):
         TDC001.open(line)
     with pytest.raises(TransportLostError):  # it was closed
         line.write(b"")
 
 
-def test_another_unit_is_used_all_the_same_without_a_question() -> None:
+def test_another_unit_is_accepted_without_identification() -> None:
     with TDC001.open(RecordingLink(virtual.TST001()), identify=False) as tdc:
         assert tdc.get_pos_counter().position == 0
 
 
 def test_another_serial_number_is_refused() -> None:
     controller = virtual.TDC001(serial_number=83000001)
-    with pytest.raises(WrongUnitError, match="the serial number 83000001, not 83000002"):
+    with pytest.raises(WrongUnitError, match="has serial number 83000001, not 83000002"):
         TDC001.open(RecordingLink(controller), serial_number=83000002)
     with TDC001.open(RecordingLink(controller), serial_number=83000001) as tdc:
         assert tdc.serial_number == 83000001
 
 
-def test_a_newer_unit_is_named(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_unit_newer_than_the_document_is_named_in_a_warning(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     line = RecordingLink(virtual.TDC001(serial_number=27000001))
     with caplog.at_level(logging.WARNING, "stagewire"), TDC001.open(line) as tdc:
-        text = "KDC101: K-Cube DC servo driver, newer than the document; messages of TDC001 apply"
+        text = (
+            "KDC101: K-Cube DC servo driver, newer than the document; uses the messages of TDC001"
+        )
         assert text in str(tdc)
         assert text in caplog.text
 
 
-def test_a_newer_unit_is_not_taken_for_any_other() -> None:
+def test_a_newer_unit_is_refused_as_a_unit_with_other_messages() -> None:
     line = RecordingLink(virtual.TST001(serial_number=27000001))
-    with pytest.raises(WrongUnitError, match=r"the number is that of KDC101 \(K-Cube DC servo"):
+    with pytest.raises(WrongUnitError, match=r"the number belongs to KDC101 \(K-Cube DC servo"):
         TST001.open(line)
     with pytest.raises(
-        WrongUnitError, match=r"is that of BPC103 or BPC203 or BPC303 .*, the model that of BPC201"
+        WrongUnitError, match=r"belongs to BPC103 or BPC203 or BPC303 .*, but the model to BPC201"
     ):
         BPC201.open(RecordingLink(virtual.BPC201(serial_number=71000001)))
 
 
 @pytest.mark.parametrize("name", sorted(FACTS.units))
-def test_every_virtual_unit_passes_for_what_it_is(name: str) -> None:
+def test_every_virtual_unit_can_be_opened_as_its_class(name: str) -> None:
     unit: type[Any] = getattr(stagewire_apt, name)
     controller = virtual.rack(name) if unit.unit.kind == "bay" else getattr(virtual, name)()
     with unit.open(RecordingLink(controller)) as device:
@@ -125,7 +129,7 @@ def test_every_virtual_unit_passes_for_what_it_is(name: str) -> None:
         assert name in str(device)
 
 
-def test_nobody_there() -> None:
+def test_opening_without_a_controller_times_out() -> None:
     line = RecordingLink(virtual.TDC001())
     line.twist = lambda data: b""
     with pytest.raises(
@@ -135,65 +139,65 @@ def test_nobody_there() -> None:
     assert line.clock() == pytest.approx(0.5, abs=0.01)
 
 
-# What is refused
+# Invalid options
 
 
 @pytest.mark.parametrize(
     ("options", "error", "text"),
     [
-        ({"lines": "usb"}, BadValueError, "open has no option lines"),
+        ({"lines": "usb"}, BadValueError, "unknown option lines of open"),
         ({"line": "tcp"}, BadValueError, "line 'tcp' is not one of usb, rs232"),
         ({"on_close": "halt"}, BadValueError, "on_close 'halt' is not one of stop, leave"),
-        ({"stages": {2: "Z8"}}, BadValueError, r"stages: there is no 2 \(there are: 1\)"),
+        ({"stages": {2: "Z8"}}, BadValueError, r"stages: unknown key 2 \(choose 1\)"),
         (
             {"stage": "Z9"},
             UnknownScaleError,
-            r"no stage Z9 is known \(known on TDC001: Z8, Z806, Z812, Z825\)",
+            r"unknown stage Z9 \(known on TDC001: Z8, Z806, Z812, Z825\)",
         ),
-        ({"stage": 8}, BadValueError, "stage takes a stage or the name of one"),
-        ({"stage": stages.MLS203}, UnknownScaleError, "MLS203 is not known on TDC001"),
-        ({"stages": ["Z8"]}, BadValueError, "stages takes a dictionary, such as {1: …}"),
+        ({"stage": 8}, BadValueError, "stage must be a Stage or the name of one"),
+        ({"stage": stages.MLS203}, UnknownScaleError, "scales of MLS203 on TDC001 are unknown"),
+        ({"stages": ["Z8"]}, BadValueError, "stages must be a mapping, such as {1: …}"),
         ({"max_volts": 75}, BadValueError, "max_volts: no value of a TDC001 depends on it"),
-        ({"travel_mm": 12}, UnknownScaleError, "travel_mm would limit nothing: .* give stage="),
-        ({"serial_number": "8"}, BadValueError, "serial_number takes a whole number, not '8'"),
+        ({"travel_mm": 12}, UnknownScaleError, "travel_mm cannot be checked: .* pass stage="),
+        ({"serial_number": "8"}, BadValueError, "serial_number must be an integer, not '8'"),
         (
             {"serial_number": 8, "identify": False},
             BadValueError,
-            "serial_number: the controller is not asked",
+            "serial_number cannot be checked, because the controller is not asked",
         ),
         (
             {"stage": Stage.of_user("mine", positon=Scale.counts_per("mm", 1))},
             BadValueError,
-            r"stage mine: there is no quantity positon of a stage \(there are: acceleration",
+            r"stage mine: unknown quantity positon \(choose acceleration",
         ),
         ({"timeout": -1}, OutOfRangeError, "reply_timeout"),
         ({"pacing": -1}, OutOfRangeError, "pacing"),
     ],
 )
-def test_an_option_that_cannot_be_is_refused_before_a_line_is_opened(
+def test_an_invalid_option_is_refused_before_the_line_is_opened(
     options: dict[str, object], error: type[Exception], text: str
 ) -> None:
     with pytest.raises(error, match=text):
         TDC001.open("virtual://NO_SUCH_UNIT", **options)  # type: ignore[arg-type]
 
 
-def test_an_option_with_named_choices_takes_them_in_any_case() -> None:
+def test_options_with_named_choices_accept_any_case() -> None:
     options: dict[str, Any] = {"line": "RS232", "on_close": "Leave"}
     line = RecordingLink(virtual.TDC001())
     with TDC001.open(line, **options) as tdc:
         tdc.start_move_velocity("forward")
         line.forget()
-    assert line.raw == b""  # no stop, as `leave` says
+    assert line.raw == b""  # no stop, because of `leave`
 
 
 @pytest.mark.parametrize(
     ("unit", "options", "error", "text"),
     [
-        (BPC201, {"max_volts": 0}, BadValueError, "max_volts takes a number above 0"),
-        (BPC201, {"max_volts": float("nan")}, BadValueError, "max_volts takes a number in V"),
-        (BPC201, {"travel_mm": 1}, UnknownScaleError, "a BPC201 has none in mm"),
-        (BBD102, {"address": 0x50}, BadValueError, "address: a BBD102 has those of the document"),
-        (MS2000, {"serial_number": 1}, BadValueError, "has no message that tells its own"),
+        (BPC201, {"max_volts": 0}, BadValueError, "max_volts must be above 0"),
+        (BPC201, {"max_volts": float("nan")}, BadValueError, "max_volts must be a number in V"),
+        (BPC201, {"travel_mm": 1}, UnknownScaleError, "a BPC201 has no positions in mm"),
+        (BBD102, {"address": 0x50}, BadValueError, "a BBD102 always has its documented addresses"),
+        (MS2000, {"serial_number": 1}, BadValueError, "because the controller cannot report it"),
     ],
 )
 def test_an_option_without_effect_is_refused(
@@ -204,18 +208,18 @@ def test_an_option_without_effect_is_refused(
 
 
 @pytest.mark.parametrize("url", [None, 3, Path("/dev/ttyUSB0")])
-def test_a_line_is_named_by_text(url: Any) -> None:
-    with pytest.raises(BadValueError, match="open takes a URL or the name of a port as text"):
+def test_a_line_must_be_given_as_text(url: Any) -> None:
+    with pytest.raises(BadValueError, match="open requires a URL or the name of a port as text"):
         TDC001.open(url)
 
 
 @pytest.mark.parametrize("bay", [0, 11, True, "1"])
-def test_a_module_stands_in_a_bay(bay: object) -> None:
+def test_a_module_must_be_in_an_existing_bay(bay: object) -> None:
     with pytest.raises(OutOfRangeError, match="a rack has bays 1 to 10"):
         MST601.open("virtual://NO_SUCH_UNIT", bay=bay)  # type: ignore[arg-type]
 
 
-def test_a_line_is_closed_where_its_log_cannot_be_written(tmp_path: Path) -> None:
+def test_the_line_is_closed_if_its_log_cannot_be_written(tmp_path: Path) -> None:
     line = RecordingLink(virtual.TDC001())
     with pytest.raises(TransportError):
         TDC001.open(line, log=tmp_path / "missing" / "log.txt")
@@ -223,10 +227,10 @@ def test_a_line_is_closed_where_its_log_cannot_be_written(tmp_path: Path) -> Non
         line.write(b"")
 
 
-# Printed
+# Printing
 
 
-def test_a_device_says_what_it_is() -> None:
+def test_printing_a_device_shows_its_identity_stage_and_scales() -> None:
     controller = virtual.TDC001(stage=stages.Z8, serial_number=83000001)
     with TDC001.open(RecordingLink(controller), stage="Z8", travel_mm=12) as tdc:
         lines = str(tdc).splitlines()
@@ -234,28 +238,29 @@ def test_a_device_says_what_it_is() -> None:
             "TDC001: One-channel T-Cube DC servo driver, at virtual://TDC001",
             "  serial number 83000001, model TDC001, firmware 1.0.0",
             "  channel 1: stage Z8",
-            "    travel: 0 to 12 mm (as travel_mm says)",
+            "    travel: 0 to 12 mm (set by travel_mm)",
         ]
         assert "    position: 34304 counts per mm (Z8, page 56 of the document)" in lines
-        assert "    status_velocity in counts only: Z8 has no such scale on TDC001" in lines
-        assert "milliseconds" not in str(tdc)  # which are as the document gives them
+        text = "status_velocity in raw counts only: the registry does not state it for Z8 on TDC001"
+        assert f"    {text}" in lines
+        assert "milliseconds" not in str(tdc)  # they need no conversion
         assert repr(tdc) == "<TDC001 at virtual://TDC001>"
 
 
-def test_channels_that_are_alike_are_said_once() -> None:
+def test_identical_channels_are_printed_once() -> None:
     with BBD102.open(RecordingLink(virtual.BBD102()), stage="MLS203") as rack:
         assert "  bays 1, 2: stage MLS203\n    travel: unknown" in str(rack)
         assert str(rack).count("position: 20000 counts per mm") == 2  # position, encoder_position
     with BBD102.open(RecordingLink(virtual.BBD102()), stages={2: "MLS203"}) as rack:
         assert "  bay 1: no stage\n    travel: unknown" in str(rack)
-        assert str(rack).count(" position, ") == str(rack).count("give stage= (the document") == 1
+        assert str(rack).count(" position, ") == str(rack).count("pass stage= (the document") == 1
         assert "  bay 2: stage MLS203" in str(rack)
 
 
-# Again
+# Reconnecting
 
 
-def test_reconnecting_asks_again_and_sends_nothing_again() -> None:
+def test_reconnecting_identifies_again_but_resends_nothing() -> None:
     with TDC001.open("virtual://TDC001?stage=Z8", stage="Z8", travel_mm=12) as tdc:
         first = tdc.session
         tdc.start_move_absolute(mm=5)
@@ -268,7 +273,7 @@ def test_reconnecting_asks_again_and_sends_nothing_again() -> None:
             tdc.move_absolute(mm=13)
 
 
-def test_behind_a_lost_line_a_motion_may_go_on(tmp_path: Path) -> None:
+def test_after_a_lost_line_a_motion_may_still_be_under_way(tmp_path: Path) -> None:
     with virtual.TDC001(stage=stages.Z8, travel=12 * 34304).tcp() as served:
         log = tmp_path / "session.txt"
         with TDC001.open(served.url, stage="Z8", log=log, reconnect_pause=0) as tdc:
@@ -288,15 +293,15 @@ def test_behind_a_lost_line_a_motion_may_go_on(tmp_path: Path) -> None:
         assert "MOT_MOVE_STOP" in log.with_stem("session-2").read_text()
 
 
-def test_a_line_of_somebody_else_cannot_be_opened_again() -> None:
+def test_a_line_opened_by_the_caller_cannot_be_reopened() -> None:
     with (
         TDC001.open(RecordingLink(virtual.TDC001())) as tdc,
-        pytest.raises(LinkOpenError, match="was opened elsewhere"),
+        pytest.raises(LinkOpenError, match="was not opened by this device and cannot be reopened"),
     ):
         tdc.reconnect()
 
 
-def test_a_lost_line_is_one_error_for_every_call() -> None:
+def test_every_call_on_a_lost_line_raises_the_same_error() -> None:
     line = RecordingLink(virtual.TDC001())
     with TDC001.open(line) as tdc:
         line.controller.unplug()

@@ -1,4 +1,4 @@
-"""Opening a line again: when the first byte goes out, to whom, and what is stopped where nobody answers."""
+"""Reconnecting: the pause before the first byte, the identity check, and stops without an answer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stagewire_virtual.clock import SECOND
 
 
 class Bench:
-    """A device on a controller that outlives its lines."""
+    """A device on a controller that survives the loss of its lines."""
 
     def __init__(self, side: Side) -> None:
         self.side = side
@@ -43,7 +43,7 @@ def bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
 
 
 @pytest.mark.parametrize(("options", "pause"), [({}, 1.5), ({"reconnect_pause": 0}, 0)])
-def test_after_a_loss_the_controller_may_give_up_what_was_cut_off(
+def test_after_a_loss_reconnecting_waits_until_the_controller_discards_a_partial_message(
     bench: Bench, options: dict[str, Any], pause: float
 ) -> None:
     tdc = bench.open(**options)
@@ -56,7 +56,7 @@ def test_after_a_loss_the_controller_may_give_up_what_was_cut_off(
     bench.side.run(lambda: tdc.close())
 
 
-def test_a_line_that_was_closed_in_order_needs_no_pause(bench: Bench) -> None:
+def test_reconnecting_after_closing_does_not_wait(bench: Bench) -> None:
     tdc = bench.open()
     bench.side.run(lambda: tdc.close())
     closed_at = bench.kept.controller.clock.now / SECOND
@@ -72,18 +72,18 @@ def test_another_controller_on_the_line_is_refused(bench: Bench) -> None:
     bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
     bench.lose(tdc)
     bench.kept = KeptController(serial_number=83_000_002)
-    with pytest.raises(WrongUnitError, match="serial number 83000002 now, and had 83000001"):
+    with pytest.raises(WrongUnitError, match="now has serial number 83000002, but 83000001"):
         bench.side.run(lambda: tdc.reconnect())
     assert not bench.kept.moves
     bench.kept = first
     bench.side.run(lambda: tdc.reconnect())
     assert bench.side.run(lambda: tdc.is_moving())
-    assert first.may_move  # no stop was sent to either
+    assert first.may_move  # no stop was sent to either controller
     bench.side.run(lambda: tdc.close())
 
 
 @pytest.mark.parametrize("on_close", ["stop", "leave"])
-def test_where_nobody_answers_what_may_move_is_stopped(bench: Bench, on_close: str) -> None:
+def test_motions_are_stopped_if_the_controller_does_not_answer(bench: Bench, on_close: str) -> None:
     tdc = bench.open(on_close=on_close)
     bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
     bench.lose(tdc)
@@ -93,7 +93,7 @@ def test_where_nobody_answers_what_may_move_is_stopped(bench: Bench, on_close: s
     assert bench.kept.may_move == (on_close == "leave")
 
 
-def test_a_close_after_a_loss_warns_of_what_may_still_move(
+def test_closing_after_a_loss_warns_of_motions_under_way(
     bench: Bench, caplog: pytest.LogCaptureFixture
 ) -> None:
     tdc = bench.open()
@@ -104,16 +104,18 @@ def test_a_close_after_a_loss_warns_of_what_may_still_move(
 
 
 @pytest.mark.parametrize("pause", [-1, True, "1", float("inf"), float("nan")])
-def test_what_is_no_pause_is_refused(bench: Bench, pause: object) -> None:
-    with pytest.raises(BadValueError, match="reconnect_pause takes seconds, 0 or more"):
+def test_an_invalid_pause_is_refused(bench: Bench, pause: object) -> None:
+    with pytest.raises(
+        BadValueError, match="reconnect_pause must be a number of seconds, 0 or more"
+    ):
         bench.open(reconnect_pause=pause)
 
 
 @pytest.mark.parametrize("timeout", [0, -1, 0.0])
-def test_a_stop_is_sent_whatever_time_is_left(bench: Bench, timeout: float) -> None:
+def test_a_stop_is_sent_even_if_no_time_is_left(bench: Bench, timeout: float) -> None:
     tdc = bench.open()
     bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
-    bench.side.pass_time(bench.kept, 2)  # it has come to speed, and needs a while to stop
+    bench.side.pass_time(bench.kept, 2)  # at full speed it needs a while to stop
     with pytest.raises(ReplyTimeoutError, match="stop it again, or read the status"):
         bench.side.run(lambda: tdc.stop(timeout=timeout))
     assert not bench.kept.may_move
@@ -128,7 +130,9 @@ def test_a_stop_is_sent_before_its_timeout_is_refused(
     tdc = bench.open()
     motion = bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
     bench.side.pass_time(bench.kept, 2)
-    with pytest.raises(BadValueError, match=r"timeout takes seconds, not .*; the stop was sent"):
+    with pytest.raises(
+        BadValueError, match=r"timeout must be a number of seconds, not .*; the stop was sent"
+    ):
         bench.side.run(lambda: (motion if by_handle else tdc).stop(timeout=timeout))
     bench.side.pass_time(bench.kept, 2)
     assert not bench.side.run(lambda: tdc.is_moving())
@@ -136,7 +140,7 @@ def test_a_stop_is_sent_before_its_timeout_is_refused(
 
 
 @pytest.mark.parametrize("timeout", [float("inf"), 10**400], ids=["inf", "huge"])
-def test_a_stop_may_wait_for_ever(bench: Bench, timeout: float) -> None:
+def test_a_stop_can_wait_without_a_timeout(bench: Bench, timeout: float) -> None:
     tdc = bench.open()
     bench.side.run(lambda: tdc.start_move_absolute(counts=340_000))
     assert bench.side.run(lambda: tdc.stop(timeout=timeout)) is not None
@@ -144,7 +148,7 @@ def test_a_stop_may_wait_for_ever(bench: Bench, timeout: float) -> None:
     bench.side.run(lambda: tdc.close())
 
 
-def test_threads_that_reconnect_at_once_open_one_line() -> None:
+def test_threads_that_reconnect_simultaneously_open_one_line() -> None:
     tdc = TDC001.open("virtual://TDC001")
     threads = threading.active_count()
     sessions = set()
@@ -154,7 +158,7 @@ def test_threads_that_reconnect_at_once_open_one_line() -> None:
         together.wait()
         tdc.reconnect()
         sessions.add(tdc.session)
-        together.wait()  # a call that began after another one had ended opens the line once more
+        together.wait()  # a reconnect that begins after another has ended opens a new line
         tdc.get_vel_params()
 
     for _ in range(3):
@@ -168,7 +172,7 @@ def test_threads_that_reconnect_at_once_open_one_line() -> None:
     tdc.close()
 
 
-def test_tasks_that_reconnect_at_once_open_one_line() -> None:
+def test_tasks_that_reconnect_simultaneously_open_one_line() -> None:
     async def main() -> None:
         tdc = await aio.TDC001.open("virtual://TDC001")
         await tdc.close()

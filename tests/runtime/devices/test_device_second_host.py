@@ -1,4 +1,4 @@
-"""A line has one host: a second host learns why it was turned away, and the first one goes on."""
+"""A line serves one host: a second host gets a helpful error, and the first is not disturbed."""
 
 from __future__ import annotations
 
@@ -45,20 +45,22 @@ def of_an_unknown_unit(url: str) -> None:
 
 @contextmanager
 def turning_away(notice: bytes) -> Iterator[str]:
-    """Serve a port as a serial-to-Ethernet server does whose line has a host: a notice, then the end."""
+    """Serve a port like a serial-to-Ethernet server whose line is in use: send a notice, then close."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
 
         def serve() -> None:
             while True:
                 connection, _ = listener.accept()
                 with connection:
-                    if not (opened := connection.recv(4096)):  # the question what it is
+                    if not (opened := connection.recv(4096)):  # the identity request
                         continue
                     if opened == b"end":
                         return
                     connection.sendall(notice)
                     connection.shutdown(socket.SHUT_WR)
-                    while connection.recv(4096):  # to close with bytes unread would reset it
+                    while connection.recv(
+                        4096
+                    ):  # closing with unread bytes would reset the connection
                         pass
 
         thread = threading.Thread(target=serve)
@@ -76,7 +78,7 @@ sides = pytest.mark.parametrize("use", [in_threads, without_a_thread, in_a_loop]
 
 
 @pytest.mark.parametrize("use", [in_threads, without_a_thread, in_a_loop, of_an_unknown_unit])
-def test_a_second_host_is_told_that_another_may_be_connected(use: Call) -> None:
+def test_a_second_host_gets_an_error_that_another_may_be_connected(use: Call) -> None:
     with virtual.TDC001().tcp() as served, TDC001.open(served.url) as first:
         with pytest.raises(LinkOpenError, match="Another host may be connected") as refused:
             use(served.url)
@@ -90,7 +92,7 @@ def test_a_second_host_is_told_that_another_may_be_connected(use: Call) -> None:
 
 
 @sides
-def test_the_line_is_open_to_the_next_host_after_the_first_has_left(use: Call) -> None:
+def test_the_next_host_can_connect_after_the_first_has_left(use: Call) -> None:
     with virtual.TDC001().tcp() as served:
         with TDC001.open(served.url), pytest.raises(LinkOpenError):
             use(served.url)
@@ -98,7 +100,7 @@ def test_the_line_is_open_to_the_next_host_after_the_first_has_left(use: Call) -
 
 
 @pytest.mark.parametrize("use", [in_threads, without_a_thread, in_a_loop, of_an_unknown_unit])
-def test_the_notice_of_a_server_is_quoted(use: Call) -> None:
+def test_the_error_quotes_the_notice_of_the_server(use: Call) -> None:
     with (
         turning_away(b"Port already in use\r\n") as url,
         pytest.raises(LinkOpenError, match=r"after the text 'Port already in use'\. Another host"),
@@ -107,8 +109,8 @@ def test_the_notice_of_a_server_is_quoted(use: Call) -> None:
 
 
 @sides
-def test_without_a_question_the_first_call_says_so(use: Call) -> None:
-    """Something may have received what was sent by then, so the error is also that of a lost line."""
+def test_without_identification_the_first_call_raises_the_error(use: Call) -> None:
+    """The request may have been received, so the error is also a TransportLostError."""
     with (
         virtual.TDC001().tcp() as served,
         TDC001.open(served.url),
@@ -118,7 +120,7 @@ def test_without_a_question_the_first_call_says_so(use: Call) -> None:
     assert isinstance(refused.value, LinkOpenError)
 
 
-def test_opening_again_says_so() -> None:
+def test_reconnecting_raises_the_error() -> None:
     with virtual.TDC001().tcp() as served, TDC001.open(served.url, reconnect_pause=0) as tdc:
         served.unplug()
         with pytest.raises(TransportLostError) as lost:
@@ -133,7 +135,7 @@ def test_opening_again_says_so() -> None:
         assert tdc.get_info().serial_number == tdc.serial_number
 
 
-def test_a_text_that_answers_is_not_a_notice() -> None:
+def test_a_text_reply_is_not_taken_for_a_notice() -> None:
     controller = virtual.MS2000(strategies={"power_on_mode": "high"})
     with controller.tcp() as served, MS2000.open(served.url) as stage:
         with stage.low_level():

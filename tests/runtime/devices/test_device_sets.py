@@ -1,4 +1,4 @@
-"""Parameter sets: read, written whole, changed; in counts and in units."""
+"""Parameter sets: reading, writing and changing them, in counts and in units."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def tdc(line: RecordingLink) -> Iterator[TDC001]:
         yield tdc
 
 
-def test_get_gives_counts_and_units(tdc: TDC001, line: RecordingLink) -> None:
+def test_get_returns_counts_and_units(tdc: TDC001, line: RecordingLink) -> None:
     values = tdc.get_vel_params()
     assert values.max_velocity == 1534735
     assert values.max_velocity_mm_per_s == pytest.approx(2)
@@ -58,7 +58,7 @@ def test_set_writes_one_frame(tdc: TDC001, line: RecordingLink) -> None:
 
 
 @pytest.mark.parametrize("value", [0.1, Decimal("0.1"), Fraction(1, 10), "0.1"])
-def test_numbers_of_all_kinds_are_exact(tdc: TDC001, line: RecordingLink, value: object) -> None:
+def test_all_types_of_numbers_are_exact(tdc: TDC001, line: RecordingLink, value: object) -> None:
     tdc.set_pos_counter(mm=value)  # type: ignore[arg-type]
     assert line.raw == m.MotSetPosCounter(chan_ident=1, position=3430).pack(0x50, 0x01)
 
@@ -71,7 +71,7 @@ def test_counts_round_to_nearest_on_both_sides_of_zero(tdc: TDC001, line: Record
 
 
 class _Quantity:
-    """What a quantity of pint looks like from here."""
+    """A quantity with the interface of pint."""
 
     def __init__(self, magnitude: float, unit: str) -> None:
         self.magnitude = magnitude
@@ -89,14 +89,12 @@ def test_a_quantity_is_converted_to_the_unit_of_the_keyword(
     tdc.set_pos_counter(mm=_Quantity(1500, "um"))  # type: ignore[arg-type]
     assert line.raw == m.MotSetPosCounter(chan_ident=1, position=51456).pack(0x50, 0x01)
     line.forget()
-    with pytest.raises(BadValueError, match="mm is in mm: cannot convert s to mm"):
+    with pytest.raises(BadValueError, match="mm must be in mm: cannot convert s to mm"):
         tdc.set_pos_counter(mm=_Quantity(1, "s"))  # type: ignore[arg-type]
     assert line.raw == b""
 
 
-def test_a_number_that_counts_as_an_integer_is_taken_for_counts(
-    tdc: TDC001, line: RecordingLink
-) -> None:
+def test_numbers_of_numpy_are_accepted(tdc: TDC001, line: RecordingLink) -> None:
     numpy = pytest.importorskip("numpy")
     tdc.set_pos_counter(position=numpy.int64(7))
     assert line.raw == m.MotSetPosCounter(chan_ident=1, position=7).pack(0x50, 0x01)
@@ -108,20 +106,20 @@ def test_a_number_that_counts_as_an_integer_is_taken_for_counts(
 @pytest.mark.parametrize(
     ("given", "error", "text"),
     [
-        ({}, MissingFieldError, "lacks position or mm"),
-        ({"mm": 1, "position": 1}, BadValueError, "position and mm are the same value"),
-        ({"mm": float("nan")}, BadValueError, "mm takes a number in mm: nan is not a finite"),
-        ({"mm": float("inf")}, BadValueError, "mm takes a number in mm: inf is not a finite"),
-        ({"mm": True}, BadValueError, "mm takes a number in mm: True is not a number"),
-        ({"mm": "far"}, BadValueError, "mm takes a number in mm: 'far' is not a number"),
-        ({"mm": [1]}, BadValueError, "mm takes a number in mm"),
-        ({"mm": 1e9}, OutOfRangeError, "mm takes -62601.*to 62601.* mm, not 1000000000.0"),
-        ({"position": 1.5}, BadValueError, "position takes an integer"),
-        ({"position": True}, BadValueError, "position takes an integer"),
-        ({"position": 1 << 31}, OutOfRangeError, "position takes -2147483648 to 2147483647"),
+        ({}, MissingFieldError, "requires position or mm"),
+        ({"mm": 1, "position": 1}, BadValueError, "position and mm set the same value"),
+        ({"mm": float("nan")}, BadValueError, "mm must be a number in mm: nan is not a finite"),
+        ({"mm": float("inf")}, BadValueError, "mm must be a number in mm: inf is not a finite"),
+        ({"mm": True}, BadValueError, "mm must be a number in mm: True is not a number"),
+        ({"mm": "far"}, BadValueError, "mm must be a number in mm: 'far' is not a number"),
+        ({"mm": [1]}, BadValueError, "mm must be a number in mm"),
+        ({"mm": 1e9}, OutOfRangeError, "mm must be -62601.*to 62601.* mm, not 1000000000.0"),
+        ({"position": 1.5}, BadValueError, "position must be an integer"),
+        ({"position": True}, BadValueError, "position must be an integer"),
+        ({"position": 1 << 31}, OutOfRangeError, "position must be -2147483648 to 2147483647"),
     ],
 )
-def test_what_is_wrong_is_refused_before_a_byte(
+def test_invalid_values_are_refused_before_anything_is_sent(
     tdc: TDC001, line: RecordingLink, given: dict[str, object], error: type[Exception], text: str
 ) -> None:
     with pytest.raises(error, match=text):
@@ -129,9 +127,9 @@ def test_what_is_wrong_is_refused_before_a_byte(
     assert line.raw == b""
 
 
-def test_set_wants_every_value(tdc: TDC001, line: RecordingLink) -> None:
+def test_set_requires_every_value(tdc: TDC001, line: RecordingLink) -> None:
     with pytest.raises(
-        MissingFieldError, match="lacks min_velocity or min_velocity_mm_per_s, accel"
+        MissingFieldError, match="requires min_velocity or min_velocity_mm_per_s, accel"
     ):
         tdc.set_vel_params(max_velocity=1)
     assert line.raw == b""
@@ -150,19 +148,19 @@ def test_change_reads_and_writes_once(tdc: TDC001, line: RecordingLink) -> None:
     assert written.max_velocity_mm_per_s == pytest.approx(1)
 
 
-def test_change_checks_what_is_given_before_it_asks(tdc: TDC001, line: RecordingLink) -> None:
-    with pytest.raises(OutOfRangeError, match="max_velocity_mm_per_s takes"):
+def test_change_checks_its_arguments_before_reading(tdc: TDC001, line: RecordingLink) -> None:
+    with pytest.raises(OutOfRangeError, match="max_velocity_mm_per_s must be"):
         tdc.change_vel_params(max_velocity_mm_per_s=1e9)
-    with pytest.raises(MissingFieldError, match="lacks at least one of"):
+    with pytest.raises(MissingFieldError, match="requires at least one of"):
         tdc.change_vel_params()
     assert line.raw == b""
 
 
-def test_change_writes_nothing_where_what_is_held_may_not_be_written(
+def test_change_writes_nothing_if_a_stored_value_is_out_of_range(
     tdc: TDC001, line: RecordingLink
 ) -> None:
     def illegal(data: bytes) -> bytes:
-        """Let a proportional gain of 40000 be held; the document ends at 32767."""
+        """Replace the stored proportional gain by 40000; the documented maximum is 32767."""
         return data.replace((65).to_bytes(4, "little"), (40000).to_bytes(4, "little"))
 
     line.twist = illegal
@@ -175,10 +173,10 @@ def test_change_writes_nothing_where_what_is_held_may_not_be_written(
     assert (changed.proportional, changed.filter_control) == (100, 15)
 
 
-def test_change_writes_back_no_value_that_its_enumeration_does_not_list(
+def test_change_does_not_write_back_a_value_missing_from_its_enumeration(
     tdc: TDC001, line: RecordingLink
 ) -> None:
-    """A newer controller holds jog mode 7: reading shows it, and only an explicit value replaces it."""
+    """A newer controller uses jog mode 7; it can be read, but only an explicit value replaces it."""
     held = m.MotGetJogParams(
         chan_ident=1, jog_mode=7, jog_step_size=1, jog_min_velocity=0, jog_acceleration=2,
         jog_max_velocity=3, jog_stop_mode=2,
@@ -190,7 +188,7 @@ def test_change_writes_back_no_value_that_its_enumeration_does_not_list(
         tdc.change_jog_params(jog_step_size=5)
     assert str(refused.value) == (
         "TDC001: change_jog_params: the controller holds a value that cannot be written back: jog_mode 7 "
-        "is not one of CONTINUOUS (1), SINGLE_STEP (2); nothing was written. Pass this value as well, or "
+        "is not one of CONTINUOUS (1), SINGLE_STEP (2); nothing was written. Also pass this value, or "
         "write all values with set_jog_params"
     )
     assert line.names(PROTOCOL) == ["MOT_REQ_JOGPARAMS"]
@@ -199,7 +197,7 @@ def test_change_writes_back_no_value_that_its_enumeration_does_not_list(
 
 
 def test_change_writes_back_unknown_bits() -> None:
-    """Bits that a newer controller has set stay set; a caller cannot set them."""
+    """Unknown bits that a newer controller has set are kept, but a caller cannot set them."""
     line = RecordingLink(virtual.BPC301())
     with BPC301.open(line, line="rs232", identify=False) as bpc:
         held = bpc.get_output_lut_params().message.values() | {"mode": 0x8001}
@@ -235,7 +233,7 @@ def test_an_error_lists_the_choices(
     assert line.raw == b""
 
 
-def test_changes_of_several_threads_are_all_kept() -> None:
+def test_concurrent_changes_by_threads_are_all_kept() -> None:
     with TDC001.open("virtual://TDC001", pacing=0) as tdc:
         tdc.set_vel_params(min_velocity=0, acceleration=0, max_velocity=0)
         changes = [{"min_velocity": 1}, {"acceleration": 2}, {"max_velocity": 3}]
@@ -253,12 +251,12 @@ def test_changes_of_several_threads_are_all_kept() -> None:
 # Scales
 
 
-def test_without_a_stage_there_are_counts_only() -> None:
+def test_without_a_stage_only_counts_are_available() -> None:
     line = RecordingLink(virtual.TDC001(stage=stages.Z8))
     with TDC001.open(line, line="rs232") as tdc:
         line.forget()
         with pytest.raises(
-            UnknownScaleError, match=r"give stage= \(the document has Z8, Z806, Z812, Z825\)"
+            UnknownScaleError, match=r"pass stage= \(the document lists Z8, Z806, Z812, Z825\)"
         ):
             tdc.move_absolute(mm=1)
         assert line.raw == b""
@@ -270,15 +268,13 @@ def test_without_a_stage_there_are_counts_only() -> None:
         assert "position=0" in repr(values)
 
 
-def test_a_scale_that_the_document_does_not_give_is_not_guessed(
-    tdc: TDC001, line: RecordingLink
-) -> None:
-    with pytest.raises(UnknownScaleError, match="no figure is taken; raw counts need none"):
+def test_an_undocumented_scale_is_not_guessed(tdc: TDC001, line: RecordingLink) -> None:
+    with pytest.raises(UnknownScaleError, match="no figure is taken; raw counts need no scale"):
         tdc.change_vel_params(acceleration_mm_per_s2=1)
     assert line.raw == b""
 
 
-def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordingLink) -> None:
+def test_a_stage_of_a_user_has_the_scales_of_the_user(line: RecordingLink) -> None:
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
     with TDC001.open(line, stage=mine) as tdc:
         line.forget()
@@ -286,38 +282,38 @@ def test_a_stage_of_a_user_has_the_scales_that_it_is_given(line: RecordingLink) 
         assert line.raw == m.MotSetPosCounter(chan_ident=1, position=2000).pack(0x50, 0x01)
         with pytest.raises(
             UnknownScaleError,
-            match="no scale of velocity in mm/s is known on TDC001: mine was given none",
+            match="the scale of velocity in mm/s on TDC001 is unknown: mine was created without it",
         ):
             tdc.change_vel_params(max_velocity_mm_per_s=1)
-        assert "position: 1000 counts per mm (mine, a stage of yours)" in str(tdc)
+        assert "position: 1000 counts per mm (mine, your own stage)" in str(tdc)
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1))
     with TDC001.open(RecordingLink(line.controller), stage=mine) as tdc:
-        assert "position: 1 counts per mm (mine, a stage of yours)" in str(tdc)
+        assert "position: 1 counts per mm (mine, your own stage)" in str(tdc)
 
 
 def test_a_scale_of_a_user_in_another_unit_is_refused(line: RecordingLink) -> None:
     mine = Stage.of_user("mine", position=Scale.counts_per("um", 1))
     with pytest.raises(
-        BadValueError, match="stage mine: position takes a Scale in mm, not <Scale 1"
+        BadValueError, match="stage mine: position must be a Scale in mm, not <Scale 1"
     ):
         TDC001.open(line, stage=mine)
     assert line.raw == b""
 
 
-def test_exact_knows_values_in_units_alone(tdc: TDC001) -> None:
-    with pytest.raises(UnknownFieldError, match="has no value position in units: mm"):
+def test_exact_supports_only_values_in_units(tdc: TDC001) -> None:
+    with pytest.raises(UnknownFieldError, match=r"has no value position in units \(choose mm\)"):
         tdc.get_pos_counter().exact("position")
 
 
-def test_values_are_what_was_said_and_cannot_be_set(tdc: TDC001) -> None:
+def test_values_are_read_only(tdc: TDC001) -> None:
     params = tdc.get_vel_params()
     for name in ("max_velocity", "max_velocity_mm_per_s", "max_velocty", "message"):
-        with pytest.raises(AttributeError, match=f"setting {name} would write nothing"):
+        with pytest.raises(AttributeError, match=f"cannot set {name}: .* read-only"):
             setattr(params, name, 3)
     assert copy.deepcopy(params) == params
 
 
-def test_values_are_equal_by_what_was_said(tdc: TDC001) -> None:
+def test_values_are_equal_if_their_messages_are_equal(tdc: TDC001) -> None:
     first, second = tdc.get_vel_params(), tdc.get_vel_params()
     assert first == second
     assert hash(first) == hash(second)
@@ -326,15 +322,13 @@ def test_values_are_equal_by_what_was_said(tdc: TDC001) -> None:
 
 
 @pytest.mark.parametrize("timeout", [0, -1, float("nan"), True, "1"])
-def test_a_timeout_is_a_number_of_seconds(
-    tdc: TDC001, line: RecordingLink, timeout: object
-) -> None:
-    with pytest.raises(BadValueError, match="timeout takes seconds"):
+def test_an_invalid_timeout_is_refused(tdc: TDC001, line: RecordingLink, timeout: object) -> None:
+    with pytest.raises(BadValueError, match="timeout must be "):
         tdc.get_vel_params(timeout=timeout)  # type: ignore[arg-type]
     assert line.raw == b""
 
 
-def test_a_silent_controller_ends_in_a_timeout(tdc: TDC001, line: RecordingLink) -> None:
+def test_calls_to_an_unresponsive_controller_time_out(tdc: TDC001, line: RecordingLink) -> None:
     line.twist = lambda data: b""
     before = line.clock()
     with pytest.raises(ReplyTimeoutError):
@@ -342,6 +336,5 @@ def test_a_silent_controller_ends_in_a_timeout(tdc: TDC001, line: RecordingLink)
     with pytest.raises(ReplyTimeoutError):
         tdc.change_vel_params(min_velocity=0, timeout=0.2)
     assert line.clock() - before == pytest.approx(0.4, abs=0.01)
-    assert line.names(PROTOCOL) == [
-        "MOT_REQ_VELPARAMS"
-    ]  # the second question waits for the late reply
+    # The second request waits for the late reply of the first.
+    assert line.names(PROTOCOL) == ["MOT_REQ_VELPARAMS"]

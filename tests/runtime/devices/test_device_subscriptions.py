@@ -1,4 +1,4 @@
-"""Subscriptions to classes: the message itself, or its values, and nothing that was not named."""
+"""Subscriptions to classes of messages or values."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def taken(subscription: Any) -> list[Any]:
 
 
 @each_side
-def test_messages_and_values_are_given_out_themselves(side: Side) -> None:
+def test_subscriptions_return_messages_and_values(side: Side) -> None:
     far = Controller()
 
     async def scenario(bench: Any) -> None:
@@ -65,7 +65,7 @@ def test_messages_and_values_are_given_out_themselves(side: Side) -> None:
 
 
 @each_side
-def test_another_form_of_a_message_is_not_given_out(side: Side) -> None:
+def test_a_subscription_excludes_other_forms_of_a_message(side: Side) -> None:
     far = Controller()
     header = m.MotMoveCompletedHeader(chan_ident=1)
     data = m.MotMoveCompletedDc(chan_ident=1, position=1, velocity=0, reserved=0, status_bits=0)
@@ -86,7 +86,7 @@ def test_another_form_of_a_message_is_not_given_out(side: Side) -> None:
 
 
 @each_side
-def test_a_rack_gives_each_bay_its_own_scale(side: Side) -> None:
+def test_a_rack_subscription_uses_the_scale_of_each_bay(side: Side) -> None:
     far = Controller()
     mine = Stage.of_user("mine", position=Scale.counts_per("mm", 1000))
 
@@ -104,7 +104,7 @@ def test_a_rack_gives_each_bay_its_own_scale(side: Side) -> None:
 
 
 @each_side
-def test_a_device_gives_each_channel_its_own_scale(side: Side) -> None:
+def test_a_device_subscription_uses_the_scale_of_each_channel(side: Side) -> None:
     far = Controller()
 
     async def scenario(bench: Any) -> None:
@@ -122,7 +122,7 @@ def test_a_device_gives_each_channel_its_own_scale(side: Side) -> None:
 
 
 @each_side
-def test_a_module_hears_nothing_of_others_on_its_line(side: Side) -> None:
+def test_a_module_subscription_excludes_other_modules_on_its_line(side: Side) -> None:
     far = Controller()
 
     async def scenario(bench: Any) -> None:
@@ -136,7 +136,7 @@ def test_a_module_hears_nothing_of_others_on_its_line(side: Side) -> None:
 
 
 @each_side
-def test_values_have_the_scale_that_holds_when_they_are_taken(side: Side) -> None:
+def test_values_use_the_scale_in_effect_when_they_are_taken(side: Side) -> None:
     far = Controller()
     update = m.PzGetPzStatusUpdate(chan_ident=1, op_voltage=32767, position=0, status_bits=0)
 
@@ -163,12 +163,16 @@ WRONG = [
 
 @pytest.mark.parametrize("wrong", WRONG, ids=str)
 @each_side
-def test_what_is_no_such_class_is_refused(wrong: tuple[Any, ...], side: Side) -> None:
+def test_an_invalid_class_is_refused(wrong: tuple[Any, ...], side: Side) -> None:
     async def scenario(bench: Any) -> None:
         async with bench.open("TDC001", identify=False) as device:
-            with pytest.raises(BadValueError, match=r"stagewire_apt\.devices\.values, not to "):
+            with pytest.raises(
+                BadValueError, match=r"cannot subscribe to .* or of stagewire_apt\.devices\.values"
+            ):
                 device.subscribe(*wrong)
-            with pytest.raises(BadValueError, match="MotGetDcStatusUpdate is subscribed to as mes"):
+            with pytest.raises(
+                BadValueError, match="MotGetDcStatusUpdate both as message and as values"
+            ):
                 device.subscribe(m.MotGetDcStatusUpdate, v.DcStatusUpdate)
             with pytest.raises(OutOfRangeError, match="from 1 on, not 0"):
                 device.subscribe(v.DcStatusUpdate, limit=0)

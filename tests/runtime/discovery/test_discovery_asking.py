@@ -1,4 +1,4 @@
-"""Controllers are asked who they are: what is sent, and what is made of the answers, or of none."""
+"""Identification of controllers: requests, answers, and missing answers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ INFO_AT = {dest: bytes([0x05, 0, 0, 0, dest, 0x01]) for dest in (0x50, 0x11, 0x2
 
 
 class Silent(Link):
-    """A line on which nothing is said, or one thing again and again; reading lets its time pass."""
+    """A line that is silent or repeats the same bytes; reading advances its clock."""
 
     def __init__(self, says: bytes = b"", *, is_lost: bool = False) -> None:
         self.url = "silent"
@@ -52,7 +52,7 @@ class Silent(Link):
 
 
 class Counted(SteppedLink):
-    """The line of a virtual controller, with what was sent to it."""
+    """The line of a virtual controller, which records what was sent."""
 
     def __init__(self, controller: virtual.VirtualController) -> None:
         super().__init__(controller)
@@ -68,7 +68,7 @@ OpenLine = Callable[..., Link]
 
 @pytest.fixture
 def opens(monkeypatch: pytest.MonkeyPatch) -> Callable[[OpenLine], None]:
-    """Have a function open every line."""
+    """Return a function that replaces the opening of lines."""
     show(monkeypatch)
 
     def take(open_line: OpenLine) -> None:
@@ -83,7 +83,7 @@ def only(told: list[Diagnosis]) -> Diagnosis:
     return one
 
 
-def test_asking_tells_two_units_of_one_prefix_apart_and_names_the_bays(
+def test_identification_distinguishes_units_of_one_prefix_and_lists_the_bays(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
     with virtual.BBD103(empty_bays=[1]) as rack:
@@ -96,11 +96,11 @@ def test_asking_tells_two_units_of_one_prefix_apart_and_names_the_bays(
     assert asked.identity.firmware == "1.0.0"
     assert asked.serial_number.startswith("73")
     assert other.identity is None
-    assert line.written[0] == INFO_AT[0x11]  # a rack is not asked at the address of another kind
+    assert line.written[0] == INFO_AT[0x11]  # a rack is only asked at its own address
     assert len(line.written) == 1 + 3
 
 
-def test_a_unit_with_a_plug_of_its_own_is_asked_there_alone(
+def test_a_unit_with_its_own_usb_plug_is_asked_only_at_its_address(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
     with virtual.TDC001() as tdc:
@@ -113,7 +113,7 @@ def test_a_unit_with_a_plug_of_its_own_is_asked_there_alone(
 
 
 @pytest.mark.parametrize(("number", "address"), [("83000001", 0x50), ("73000001", 0x11)])
-def test_a_unit_that_is_known_and_silent_is_asked_at_no_other_address(
+def test_a_known_unit_that_does_not_answer_is_not_asked_at_other_addresses(
     monkeypatch: pytest.MonkeyPatch,
     opens: Callable[[OpenLine], None],
     number: str,
@@ -123,18 +123,18 @@ def test_a_unit_that_is_known_and_silent_is_asked_at_no_other_address(
     opens(lambda url: line)
     show(monkeypatch, linux("/dev/ttyUSB0", number))
     [asked] = stagewire.discover(ask=True)
-    assert asked.problem == f"asked for its identity at {address:#04x}, it said nothing"
+    assert asked.problem == f"no answer to the identity request at {address:#04x}"
     assert line.written == [INFO_AT[address]]
 
 
-def test_what_is_said_of_another_bay_is_no_answer() -> None:
+def test_a_report_about_another_bay_is_not_taken_for_the_reply() -> None:
     line = Silent()
     said = iter([m.RackGetBayUsed(1, 1), m.RackGetBayUsed(0, 2), m.RackGetBayUsed(1, 1)])
     line.read = lambda timeout: next(said).pack(dest=0x01, source=0x11)  # type: ignore[method-assign]
     assert used_bays(line, PROTOCOL, 0x11, 2) == (2,)
 
 
-def test_a_port_that_cannot_be_opened_or_is_lost_is_no_end_of_it(
+def test_discovery_continues_after_a_port_that_cannot_be_opened_or_is_lost(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
     gone = Silent(is_lost=True)
@@ -152,7 +152,7 @@ def test_a_port_that_cannot_be_opened_or_is_lost_is_no_end_of_it(
     assert gone.closed
 
 
-def test_another_port_is_never_opened(
+def test_ports_without_the_plug_of_a_controller_are_never_opened(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
     opens(lambda url, **_: pytest.fail("it was opened"))
@@ -163,7 +163,7 @@ def test_another_port_is_never_opened(
     assert all(one.verdict is not Verdict.FINE for one in diagnose_computer(ask=True))
 
 
-def test_the_doctor_is_answered(opens: Callable[[OpenLine], None]) -> None:
+def test_the_doctor_reports_the_answer_of_a_controller(opens: Callable[[OpenLine], None]) -> None:
     with virtual.BBD102() as rack:
         opens(lambda url, **_: SteppedLink(rack))
         told = only(diagnose_line("/dev/ttyUSB0"))
@@ -172,7 +172,7 @@ def test_the_doctor_is_answered(opens: Callable[[OpenLine], None]) -> None:
     assert told.text.endswith("bays with a module: 1, 2")
 
 
-def test_the_doctor_asks_the_ports_of_controllers_if_it_is_told_to(
+def test_the_doctor_asks_the_ports_of_controllers_only_on_request(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
     with virtual.TDC001() as tdc:
@@ -184,16 +184,18 @@ def test_the_doctor_asks_the_ports_of_controllers_if_it_is_told_to(
     assert told[-1].text.startswith("answers: TDC001")
 
 
-def test_another_unit_than_was_named(opens: Callable[[OpenLine], None]) -> None:
+def test_the_doctor_reports_a_unit_other_than_the_named_one(
+    opens: Callable[[OpenLine], None],
+) -> None:
     with virtual.TDC001() as tdc:
         opens(lambda url, **_: SteppedLink(tdc))
         told = only(diagnose_line("/dev/ttyUSB0", "TST001"))
     assert told.verdict is Verdict.WRONG
-    assert "another unit answers: TDC001" in told.text
-    assert "expected was TST001" in told.text
+    assert "the wrong unit answers: TDC001" in told.text
+    assert "expected TST001" in told.text
 
 
-def test_a_wrong_baud_rate_is_found_among_the_documented_ones(
+def test_the_doctor_finds_a_wrong_baud_rate(
     opens: Callable[[OpenLine], None],
 ) -> None:
     tried: list[int | None] = []
@@ -207,14 +209,16 @@ def test_a_wrong_baud_rate_is_found_among_the_documented_ones(
         opens(open_line)
         told = only(diagnose_line("/dev/ttyUSB0"))
     assert tried == [None, 9600, 19200]
-    assert "wrong baud rate: at 19200 it answers: TDC001" in told.text
+    assert "wrong baud rate: the controller answers at 19200 baud: TDC001" in told.text
     assert "baudrate=19200" in told.advice
 
 
 @pytest.mark.parametrize(
-    ("says", "said"), [(b"", "it said nothing"), (b"\xff\x07", "bytes that are no frame")]
+    ("says", "said"), [(b"", "no answer"), (b"\xff\x07", "bytes without a valid frame")]
 )
-def test_nobody_answers(opens: Callable[[OpenLine], None], says: bytes, said: str) -> None:
+def test_the_doctor_reports_a_missing_answer(
+    opens: Callable[[OpenLine], None], says: bytes, said: str
+) -> None:
     made: list[Silent] = []
 
     def open_line(url: str, baudrate: int | None = None) -> Link:
@@ -227,12 +231,12 @@ def test_nobody_answers(opens: Callable[[OpenLine], None], says: bytes, said: st
     assert said in told.text
     assert ("baud rate" in told.advice) == bool(says)
     assert "--unit MS2000" in told.advice
-    assert len(made) == 5  # as opened, and the four documented rates
+    assert len(made) == 5  # at the default rate, and at the four documented rates
     assert all(one.closed for one in made)
     assert all(sent in INFO_AT.values() for one in made for sent in one.written)
 
 
-def test_a_line_without_a_rate_is_asked_once(opens: Callable[[OpenLine], None]) -> None:
+def test_a_line_without_a_baud_rate_is_asked_once(opens: Callable[[OpenLine], None]) -> None:
     made: list[Silent] = []
 
     def open_line(url: str) -> Link:
@@ -245,21 +249,21 @@ def test_a_line_without_a_rate_is_asked_once(opens: Callable[[OpenLine], None]) 
     assert made[0].written == [INFO_AT[0x50], INFO_AT[0x11]]
 
 
-def test_a_line_that_cannot_be_opened(opens: Callable[[OpenLine], None]) -> None:
+def test_the_doctor_reports_a_line_that_cannot_be_opened(opens: Callable[[OpenLine], None]) -> None:
     def open_line(url: str, **_: object) -> Link:
-        raise LinkOpenError(f"{url}: there is no such port")
+        raise LinkOpenError(f"{url}: port not found")
 
     opens(open_line)
     [told] = diagnose_line("/dev/ttyUSB7")
-    assert (told.verdict, told.text) == (Verdict.WRONG, "there is no such port")
+    assert (told.verdict, told.text) == (Verdict.WRONG, "port not found")
 
 
-def test_a_name_that_no_unit_has() -> None:
+def test_the_doctor_refuses_an_unknown_unit() -> None:
     with pytest.raises(BadValueError, match="did you mean TDC001"):
         diagnose_line("/dev/ttyUSB0", "TDC01")
 
 
-def test_which_unit_it_is_comes_from_the_url_or_the_plug_before_anybody_is_asked(
+def test_unit_at_uses_the_url_or_the_plug_before_it_opens_a_line(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None]
 ) -> None:
     opens(lambda url, **_: pytest.fail("it was opened"))
@@ -269,7 +273,9 @@ def test_which_unit_it_is_comes_from_the_url_or_the_plug_before_anybody_is_asked
     assert unit_at("/dev/ttyUSB1") == "KDC101"
 
 
-def test_which_unit_it_is_is_asked_where_nothing_tells(opens: Callable[[OpenLine], None]) -> None:
+def test_unit_at_requests_the_identity_if_nothing_else_is_known(
+    opens: Callable[[OpenLine], None],
+) -> None:
     with virtual.BSC103() as rack:
         opens(lambda url, **_: SteppedLink(rack))
         assert unit_at("socket://127.0.0.1:9") == "BSC103"
@@ -280,13 +286,17 @@ def test_which_unit_it_is_is_asked_where_nothing_tells(opens: Callable[[OpenLine
         assert line.written[-1] == INFO_AT[0x22]
 
 
-def test_which_unit_it_is_cannot_be_found_out(opens: Callable[[OpenLine], None]) -> None:
+def test_unit_at_raises_an_error_if_the_unit_cannot_be_determined(
+    opens: Callable[[OpenLine], None],
+) -> None:
     opens(lambda url, **_: Silent())
-    with pytest.raises(WrongUnitError, match=r"name its unit \(unit=\'TDC001\', or --unit"):
+    with pytest.raises(WrongUnitError, match=r"give the name of its unit \(unit=\'TDC001\'"):
         unit_at("/dev/ttyUSB0")
     with virtual.rack("MPZ601") as modules:
         opens(lambda url, **_: SteppedLink(modules))
-        with pytest.raises(WrongUnitError, match=r"bays with a module \(bay=, or --bay\): 1"):
+        with pytest.raises(
+            WrongUnitError, match=r"choose a bay with a module \(bay= or --bay\): 1"
+        ):
             unit_at("/dev/ttyUSB0")
 
 
@@ -308,7 +318,9 @@ def test_a_controller_of_commands_is_asked_at_every_rate_of_its_switches(
     assert told.text == "answers: MS2000, axis X: EMOT at 28800 baud: open it with baudrate=28800"
 
 
-def test_no_controller_of_commands_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_doctor_reports_a_missing_answer_of_a_controller_of_commands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     show(monkeypatch)
     monkeypatch.setattr(serial_link, "open_serial", lambda url, settings: Silent())
     told = only(diagnose_line("COM3", "MS2000"))
@@ -317,7 +329,7 @@ def test_no_controller_of_commands_answers(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def reporting(controller: virtual.VirtualController, number: int, model: bytes) -> Counted:
-    """A line to a controller that reports this serial number and this model."""
+    """Return a line to a controller that reports this serial number and this model."""
     line = Counted(controller)
     read = line.read
 
@@ -347,27 +359,31 @@ def test_the_reported_model_decides_between_units_of_one_prefix(
         assert unit_at("socket://127.0.0.1:9") == unit
 
 
-def test_units_of_one_class_need_no_model_to_be_opened(opens: Callable[[OpenLine], None]) -> None:
+def test_units_of_one_class_can_be_opened_without_a_model(
+    opens: Callable[[OpenLine], None],
+) -> None:
     with virtual.BSC101() as bsc:
         opens(lambda url, **_: reporting(bsc, 40000001, b""))
-        assert unit_at("socket://127.0.0.1:9") == "BSC101"  # or a BSC201, which is opened as one
+        assert (
+            unit_at("socket://127.0.0.1:9") == "BSC101"
+        )  # or a BSC201, which is opened as a BSC101
     with virtual.BSC103() as rack:
         opens(lambda url, **_: reporting(rack, 70000001, b""))
-        with pytest.raises(WrongUnitError, match="the reported model does not tell which"):
+        with pytest.raises(WrongUnitError, match="the reported model does not show which it is"):
             unit_at("socket://127.0.0.1:9")  # a BSC102 is also possible: its prefix is unknown
 
 
 @pytest.mark.parametrize(
     ("number", "model"), [(83000001, b"KVS30"), (24000001, b"TDC001"), (83000001, b"TST001")]
 )
-def test_a_serial_number_and_a_model_that_contradict_each_other_are_no_unit(
+def test_a_serial_number_and_a_model_that_contradict_each_other_match_no_unit(
     monkeypatch: pytest.MonkeyPatch, opens: Callable[[OpenLine], None], number: int, model: bytes
 ) -> None:
     with virtual.TDC001() as tdc:
         opens(lambda url, **_: reporting(tdc, number, model))
-        with pytest.raises(WrongUnitError, match=f"{model.decode()}: no unit is known .*{number}"):
+        with pytest.raises(WrongUnitError, match=f"{model.decode()}: no known unit .*{number}"):
             unit_at("socket://127.0.0.1:9")
         show(monkeypatch, linux("/dev/ttyUSB0", str(number)))
         [asked] = stagewire.discover(ask=True)
     assert asked.unit is None
-    assert "no unit is known that reports this" in asked.what
+    assert "no known unit reports this model" in asked.what

@@ -1,4 +1,4 @@
-"""What is wrong with this computer: no permission, no port, or nothing plugged in at all."""
+"""Diagnosis of the computer: missing permission, missing port, or no controller."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ INSTANCE = r"USB\VID_0403&PID_FAF0\83828433"
 
 @pytest.fixture(autouse=True)
 def made_up_computer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """A computer with nothing plugged in; its kernel lists USB devices in a folder of the test."""
+    """Simulate a computer without controllers, with the USB devices of the kernel in a directory."""
     show(monkeypatch)
     monkeypatch.setattr(sys, "platform", "linux")
     real = usb_devices
@@ -37,7 +37,7 @@ def plug_in(
     port: str = "",
     serial_number: str = "83828433",
 ) -> None:
-    """Make the files that the kernel makes of a device that is plugged in."""
+    """Create the files with which the kernel lists a device."""
     folder = root / name
     interface = folder / f"{name}:1.0"
     interface.mkdir(parents=True)
@@ -61,15 +61,17 @@ def wrong(told: list[Diagnosis]) -> list[Diagnosis]:
     ("system", "said"),
     [("linux", "lsusb"), ("win32", "Load VCP"), ("darwin", "Privacy & Security"), ("aix", "USB")],
 )
-def test_nothing_is_plugged_in(monkeypatch: pytest.MonkeyPatch, system: str, said: str) -> None:
+def test_without_a_controller_the_advice_fits_the_system(
+    monkeypatch: pytest.MonkeyPatch, system: str, said: str
+) -> None:
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setattr(usb_ports, "present", list)
     [told] = wrong(diagnose_computer())
-    assert "no controller is plugged in" in told.text
+    assert "no controller found" in told.text
     assert said in told.advice
 
 
-def test_a_controller_that_may_be_opened_is_fine(
+def test_a_controller_with_permission_is_fine(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     device = tmp_path / "ttyUSB0"
@@ -81,20 +83,20 @@ def test_a_controller_that_may_be_opened_is_fine(
     )
 
 
-def test_a_port_without_permission_comes_with_group_and_udev_line(
+def test_the_advice_for_missing_permission_names_the_group_and_a_udev_line(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     device = tmp_path / "ttyUSB0"
     device.touch()
     show(monkeypatch, linux(str(device), "83828433"))
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    [told] = wrong(diagnose_computer(ask=True))  # what may not be opened is not asked
-    assert "this user may not open the port" in told.text
+    [told] = wrong(diagnose_computer(ask=True))  # such a port is not opened
+    assert "permission denied for this user" in told.text
     assert "sudo usermod -aG" in told.advice
     assert 'ATTRS{idVendor}=="0403", ATTRS{idProduct}=="faf0"' in told.advice
 
 
-def test_a_port_that_nobody_knows_is_noted_and_can_be_asked(
+def test_an_unknown_port_is_a_note_with_the_command_to_ask_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     show(monkeypatch, port("/dev/ttyS9"))
@@ -108,8 +110,8 @@ def test_a_port_that_nobody_knows_is_noted_and_can_be_asked(
     ("driver", "said", "advice"),
     [
         ("", "no driver is bound", "echo 0403 faf0 | sudo tee /sys/bus/usb-serial"),
-        ("usbfs", "a program drives its USB chip itself", "end the program"),
-        ("cdc_subset", "held by the driver cdc_subset", "dmesg"),
+        ("usbfs", "a program controls its USB chip directly", "close the program"),
+        ("cdc_subset", "the driver cdc_subset has not created a serial port", "dmesg"),
     ],
 )
 def test_a_controller_without_a_port_on_linux(
@@ -123,7 +125,7 @@ def test_a_controller_without_a_port_on_linux(
     assert advice in told.advice
 
 
-def test_a_controller_with_a_port_is_not_reported_as_lacking_one(
+def test_a_controller_with_a_port_is_not_reported_as_missing_one(
     monkeypatch: pytest.MonkeyPatch, made_up_computer: Path
 ) -> None:
     plug_in(made_up_computer, "1-2", driver="ftdi_sio", port="ttyUSB0")
@@ -133,21 +135,23 @@ def test_a_controller_with_a_port_is_not_reported_as_lacking_one(
     assert wrong(diagnose_computer()) == []
 
 
-def test_files_of_the_kernel_that_cannot_be_read_are_no_device(made_up_computer: Path) -> None:
+def test_unreadable_files_of_the_kernel_are_ignored(made_up_computer: Path) -> None:
     plug_in(made_up_computer, "1-2", ids="zz:faf0")
     (made_up_computer / "usb1").mkdir()
     assert usb_devices(made_up_computer) == []
     assert usb_devices(made_up_computer / "no such folder") == []
 
 
-def test_a_device_without_a_serial_number_is_named_so(made_up_computer: Path) -> None:
+def test_a_controller_without_a_serial_number_is_reported(made_up_computer: Path) -> None:
     plug_in(made_up_computer, "1-2", serial_number="")
     (made_up_computer / "1-2" / "serial").unlink()
     [told] = wrong(diagnose_computer())
     assert told.about == "controller without a serial number"
 
 
-def test_windows_tells_the_box_that_gives_a_com_port(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_advice_for_windows_explains_how_to_get_a_com_port(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setattr(usb_ports, "present", lambda: [INSTANCE])
     [told] = wrong(diagnose_computer())
@@ -162,7 +166,7 @@ def test_windows_with_a_com_port_is_fine(monkeypatch: pytest.MonkeyPatch) -> Non
     assert wrong(diagnose_computer()) == []
 
 
-def test_what_the_driver_holds_on_windows() -> None:
+def test_controllers_without_a_com_port_are_found_on_windows() -> None:
     instances = [
         INSTANCE,
         INSTANCE.replace("83828433", "80000001").lower(),
@@ -173,12 +177,12 @@ def test_what_the_driver_holds_on_windows() -> None:
     assert without_port(instances, [Port("COM3", serial_number="83828433")]) == ["80000001"]
 
 
-def test_elsewhere_windows_is_not_asked() -> None:
+def test_the_windows_registry_is_not_read_on_other_systems() -> None:
     assert usb_ports.present() == []
 
 
 class MadeUpRegistry:
-    """As much of the module ``winreg`` as is used; ``values`` None stands for a key that is not there."""
+    """A substitute for the module ``winreg``; ``values`` is None if the key does not exist."""
 
     HKEY_LOCAL_MACHINE = object()
 
@@ -206,7 +210,7 @@ class MadeUpRegistry:
     [({"0": INSTANCE, "Count": 1, "NextInstance": 1, "1": 7}, [INSTANCE]), ({}, []), (None, [])],
     ids=["one", "none", "never installed"],
 )
-def test_windows_lists_what_the_driver_holds(
+def test_devices_of_the_driver_are_read_from_the_windows_registry(
     monkeypatch: pytest.MonkeyPatch, values: dict[str, object] | None, found: list[str]
 ) -> None:
     monkeypatch.setattr(sys, "platform", "win32")

@@ -1,4 +1,4 @@
-"""Ports are told apart by what the operating system says of them; none is opened for it."""
+"""Ports are identified by the data of the operating system, without opening them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def nothing_is_opened(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
     ids=["linux", "windows", "macos"],
 )
-def test_a_unit_is_known_by_its_plug_on_every_system(
+def test_a_unit_is_identified_by_its_plug_on_every_system(
     monkeypatch: pytest.MonkeyPatch, info: object
 ) -> None:
     show(monkeypatch, info)
@@ -45,19 +45,19 @@ def test_a_unit_is_known_by_its_plug_on_every_system(
     assert found.what == "TDC001: One-channel T-Cube DC servo driver"
 
 
-def test_a_unit_newer_than_the_document_is_named_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_unit_newer_than_the_document_is_described_as_newer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     show(monkeypatch, linux("/dev/ttyUSB0", "27250000"))
     [found] = stagewire.discover()
     assert found.unit == "KDC101"
-    assert found.what == (
-        "KDC101: known, not in Issue 3; messages of TDC001 apply where they are the same"
-    )
+    assert found.what == ("KDC101: not in Issue 3; uses the messages of TDC001, which may differ")
 
 
-def test_a_unit_that_nothing_is_like_is_named_all_the_same() -> None:
+def test_a_newer_unit_without_a_similar_unit_is_also_named() -> None:
     [known] = by_serial_number(APT, "37000001")
     assert (known.name, known.unit) == ("MFF101", None)
-    assert "known, not in Issue 3" in str(known)
+    assert "not in Issue 3" in str(known)
     assert "no messages for it" in str(known)
 
 
@@ -81,11 +81,11 @@ def test_units_that_share_a_prefix_are_both_named(monkeypatch: pytest.MonkeyPatc
         ("83000001", ["TDC001"]),
     ],
 )
-def test_everything_that_shares_a_prefix_is_named(number: str, names: list[str]) -> None:
+def test_all_units_that_share_a_prefix_are_named(number: str, names: list[str]) -> None:
     assert sorted(known.name for known in by_serial_number(APT, number)) == names
 
 
-def test_a_prefix_of_three_digits_is_that_of_a_number_of_nine() -> None:
+def test_a_prefix_of_three_digits_belongs_to_serial_numbers_of_nine_digits() -> None:
     assert [known.name for known in by_serial_number(APT, "103387864")] == ["BBD30x"]
     assert by_serial_number(APT, "10338786") == []
 
@@ -93,19 +93,21 @@ def test_a_prefix_of_three_digits_is_that_of_a_number_of_nine() -> None:
 @pytest.mark.parametrize(
     "number", ["", "8", "A50285BI", "99000001", "83828433A", "8382843", "٨٣828433"]
 )
-def test_other_serial_numbers_are_those_of_nothing_known(number: str) -> None:
+def test_other_serial_numbers_match_no_unit(number: str) -> None:
     assert by_serial_number(APT, number) == []
 
 
-def test_an_unknown_prefix_is_still_a_controller(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_controller_with_an_unknown_prefix_is_still_a_controller(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     show(monkeypatch, linux("/dev/ttyUSB0", "99000001"))
     [found] = stagewire.discover()
     assert found.is_controller
     assert found.unit is None
-    assert "no registry knows its serial number (99000001)" in found.what
+    assert "controller with an unknown serial number (99000001)" in found.what
 
 
-def test_a_port_that_nobody_knows_is_listed_as_such_after_the_controllers(
+def test_unknown_ports_are_listed_after_the_controllers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     adapter = linux("/dev/ttyUSB0", "83828433", pid=0x6001, maker="FTDI")
@@ -117,14 +119,14 @@ def test_a_port_that_nobody_knows_is_listed_as_such_after_the_controllers(
     assert found[2].known == ()  # a serial number alone proves nothing
 
 
-def test_a_chip_with_the_ids_of_its_maker_counts_by_the_name_of_the_manufacturer() -> None:
+def test_a_chip_with_generic_ids_is_recognised_by_the_name_of_the_manufacturer() -> None:
     assert plug_of(0x0403, 0x6001, "Thorlabs") is not None
     assert plug_of(0x0403, 0x6001, "FTDI") is None
     assert plug_of(None, None, "Thorlabs") is None
     assert plug_of(0x1234, 0xFAF0) is None
 
 
-def test_ports_come_in_the_order_of_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ports_are_sorted_by_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     show(monkeypatch, *(port(f"COM{number}") for number in (10, 9, 1)), port("/dev/ttyS0"))
     assert [one.device for one in serial_ports()] == ["/dev/ttyS0", "COM1", "COM9", "COM10"]
 
@@ -145,7 +147,7 @@ def test_a_port_is_found_by_its_name_and_through_links(
     assert port_of("COM4") is None
 
 
-def test_names_are_found_in_any_case_and_later_ones_too() -> None:
+def test_units_and_newer_units_are_found_by_name_in_any_case() -> None:
     tdc, kdc = by_name(APT, "tdc001"), by_name(APT, "kdc101")
     assert tdc is not None
     assert kdc is not None

@@ -1,1 +1,1 @@
-"""Devices for asyncio: their calls, their motions, and the classes that users hold."""
+"""Devices for asyncio: calls, motions, and the base classes of generated devices."""

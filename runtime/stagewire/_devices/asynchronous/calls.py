@@ -1,6 +1,6 @@
-"""Calls that ask and set: from the keywords of a user to messages, and from replies to values.
+"""Calls that read and write values: keywords become messages, and replies become values.
 
-Each waits for the transport of its endpoint, and for nothing else. The calls that move something are in
+Each call waits only for the transport of its endpoint. Calls that move something are in
 :mod:`stagewire._devices.asynchronous.motion`.
 """
 
@@ -36,12 +36,12 @@ async def query(
     timeout: float | None,
     given: Keywords,
 ) -> V:
-    """Ask for values and return them."""
+    """Request values and return them."""
     return await _ask(endpoint, table, endpoint.seconds(timeout), given)
 
 
 async def look(endpoint: Endpoint, table: ParameterSet[V] | Query[V], seconds: float) -> V:
-    """Ask for values on the library's own account: what they show settles no motion."""
+    """Request values for the library itself; unlike :func:`query`, never mark a motion as ended."""
     message, replies = _question(endpoint, table, {})
     reply = await endpoint.transport.ask(message, replies, endpoint.address_of(table), seconds)
     endpoint.connection.learn(endpoint.address, endpoint.channel, reply)
@@ -60,7 +60,7 @@ async def _ask(
             await _wait_for_what_is_late(endpoint, deadline)
             reply = await endpoint.transport.ask(message, replies, address, deadline.left)
             running = _shown_at_rest(endpoint, reply)
-        except ReplyTimeoutError:  # the status is an answer, but no proof
+        except ReplyTimeoutError:  # the status is a reply, but does not prove rest
             running = None
     if running is not None and _settled(endpoint, running):
         framed_transport(endpoint).settled(endpoint.address, endpoint.channel)
@@ -71,7 +71,7 @@ async def _ask(
 def _question(
     endpoint: Endpoint, table: ParameterSet[Any] | Query[Any], given: Keywords
 ) -> tuple[Message, tuple[type[Message], ...]]:
-    """Return the message that asks, and those that answer it."""
+    """Return the request, and the classes of its replies."""
     fields: dict[str, Any] = {}
     if table.asked:
         fields = fields_of(
@@ -84,18 +84,18 @@ def _question(
 def _request_of(
     table: ParameterSet[Any] | Query[Any],
 ) -> tuple[type[Message], tuple[type[Message], ...]]:
-    """Return the class of the message that asks, and those that answer it."""
+    """Return the class of the request, and the classes of its replies."""
     if isinstance(table, Query):
         return table.req, table.gets
-    assert table.req is not None  # else there is no such method
+    assert table.req is not None  # otherwise the method would not exist
     assert table.get is not None
     return table.req, (table.get,)
 
 
 def _shown_at_rest(endpoint: Endpoint, message: Message) -> Running | None:
-    """Return the motion whose end is not known, if a status shows that nothing moves.
+    """Return the motion whose end is unknown, if a status shows that nothing moves.
 
-    Not one that was begun a moment ago: a controller may say that nothing moves when it is about to begin.
+    Return None for a motion that was only just started, because its controller may still report rest.
     """
     moving = endpoint.connection.unit.moving.get(type(message))
     if moving is None or moves(message, moving):
@@ -107,11 +107,11 @@ def _shown_at_rest(endpoint: Endpoint, message: Message) -> Running | None:
 
 
 async def _wait_for_what_is_late(endpoint: Endpoint, deadline: Deadline) -> None:
-    """Ask a question whose answer never comes unsolicited, and wait for it.
+    """Send a request whose reply is never unsolicited, and wait for the reply.
 
-    An unsolicited status that was sent before the motion began may be held up on the line, and nothing
-    distinguishes it from the answer to a request. A line keeps the order of what it carries, so a status that
-    comes after this answer was sent after the motion began.
+    An unsolicited status from before the motion may be delayed on the line, and looks like the reply to a
+    request. A line preserves the order of messages, so a status that arrives after this reply was sent after
+    the motion began.
     """
     identity = endpoint.connection.facts.identity
     if identity is not None:
@@ -120,7 +120,7 @@ async def _wait_for_what_is_late(endpoint: Endpoint, deadline: Deadline) -> None
 
 
 def _settled(endpoint: Endpoint, running: Running) -> bool:
-    """Note that a motion is over, and return True, unless a call still waits for its end."""
+    """Mark a motion as ended and return True, unless a call still waits for its end."""
     if running.exchange is not None and not running.exchange.done:
         return False
     endpoint.connection.motions.over(endpoint.place, running)
@@ -128,7 +128,7 @@ def _settled(endpoint: Endpoint, running: Running) -> bool:
 
 
 def moves(message: Message, moving: tuple[str, int]) -> bool:
-    """Say whether a status has a bit that means motion."""
+    """Return whether a status has a bit set that indicates motion."""
     field, mask = moving
     return bool(getattr(message, field) & mask)
 
@@ -136,7 +136,7 @@ def moves(message: Message, moving: tuple[str, int]) -> bool:
 async def set_all(
     endpoint: Endpoint, table: ParameterSet[Any], timeout: float | None, given: Keywords
 ) -> None:
-    """Write a whole set of parameters: one message."""
+    """Write all parameters of a set in one message."""
     what = f"{endpoint.name}: set_{table.name}"
     fields = fields_of(what, table.given, given, endpoint.scales())
     message = _message(endpoint, what, table, fields)
@@ -148,11 +148,11 @@ async def set_all(
 async def change(
     endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, given: Keywords
 ) -> V:
-    """Read a set of parameters, change some, and write all of them, while nobody else here does.
+    """Read a set of parameters, change some, and write all of them, while other calls of this program wait.
 
-    Returns what was written. Raises :class:`~stagewire.errors.OutOfRangeError` where the controller holds a
-    value that cannot be written back: one out of range, or one that a complete enumeration does not list; and
-    :class:`~stagewire.errors.LimitError` for one above a limit of the stage.
+    Return the values that were written. Raise :class:`~stagewire.errors.OutOfRangeError` if the controller
+    holds a value that cannot be written back, because it is out of range or missing from a complete
+    enumeration. Raise :class:`~stagewire.errors.LimitError` for a value above a limit of the stage.
     """
     what = f"{endpoint.name}: change_{table.name}"
     new = fields_of(what, table.given, given, endpoint.scales(), some=True)
@@ -169,7 +169,7 @@ async def change(
         except OutOfRangeError as error:
             raise type(error)(
                 f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
-                f"written. Pass this value as well, or write all values with set_{table.name}"
+                f"written. Also pass this value, or write all values with set_{table.name}"
             ) from None
         await _write(endpoint, table, message, deadline)
     return table.values(type(read).keep({**read.values(), **new}), endpoint.scales())
@@ -178,8 +178,8 @@ async def change(
 def _message(
     endpoint: Endpoint, what: str, table: ParameterSet[Any], fields: dict[str, Any]
 ) -> Message:
-    """Return what writes the set, if all of it may be written."""
-    assert table.set is not None  # else there is no such method
+    """Return the message that writes the set, after checking the limits."""
+    assert table.set is not None  # otherwise the method would not exist
     check_limits(endpoint, what, table.given, fields)
     return endpoint.message(table.set, fields)
 
@@ -199,7 +199,7 @@ async def _write(
 
 
 async def tell(endpoint: Endpoint, table: Command, timeout: float | None, given: Keywords) -> None:
-    """Send what nothing answers."""
+    """Send a message that has no reply."""
     what = f"{endpoint.name}: {table.name}"
     fields = fields_of(what, table.given, given, endpoint.scales())
     check_limits(endpoint, what, table.given, fields)
@@ -217,24 +217,24 @@ async def tell(endpoint: Endpoint, table: Command, timeout: float | None, given:
 async def send_starting(
     endpoint: Endpoint, table: Action | Command, message: Message, running: Running, seconds: float
 ) -> None:
-    """Send what starts something whose end nothing tells."""
+    """Send a message that starts a motion without a reported end."""
     motions, place = endpoint.connection.motions, endpoint.place
     await refuse_left(endpoint, running.what, seconds)
     before = motions.at(place)
-    motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
+    motions.start(place, running)  # before sending, so that it is stopped if the program ends now
     try:
         await endpoint.transport.send(message, endpoint.address_of(table), seconds)
     except TransportLostError:
-        raise  # nobody knows whether it was sent
+        raise  # it may have been sent
     except StagewireError:
         motions.refused(place, running, before)
         raise
 
 
 async def refuse_left(endpoint: Endpoint, what: str, seconds: float) -> None:
-    """Raise where something that was started over an earlier line may still move; the status decides.
+    """Raise an error if a motion that was started over an earlier line may still be under way.
 
-    Raises :class:`~stagewire.errors.MotionUnderWayError`.
+    The status is requested to find out. Raise :class:`~stagewire.errors.MotionUnderWayError`.
     """
     motions, unit = endpoint.connection.motions, endpoint.connection.unit
     running = motions.at(endpoint.place)
@@ -246,17 +246,16 @@ async def refuse_left(endpoint: Endpoint, what: str, seconds: float) -> None:
             return
     raise MotionUnderWayError(
         f"{what} was not sent: {running.what} was under way when its line was lost or closed, and may still "
-        "be; stop it, or wait until is_moving() says that nothing moves"
+        "be; stop it, or wait until is_moving() returns False"
     )
 
 
 async def is_moving(endpoint: Endpoint, timeout: float | None) -> bool:
-    """Ask whether anything moves there.
+    """Return whether the controller reports motion.
 
-    Where a status shows no motion although the end of one is not known, it is asked for again after what may
-    be late on the line has come.
+    If a status shows rest while the end of a motion is unknown, wait for delayed messages and read it again.
 
-    Raises :class:`~stagewire.errors.UnsupportedError` for a unit that has no message for it.
+    Raise :class:`~stagewire.errors.UnsupportedError` for a unit that has no such request.
     """
     unit = endpoint.connection.unit
     seconds = endpoint.seconds(timeout)
@@ -270,7 +269,7 @@ async def is_moving(endpoint: Endpoint, timeout: float | None) -> bool:
             _settled(endpoint, running)
         return busy
     if unit.status_query is None or not unit.moving:
-        raise UnsupportedError(f"{unit.name} has no message that asks whether it moves")
+        raise UnsupportedError(f"a {unit.name} has no request for whether it moves")
     status = (await _ask(endpoint, unit.status_query, seconds, {})).message
     if moves(status, unit.moving[type(status)]):
         return True

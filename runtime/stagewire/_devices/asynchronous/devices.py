@@ -1,6 +1,6 @@
-"""Devices for asyncio: what generated classes are made of. No thread, and one event loop.
+"""Base classes of generated devices for asyncio. Each device belongs to one event loop.
 
-:mod:`stagewire._devices.synchronous.devices` has the same for threads.
+:mod:`stagewire._devices.synchronous.devices` contains the same classes for threads.
 """
 
 from __future__ import annotations
@@ -52,18 +52,18 @@ class _Opened(DeviceBase, Part, AsyncClosing):
     def __init__(self, connection: Connection[Any]) -> None:
         super().__init__(connection)
         self._locks = AsyncLocks()
-        self._opened = 0  # how often its line was opened again
+        self._opened = 0  # how many times the line was reopened
 
     @classmethod
     def open(cls, url: str | AsyncLink, **options: Unpack[OpenOptions]) -> Opening[Self]:
-        """Open a line and return the controller on it, to be awaited or entered. Nothing moves.
+        """Open a line and return the controller on it, to await or to enter. Nothing moves.
 
-        ``async with TDC001.open(url) as tdc:`` closes it at the end; ``tdc = await TDC001.open(url)`` leaves
-        that to the caller.
+        ``async with TDC001.open(url) as tdc:`` closes it at the end. After ``tdc = await TDC001.open(url)``,
+        call :meth:`close`.
 
         :param url: such as ``/dev/ttyUSB0``, ``COM3``, ``socket://host:4001`` or ``virtual://TDC001``.
 
-        Options: see :class:`~stagewire.devices.OpenOptions`. Raises
+        For the options, see :class:`~stagewire.devices.OpenOptions`. Raise
         :class:`~stagewire.errors.LinkOpenError`, :class:`~stagewire.errors.WrongUnitError`,
         :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.BadValueError` and
         :class:`~stagewire.errors.UnknownScaleError`.
@@ -83,28 +83,31 @@ class _Opened(DeviceBase, Part, AsyncClosing):
         return Opening(device)
 
     async def _connect(self) -> None:
-        """Open the line and begin to talk."""
+        """Open the line and identify the controller."""
         raise NotImplementedError
 
     async def reconnect(self) -> None:
-        """Open the line again, with the same options, and read again what was read then.
+        """Open the line again with the same options, and read the identity and the settings again.
 
-        Nothing is sent again. A motion that was under way when the line was lost or closed may still be: the
-        next one there asks for the status first, and is refused
-        (:class:`~stagewire.errors.MotionUnderWayError`) while the stage moves, or cannot be asked. A capture
-        goes on in another file: ``session-2.txt`` follows ``session.txt``.
+        Nothing is sent again. A motion that was under way when the line was lost or closed may still be. The
+        status is therefore read before the next motion there, which is refused
+        (:class:`~stagewire.errors.MotionUnderWayError`) if the stage moves or has no status. A capture
+        continues in a new file: ``session-2.txt`` follows ``session.txt``.
 
-        After a loss it waits ``reconnect_pause`` seconds before it sends anything, so that the controller
-        gives up a message that was cut off. Another serial number than before raises
-        :class:`~stagewire.errors.WrongUnitError`. Where nobody answers, the stops of what may still be moving
-        are sent before the line is closed. A call that finds another one under way waits for it, and uses the
-        line that it opened.
+        After a loss, wait ``reconnect_pause`` seconds before sending anything, so that the controller
+        discards a message that was cut off. If the controller does not answer, the stops of motions that may
+        be under way are sent before the line is closed. If another call is already reconnecting, wait for it
+        and use its line.
 
-        Raises as :meth:`open` does, and :class:`~stagewire.errors.LinkOpenError` for a line that was not
-        opened by a URL.
+        Raise the errors of :meth:`open`, :class:`~stagewire.errors.WrongUnitError` for a different serial
+        number than before, and :class:`~stagewire.errors.LinkOpenError` for a line that was not opened by a
+        URL.
         """
         if isinstance(self._link, AsyncLink):
-            raise LinkOpenError(f"{self.url} was opened elsewhere; open it there and here again")
+            raise LinkOpenError(
+                f"{self.url} was not opened by this device and cannot be reopened; "
+                "open a new link, and the device on it"
+            )
         before = self._opened
         async with self._locks.lock("reconnect", f"{self._at.name}: reconnect", None):
             session = self.session
@@ -117,9 +120,9 @@ class _Opened(DeviceBase, Part, AsyncClosing):
             self._opened += 1
 
     async def close(self) -> None:
-        """Stop what was started here and may still move, unless it is to be left, and close the line.
+        """Stop the motions started here, unless ``on_close`` is ``leave``, and close the line.
 
-        Harmless when done twice.
+        Closing a closed device does nothing.
         """
         connection, session = self._at.connection, self.session
         if session.lost and not session.closed and connection.choices.stop_on_close:
@@ -145,9 +148,8 @@ class Device(_Opened):
         try:
             await greet(connection, self._at, transport)
         except BaseException as error:
-            if isinstance(
-                error, ReplyTimeoutError
-            ):  # it may hear, and a motion of before may go on
+            # It may still receive, and an earlier motion may still be under way.
+            if isinstance(error, ReplyTimeoutError):
                 session.on_close.append(connection.last_words)
             if guest:
                 await leave(connection)
@@ -157,14 +159,14 @@ class Device(_Opened):
 
     @property
     def session(self) -> AsyncFramedSession:
-        """The session below, for what no method does."""
+        """The session of the device, for messages without a method."""
         transport = self._at.transport
         assert isinstance(transport, FramedTransport)
         return transport.session
 
 
 class SingleChannelDevice(Device, Channel):
-    """A controller with one channel, which is the device itself."""
+    """A controller with one channel; the device itself is the channel."""
 
 
 class ChannelsDevice(ChannelsBase[C], Device, Generic[C]):
@@ -172,7 +174,7 @@ class ChannelsDevice(ChannelsBase[C], Device, Generic[C]):
 
 
 class RackDevice(BaysBase[B], Device, Generic[B]):
-    """A rack: the calls of the device go to the motherboard, those of its bays to the controllers there."""
+    """A rack: calls of the device go to the motherboard, calls of a bay to the controller in it."""
 
 
 class _Module(Device):
@@ -184,33 +186,33 @@ class _Module(Device):
     ) -> Opening[Self]:
         """Open a line to a rack and return the controller in a bay, counted from 1: bay 1 is 0x21.
 
-        :param url: as of :meth:`Device.open`; or another module of the rack that is open, whose line this one
-            shares. It ends with that one, and alone when it is closed itself.
+        :param url: as in :meth:`Device.open`; or another open module of the rack, to share its line. Closing
+            that module closes the line; closing this one leaves it open.
 
-        As :meth:`Device.open`; raises :class:`~stagewire.errors.OutOfRangeError` for a bay that cannot be
-        there.
+        Raise the errors of :meth:`Device.open`, and :class:`~stagewire.errors.OutOfRangeError` for a bay that
+        does not exist.
         """
         return cls._open(url, options, bay)
 
 
 class SingleChannelModule(_Module, Channel):
-    """A controller in a bay of a rack, with one channel, which is the device itself."""
+    """A controller with one channel in a bay of a rack; the device itself is the channel."""
 
 
 class ModuleDevice(ChannelsBase[C], _Module, Generic[C]):
-    """A controller in a bay of a rack, with several channels."""
+    """A controller with several channels in a bay of a rack."""
 
 
 class AxesDevice(AxesBase[X], _Opened, Generic[X]):
-    """A controller of axes, whose commands have no frame and whose replies say nothing but values.
+    """A controller of axes, whose commands have no frame and whose replies contain only values.
 
-    It takes commands or lines of text, as it was told last. Nothing is sent when it is opened: begin with
-    :meth:`low_level`, or with the command of the document that switches.
+    It expects either commands or lines of text, depending on its mode. Opening it sends nothing. Begin with
+    :meth:`low_level`, or with the documented command that switches the mode.
     """
 
     async def _connect(self) -> None:
         connection = self._at.connection
-        assert not isinstance(self._link, Device)  # modules alone share a line
+        assert not isinstance(self._link, Device)  # only modules share a line
         session = await open_session(
             AsyncCommandSession,
             commanded(self.facts),
@@ -224,22 +226,22 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
 
     @property
     def mode(self) -> Mode:
-        """What the controller takes: ``low_level``, ``high_level``, or ``unknown`` to this session."""
+        """The mode of the controller, if the session knows it: ``low_level``, ``high_level``, ``unknown``."""
         return self.session.mode
 
     @asynccontextmanager
     async def low_level(self, *, timeout: float | None = None) -> AsyncIterator[Self]:
-        """Let the controller take commands within the block, and lines of text after it.
+        """Switch the controller to commands within the block, and back to lines of text after it.
 
-        :param timeout: seconds, for each of the two commands that switch.
+        :param timeout: seconds for each of the two commands that switch the mode.
 
-        Raises :class:`~stagewire.errors.UnsupportedError` for a controller that has no such command.
+        Raise :class:`~stagewire.errors.UnsupportedError` for a controller without such a command.
         """
         await self._switch("low_level", timeout)
         try:
             yield self
         except BaseException:
-            with suppress(StagewireError):  # the line may be gone, and what was raised says more
+            with suppress(StagewireError):  # the line may be lost; the first error matters more
                 await self._switch("high_level", timeout)
             raise
         await self._switch("high_level", timeout)
@@ -248,26 +250,26 @@ class AxesDevice(AxesBase[X], _Opened, Generic[X]):
         command = switching(commanded(self.facts), format)
         if command is None:
             raise UnsupportedError(
-                f"{self._at.name} has no command that leads to its {format} format"
+                f"{self._at.name} has no command to switch to its {format} format"
             )
         await self._at.transport.send(command(), CONTROLLER, self._at.seconds(timeout))
 
     def _last_words(self) -> bytes:
-        """Return the stops to be sent before the link is closed, in the format that is theirs."""
+        """Return the stops to send before the link is closed, in the low-level format."""
         stops = self._at.connection.last_words()
         return in_low_level(commanded(self.facts), stops, self.session.mode) if stops else b""
 
     async def text(self, line: str, *, timeout: float | None = None) -> str:
-        """Send a line of text and return the line that answers it, both without their ends.
+        """Send a line of text and return the reply, both without line ends.
 
-        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes text, and
+        Raise :class:`~stagewire.errors.WrongModeError` unless the controller expects text, and
         :class:`~stagewire.errors.ReplyTimeoutError`.
         """
         return await self.session.text(line, self._at.seconds(timeout))
 
     @property
     def session(self) -> AsyncCommandSession:
-        """The session below, for what no method does."""
+        """The session of the device, for messages without a method."""
         transport = self._at.transport
         assert isinstance(transport, CommandTransport)
         return transport.session

@@ -1,3 +1,3 @@
 # Generated from _devices/asynchronous/__init__.py by `python tools/unasync.py`; do not edit.
 
-"""Devices for threads: their calls, their motions, and the classes that users hold."""
+"""Devices for threads: calls, motions, and the base classes of generated devices."""

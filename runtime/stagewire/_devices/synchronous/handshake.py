@@ -1,6 +1,6 @@
 # Generated from _devices/asynchronous/handshake.py by `python tools/unasync.py`; do not edit.
 
-"""The first words to a controller on a line that was just opened, and the last ones to be."""
+"""The first requests to a controller on a new line, and the stops before it is left."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ _OCCUPIED: Final = 1
 
 
 def greet(connection: Connection[Transport], own: Endpoint, transport: FramedTransport) -> None:
-    """Begin to talk with a controller: nothing moves, and nothing is set.
+    """Begin a conversation with a controller. Nothing moves, and no setting changes.
 
-    Unless the user does not want it, it is asked what it is, and for the settings that its scales need.
+    Unless ``identify`` is False, request the identity and the settings that scales depend on.
 
-    Raises :class:`~stagewire.errors.WrongUnitError` for another controller than was named,
-    :class:`~stagewire.errors.ReplyTimeoutError` where nobody answers, and
-    :class:`~stagewire.errors.LinkOpenError` where the connection is closed instead.
+    Raise :class:`~stagewire.errors.WrongUnitError` for a controller other than the named one,
+    :class:`~stagewire.errors.ReplyTimeoutError` if it does not answer, and
+    :class:`~stagewire.errors.LinkOpenError` if it closes the connection.
     """
     connection.transport = transport
     wait_for_timeouts(connection)
     unit, choices = connection.unit, connection.choices
     if unit.status is not None:
-        # Some controllers answer as 0, or with the addresses the other way round.
+        # Some controllers answer from address 0, or with source and destination swapped.
         for address in (*connection.addresses, 0, framed(connection.facts).host):
             transport.tell(address, status=unit.status)
     if choices.usb and unit.keep_alive is not None:
@@ -53,21 +53,21 @@ def greet(connection: Connection[Transport], own: Endpoint, transport: FramedTra
     try:
         info = query(own, identity, None, {})
     except TurnedAwayError as error:
-        raise TurnedAwayError(f"{error.line}. Only the question what it is was sent") from None
+        raise TurnedAwayError(f"{error.line}. Only the identity request was sent") from None
     except ReplyTimeoutError as error:
-        bay = ", and is bay= that of the module" if unit.kind == "bay" else ""
+        bay = " and its bay (bay=)" if unit.kind == "bay" else ""
         raise ReplyTimeoutError(
-            f"no {unit.name} answers at {connection.url}: {error}. Is it switched on, and is this its "
-            f"port{bay}? identify=False opens it without a question"
+            f"no {unit.name} answers at {connection.url}: {error}. Check that it is switched on and that "
+            f"this is its port{bay}, or pass identify=False to open it without this check"
         ) from None
     check_identity(connection, info)
     _ask_settings(connection, own)
 
 
 def wait_for_timeouts(connection: Connection[Transport]) -> None:
-    """Wait until the controller has given up what it has of a message that a lost line cut off.
+    """Wait until the controller has discarded a message that was cut off when the line was lost.
 
-    Otherwise the first bytes on the new line would complete that message: the target of a move, for example.
+    Otherwise the first bytes on the new line would complete that message, for example the target of a move.
     """
     if connection.broken_at is not None:
         transport, pause = connection.transport, connection.choices.reconnect_pause
@@ -77,13 +77,13 @@ def wait_for_timeouts(connection: Connection[Transport]) -> None:
 
 
 def _ask_settings(connection: Connection[Transport], own: Endpoint) -> None:
-    """Ask every channel for the settings that its scales need."""
+    """Request from every channel the settings that its scales depend on."""
     tables = _tables(connection)
     if not tables:
         return
     unit = connection.unit
     for place in connection.places:
-        bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # on the wire from 0
+        bay = unit.bays.index(place[0]) if unit.kind == "rack" else None  # 0-based on the wire
         if bay is not None and _is_empty(connection, own, bay):
             continue
         endpoint = Endpoint(connection, *place, f"{unit.name} channel {place[1]}")
@@ -91,21 +91,21 @@ def _ask_settings(connection: Connection[Transport], own: Endpoint) -> None:
             try:
                 query(endpoint, table, None, {})
             except ReplyTimeoutError as error:
-                _log.warning("%s: a scale is not known: %s", connection.url, error)
+                _log.warning("%s: a scale is unknown: %s", connection.url, error)
 
 
 def leave(connection: Connection[Transport]) -> None:
-    """Stop what was started by a device whose line others go on to use, unless it is to be left."""
+    """Stop the motions of a device whose line others still use, unless ``on_close`` is ``leave``."""
     transport, choices = connection.transport, connection.choices
     assert isinstance(transport, FramedTransport)
-    with suppress(StagewireError):  # of a line that is gone
+    with suppress(StagewireError):  # the line may be lost
         for address, halt in connection.motions.halts() if choices.stop_on_close else ():
             transport.halt(halt, None, address, choices.timeout)
         transport.keep_alive(None, connection.addresses)
 
 
 def _tables(connection: Connection[Transport]) -> list[Query[Any]]:
-    """Return a question for each message that tells settings and can be asked for."""
+    """Return a query for each message that reports settings and can be requested."""
     asked = {
         told.req: Query(told.req.layout.message, Values, told.req, (told.get,))
         for _, told in connection.facts.telling(connection.unit)

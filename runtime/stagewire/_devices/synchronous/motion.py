@@ -1,10 +1,10 @@
 # Generated from _devices/asynchronous/motion.py by `python tools/unasync.py`; do not edit.
 
-"""Calls that move something, or stop it, and why a motion has not ended.
+"""Calls that start or stop motions, and the diagnosis of a motion that does not end.
 
-What was started stays in the list of the connection until its end is known: said by the controller, seen in a
-status, or brought about by a stop. After a timeout it may still move, and is stopped with everything else
-when the device is closed, unless the user chose to leave it.
+A motion stays in the list of the connection until its end is known: the controller reported it, a status
+showed it, or a stop was sent. After a timeout it may still be under way. It is then stopped with all others
+when the device is closed, unless the user chose ``on_close="leave"``.
 """
 
 from __future__ import annotations
@@ -34,24 +34,24 @@ from stagewire.errors import (
 )
 
 Unended: TypeAlias = MotionTimeoutError | ControllerFaultError
-"""How the wait for a motion ends that may still be under way."""
+"""Errors after which a motion may still be under way."""
 
 _SHARE: Final = 0.05
-"""Of the time of a motion, for the questions after it."""
-_SILENT: Final = "asked for its status, the controller does not answer either"
+"""Fraction of the timeout of a motion that its diagnosis may take."""
+_SILENT: Final = "the controller does not answer a status request either"
 _POLL: Final = 0.1
-"""Seconds between two questions whether an axis is busy; controllers asked more often have failed."""
+"""Seconds between two polls of an axis; controllers that were polled more often have failed."""
 
 
 class Started:
-    """A motion that was started; what a handle holds.
+    """A motion that was started.
 
-    :param endpoint: where.
-    :param action: what.
-    :param running: its entry in the list of what is stopped at the end.
-    :param ends: the messages that tell its end; None where none does.
-    :param deadline: when it is given up, where it is polled for.
-    :param targets: where it may end, in counts; empty where that is unknown.
+    :param endpoint: part that moves.
+    :param action: table of the call.
+    :param running: its entry in the list of motions.
+    :param ends: messages that report its end; None if there are none.
+    :param deadline: deadline for polling.
+    :param targets: expected final positions in counts; empty if unknown.
     """
 
     def __init__(
@@ -74,12 +74,12 @@ class Started:
 
     @property
     def done(self) -> bool:
-        """Whether nothing more is awaited."""
+        """Whether the motion has ended or timed out, as far as is known."""
         exchange = self.running.exchange
         return self._end is not None or (exchange is not None and exchange.done)
 
     def wait(self, timeout: float | None) -> MotionEnd:
-        """Wait for its end; see :meth:`stagewire.devices.Motion.wait`."""
+        """Wait for the end; see :meth:`stagewire.devices.Motion.wait`."""
         if self._end is None:
             seconds = None if timeout is None else self.endpoint.seconds(timeout)
             deadline = self._deadline if seconds is None else self.endpoint.deadline(seconds)
@@ -103,7 +103,7 @@ class Started:
                 raise self._stopped(error) from None
             except (MotionTimeoutError, ControllerFaultError) as error:
                 if error is not exchange.error or not exchange.written:
-                    raise  # it is still waited for, or was never sent
+                    raise  # the exchange still waits, or was never sent
                 self._end = explained(self.endpoint, error, exchange.timeout)
                 raise self._end from None
         if self.action.poll is not None:
@@ -111,7 +111,7 @@ class Started:
                 _polled(self.endpoint, running, self.action.poll, deadline)
             except MotionTimeoutError as error:
                 if not self._deadline.over:
-                    raise  # it may be waited for again
+                    raise  # the caller can wait again
                 raise explained(self.endpoint, error, self._seconds) from None
             return self._ended(None)
         if self.ends is not None:
@@ -129,7 +129,7 @@ class Started:
         return MotionEnd(message, values, ended - running.started)
 
     def _stopped(self, error: MotionStoppedError) -> MotionStoppedError:
-        """Return the same in the words of the caller, and in units."""
+        """Return the same error with the name of the call and values in units."""
         message = error.message
         if not isinstance(message, Message):
             return MotionStoppedError(f"{self.running.what} was stopped before it was sent")
@@ -140,10 +140,12 @@ class Started:
         return MotionStoppedError(f"{self.running.what} was stopped before its end{said}", message)
 
     def stop(self, timeout: float | None) -> MotionEnd | None:
-        """Stop it; see :meth:`stagewire.devices.Motion.stop`."""
+        """Stop the motion; see :meth:`stagewire.devices.Motion.stop`."""
         table = self.action.halted_by
         if table is None or not self.running.stop:
-            raise UnsupportedError(f"{self.running.what}: the unit has no message that stops it")
+            raise UnsupportedError(
+                f"{self.running.what} cannot be stopped: the unit has no message for it"
+            )
         defaults = defaults_of(table)
         given = {one.keyword: defaults[one.field] for one in table.given if one.field in defaults}
         return halt(self.endpoint, table, timeout, given)
@@ -159,9 +161,9 @@ def act(endpoint: Endpoint, action: Action, timeout: float | None, given: Keywor
 
 
 def start(endpoint: Endpoint, action: Action, timeout: float | None, given: Keywords) -> Started:
-    """Start a motion; returns when it is with the line.
+    """Start a motion, and return when its message was written to the line.
 
-    :param timeout: seconds that the whole motion may last.
+    :param timeout: seconds for the whole motion.
     """
     what = f"{endpoint.name}: {action.name}"
     seconds = endpoint.motion_seconds(timeout)
@@ -198,7 +200,7 @@ def _begin(
 
     refuse_left(endpoint, running.what, seconds)
     before = motions.at(place)
-    motions.start(place, running)  # before it is sent: it is to be stopped if all ends meanwhile
+    motions.start(place, running)  # before sending, so that it is stopped if the program ends now
     try:
         running.exchange = framed_transport(endpoint).begin(
             message, ends, endpoint.address, seconds, ended
@@ -209,7 +211,7 @@ def _begin(
 
 
 def _refuse_second(endpoint: Endpoint, what: str, poll: Poll, deadline: Deadline) -> None:
-    """Raise where something that was started here still moves."""
+    """Raise an error if a motion that was started here is still under way."""
     running = endpoint.connection.motions.at(endpoint.place)
     if running is None:
         return
@@ -226,7 +228,7 @@ def _is_busy(endpoint: Endpoint, poll: Poll, seconds: float) -> bool:
 
 
 def _polled(endpoint: Endpoint, running: Running, poll: Poll, deadline: Deadline) -> None:
-    """Ask again and again, gently, until nothing moves."""
+    """Poll until nothing moves."""
     transport = endpoint.transport
     while True:
         transport.pause(min(_POLL, deadline.left))
@@ -234,7 +236,7 @@ def _polled(endpoint: Endpoint, running: Running, poll: Poll, deadline: Deadline
             raise MotionStoppedError(f"{running.what} was stopped")
         try:
             busy = _is_busy(endpoint, poll, endpoint.part_of(deadline))
-        except ReplyTimeoutError:  # one reply that is lost says nothing of the motion
+        except ReplyTimeoutError:  # a lost reply does not end the motion
             busy = True
         if running.stopped:
             raise MotionStoppedError(f"{running.what} was stopped")
@@ -245,17 +247,16 @@ def _polled(endpoint: Endpoint, running: Running, poll: Poll, deadline: Deadline
         if deadline.over:
             raise MotionTimeoutError(
                 f"{running.what}: still busy after {transport.now() - running.started:.3g} s; it may still "
-                "move: stop it, or wait for its end again"
+                "be moving: stop it, or wait for its end again"
             )
 
 
 def halt(
     endpoint: Endpoint, action: Action, timeout: float | None, given: Keywords
 ) -> MotionEnd | None:
-    """Stop what moves, before everything else that waits.
+    """Stop a motion; the stop is sent before all waiting messages.
 
-    Returns None when it is with the line, where the controller says nothing more. It is sent even with a
-    timeout that is refused.
+    Return None if the controller does not confirm the stop. The stop is also sent if ``timeout`` is invalid.
     """
     fields = fields_of(f"{endpoint.name}: {action.name}", action.given, given, endpoint.scales())
     message = endpoint.message(action.message, fields)
@@ -264,12 +265,12 @@ def halt(
     if ends is not None and connection.silenced(endpoint.address, ends.completed):
         ends = None
     if isinstance(timeout, int | float) and timeout <= 0:
-        timeout = MOMENT  # a stop is sent whatever time is left
+        timeout = MOMENT  # a stop is sent even if no time is left
     measure = endpoint.seconds if ends is None else endpoint.motion_seconds
     refused: BadValueError | None = None
     try:
         seconds = measure(timeout)
-    except BadValueError as error:  # the stop does not wait for the caller to mend it
+    except BadValueError as error:  # send the stop first, then raise
         ends, seconds, refused = None, endpoint.seconds(None), error
     began = transport.now()
     for _ in range(connection.stops - 1):
@@ -285,19 +286,19 @@ def halt(
 
 def _muted(what: str) -> UnsupportedError:
     return UnsupportedError(
-        f"{what}: its end is not said while the messages at the end of moves are suspended; let them come "
-        "again, or start it without waiting and ask is_moving()"
+        f"{what}: its end is not reported, because end-of-move messages are suspended; resume them, or "
+        "start the motion without waiting and poll is_moving()"
     )
 
 
 def explained(endpoint: Endpoint, error: Unended, seconds: float) -> Unended:
-    """Return the same error with the states that the controller shows now and that may hinder a motion.
+    """Return the same error with the states of the controller that may prevent a motion.
 
-    It takes a twentieth of the time of the motion at most, and no longer than any other call. No question is
-    asked after one that was not answered. A status that shows rest does not settle the motion: that is for
-    the caller to ask for. Whatever goes wrong here, the error remains what it was.
+    This takes at most a twentieth of the timeout of the motion, and at most as long as any other call. After
+    an unanswered request, no further request is sent. A status that shows rest does not mark the motion as
+    ended. If anything goes wrong here, return the original error.
 
-    :param seconds: that the motion was given.
+    :param seconds: timeout of the motion.
     """
     deadline = endpoint.deadline(min(seconds * _SHARE, endpoint.seconds(None)))
     causes: list[str] = []

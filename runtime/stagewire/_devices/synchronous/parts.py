@@ -1,8 +1,8 @@
 # Generated from _devices/asynchronous/parts.py by `python tools/unasync.py`; do not edit.
 
-"""Parts of devices for threads: what calls go to, and the motions that they start.
+"""Parts of devices for threads, such as channels and bays, and the motions that they start.
 
-See :mod:`stagewire._devices.synchronous.devices` for the devices themselves.
+The devices are in :mod:`stagewire._devices.synchronous.devices`.
 """
 
 from __future__ import annotations
@@ -33,39 +33,40 @@ class Motion:
 
     @property
     def done(self) -> bool:
-        """Whether nothing more is awaited: its end has come, or the time for it has passed.
+        """Whether the motion has ended or timed out; :meth:`wait` then returns or raises immediately.
 
-        Which of them, :meth:`wait` says. Of what is polled for, whether :meth:`wait` has seen its end.
-        Whether it moves, ``is_moving()`` tells.
+        If the controller has to be polled, this is False until :meth:`wait` has seen the end. ``is_moving()``
+        asks the controller.
         """
         return self._started.done
 
     def wait(self, timeout: float | None = None) -> MotionEnd:
-        """Wait for its end and return it.
+        """Wait for the end of the motion and return it.
 
-        :param timeout: seconds; when they have passed, it goes on, and may be waited for again. None: as long
-            as the motion may last.
+        :param timeout: seconds to wait. After a timeout the motion continues, and you can wait again. None:
+            until the timeout of the motion.
 
-        Raises :class:`~stagewire.errors.MotionStoppedError` for one that was stopped,
-        :class:`~stagewire.errors.TargetNotReachedError` for one that ended elsewhere,
-        :class:`~stagewire.errors.ControllerFaultError` where the controller reported a fault, and
-        :class:`~stagewire.errors.MotionTimeoutError`; after the last two it may still be under way. Also
-        :class:`~stagewire.errors.ReplyTimeoutError` where it has ended and the question where gets no answer,
-        :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
+        Raise :class:`~stagewire.errors.MotionStoppedError` if it was stopped,
+        :class:`~stagewire.errors.TargetNotReachedError` if it ended away from its target,
+        :class:`~stagewire.errors.ControllerFaultError` if the controller reported a fault, and
+        :class:`~stagewire.errors.MotionTimeoutError`. After the last two, it may still be under way. Also
+        raise :class:`~stagewire.errors.ReplyTimeoutError` if it has ended but the final position cannot be
+        read, :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
         """
         return self._started.wait(timeout)
 
     def stop(self, timeout: float | None = None) -> MotionEnd | None:
-        """Stop it, before everything else that waits.
+        """Stop the motion; the stop is sent before all waiting messages.
 
-        Returns None when it is with the line, where the controller says nothing more. Raises
-        :class:`~stagewire.errors.UnsupportedError` where nothing stops it, and as :meth:`wait` does.
+        Return None if the controller does not confirm the stop. Raise
+        :class:`~stagewire.errors.UnsupportedError` if the motion cannot be stopped, and the errors of
+        :meth:`wait`.
         """
         return self._started.stop(timeout)
 
 
 class Part(PartBase):
-    """Something that calls go to: a device, a bay, a channel or an axis."""
+    """Part of a device that has calls: the device itself, a bay, a channel or an axis."""
 
     _at: Endpoint
 
@@ -95,7 +96,7 @@ class Part(PartBase):
 
     @property
     def session(self) -> FramedSession | CommandSession:
-        """The session below, for what no method does."""
+        """The session of the device, for messages without a method."""
         return self._at.transport.session
 
     @overload
@@ -122,13 +123,13 @@ class Part(PartBase):
     ) -> BlockingSubscription[First | Second | Third]: ...
 
     def subscribe(self, *wanted: type[Any], limit: int = 1000) -> BlockingSubscription[Any]:
-        """Return a queue of what comes from here from now on, except what answers a question.
+        """Subscribe to messages from this part, except replies to requests; return their queue.
 
-        :param wanted: classes of messages, or of their values, and of no other form of theirs; they are given
-            out themselves, values in the scales that hold when they are taken. None: everything, as events.
-        :param limit: how much is kept at most; then the oldest is lost, and counted.
+        :param wanted: classes of messages or of values, whose instances the queue returns. Values use the
+            scales in effect when they are taken from it. Without classes, the queue returns all events.
+        :param limit: maximum number of queued events; when it is exceeded, the oldest is dropped and counted.
 
-        Raises :class:`~stagewire.errors.BadValueError` for what is no such class, and
+        Raise :class:`~stagewire.errors.BadValueError` for any other class, and
         :class:`~stagewire.errors.OutOfRangeError` for a limit below 1.
         """
         events = EventFilter(self._at, wanted)
@@ -139,9 +140,9 @@ class Channel(Part):
     """One channel of a controller."""
 
     def is_moving(self, *, timeout: float | None = None) -> bool:
-        """Ask whether it moves.
+        """Ask the controller whether it moves.
 
-        Raises :class:`~stagewire.errors.UnsupportedError` for a unit that cannot be asked.
+        Raise :class:`~stagewire.errors.UnsupportedError` for a unit that cannot be asked.
         """
         return calls.is_moving(self._at, timeout)
 

@@ -1,11 +1,11 @@
 # Generated from _devices/asynchronous/targets.py by `python tools/unasync.py`; do not edit.
 
-"""Where a motion should end, before it is sent, and whether it has ended there.
+"""Targets of motions: checks before a motion is sent, and whether it ended on its target.
 
-Targets are compared with the limits of the stage. The documents state no tolerance for the end. The default
-is a decision of this library: servos report the end of a move when their trajectory ends, some tens of counts
-before they stand on the target, and steppers report the counts that were commanded. Both are far below
-0.01 mm, and a limit switch is far above.
+Targets are compared with the limits of the stage. The documents state no tolerance for the final position.
+The default is a choice of this library: servos report the end of a move when their trajectory ends, some tens
+of counts before the target, and steppers report the commanded counts. Both deviate by far less than 0.01 mm.
+A stage that hits a limit switch deviates by far more.
 """
 
 from __future__ import annotations
@@ -31,26 +31,26 @@ from stagewire.errors import (
 from stagewire.quantities import Scale
 
 TOLERANCE_MM: Final = Fraction(1, 100)
-"""How far from its target a motion may end, where the scale of the position is known."""
+"""How far from its target a motion may end, if the scale of the position is known."""
 TOLERANCE_COUNTS: Final = 500
-"""How far, where no scale is known: 0.015 mm of the stages with the finest encoders of the document."""
+"""The same if the scale is unknown: 0.015 mm on the stages with the finest encoders in the document."""
 _PAUSE: Final = 0.1
-"""Seconds between two questions about what still moves."""
+"""Seconds between two status requests while the stage still moves."""
 
 
 def targets_of(
     endpoint: Endpoint, what: str, action: Action, fields: Mapping[str, Any], deadline: Deadline
 ) -> tuple[int, ...]:
-    """Return where a motion may end, in counts; empty where it has no target, or where that is unknown.
+    """Return the expected final positions of a motion in counts; empty if it has no target or it is unknown.
 
-    A target that the controller has stored is read. For a distance the position is read; where neither the
-    message nor what is stored states the direction, there is a target either way.
+    A target that is stored in the controller is read. For a distance, the position is read. If neither the
+    message nor the stored value gives a direction, there is a target in each direction.
 
-    Raises :class:`~stagewire.errors.LimitError` for values that exceed the limits of the stage; for a target
-    outside the travel, if that is known, of two ways only if both lead out of it; and for a target that is
-    further than the travel from where the stage is, if only the length of the travel is known.
+    Raise :class:`~stagewire.errors.LimitError` for a value that exceeds the limits of the stage: a target
+    outside the travel, if its ends are known (of two targets, only if both are outside), or a target further
+    away than the travel is long, if only its length is known.
     """
-    check_limits(endpoint, what, action.given, fields)  # asks nothing
+    check_limits(endpoint, what, action.given, fields)  # sends nothing
     if action.target is None:
         return ()
     if action.stored is None:
@@ -75,7 +75,7 @@ def targets_of(
 
 
 def position_in(values: Values[Any] | None) -> int | None:
-    """Return the position that a controller reported, in counts; None where it reported none."""
+    """Return the position that a controller reported, in counts; None if it reported none."""
     for value in () if values is None else vars(type(values)).values():
         if isinstance(value, InUnits) and value.quantity == POSITION:
             counts: int = getattr(values.message, value.field)  # type: ignore[union-attr]
@@ -84,7 +84,7 @@ def position_in(values: Values[Any] | None) -> int | None:
 
 
 def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadline) -> int | None:
-    """Read what a controller has stored; None where it cannot be asked, or does not use it now."""
+    """Read a stored target; None if it cannot be read or is not in use."""
     table = stored.table
     if table.req is None or table.req.layout.message not in endpoint.connection.unit.messages:
         return None
@@ -99,7 +99,7 @@ def _stored(endpoint: Endpoint, what: str, stored: Stored, deadline: Deadline) -
 
 
 def _position(endpoint: Endpoint, what: str, deadline: Deadline) -> int | None:
-    """Ask where it is; None for a unit that cannot be asked."""
+    """Request the position; None for a unit that cannot report it."""
     status = endpoint.connection.unit.status_query
     if status is None:
         return None
@@ -108,13 +108,13 @@ def _position(endpoint: Endpoint, what: str, deadline: Deadline) -> int | None:
 
 
 def _refuse_second(endpoint: Endpoint, what: str, deadline: Deadline) -> None:
-    """Raise before anything is asked for a motion that would be refused."""
+    """Raise an error for a motion that would be refused, before anything is requested for it."""
     refuse_left(endpoint, what, deadline.left)
     running = endpoint.connection.motions.at(endpoint.place)
     if running is not None and running.exchange is not None:
         raise MotionUnderWayError(
-            f"{what} was not sent: {running.what} is under way, or may be; wait for its end, stop it, or let "
-            "is_moving() see that nothing moves"
+            f"{what} was not sent: {running.what} is or may be under way; stop it, wait for its end, or "
+            "wait until is_moving() returns False"
         )
 
 
@@ -123,11 +123,11 @@ def _check_stored(endpoint: Endpoint, what: str, action: Action, counts: int) ->
     if travel is not None:
         assert action.stored is not None
         check = travel.check_place if action.target == "absolute" else travel.check_distance
-        check(f"{what}: {action.stored.field}, as it is stored", _in_mm(endpoint, counts))
+        check(f"{what}: stored {action.stored.field}", _in_mm(endpoint, counts))
 
 
 def _check_way(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -> None:
-    """Ask where the stage is, if only the length of its travel is known, and compare the way with that."""
+    """If only the length of the travel is known, compare it with the way from the current position."""
     travel = endpoint.connection.limits(endpoint.place).travel
     if travel is None or travel.low is not None:
         return
@@ -141,22 +141,23 @@ def _check_ways(endpoint: Endpoint, what: str, here: int, ways: tuple[int, ...])
     if travel is not None and all(_in_mm(endpoint, here + way) not in travel for way in ways):
         way = " or ".join(f"{float(_in_mm(endpoint, way)):+.10g}" for way in ways)
         raise LimitError(
-            f"{what}: from {float(_in_mm(endpoint, here)):.10g} mm {way} mm is outside the travel, {travel}; "
-            "nothing was sent"
+            f"{what}: {way} mm from the position {float(_in_mm(endpoint, here)):.10g} mm is outside the "
+            f"travel, {travel}; nothing was sent"
         )
 
 
 def _in_mm(endpoint: Endpoint, counts: int) -> Fraction:
-    """Return a position in mm; its scale is known where there is a travel."""
+    """Return a position in mm; the scale is known if there is a travel."""
     scales = endpoint.scales()
     unit = scales.unit_of(POSITION)
     return in_mm(scales.of(POSITION, unit).from_counts(counts), unit)
 
 
 def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:
-    """Say whether a motion is by the stored distance, sign and all: a message that could carry it does so.
+    """Return whether a motion uses the sign of the stored distance.
 
-    A step that is stored for jogs, or for a command each way, is taken in a direction of the message's own.
+    This is the case if another form of the message carries the distance itself. A jog step, or a step for
+    separate commands each way, has no direction; the message gives it.
     """
     id = action.message.layout.id
     forms = [cls for cls in endpoint.connection.facts.protocol.messages if cls.layout.id == id]
@@ -166,13 +167,13 @@ def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:
 def checked(
     endpoint: Endpoint, what: str, targets: tuple[int, ...], end: MotionEnd, deadline: Deadline
 ) -> MotionEnd:
-    """Return how a motion ended, if it ended on its target, or on one of several.
+    """Return how a motion ended, if it ended on one of its targets.
 
-    The status is asked for where the end carries no position, and again where the position is off the target
-    while the bits of the controller still show motion, until they show none or the time is over.
+    The status is requested if the end message has no position. It is requested again if the position is off
+    the target while the status bits show motion, until they show rest or the deadline has passed.
 
-    Raises :class:`~stagewire.errors.TargetNotReachedError`, and
-    :class:`~stagewire.errors.ReplyTimeoutError` where the question gets no answer.
+    Raise :class:`~stagewire.errors.TargetNotReachedError`, and
+    :class:`~stagewire.errors.ReplyTimeoutError` if a status request is not answered.
     """
     said, asked = end.values, False
     tolerance = _tolerance(endpoint)
@@ -191,16 +192,18 @@ def checked(
         try:
             said, asked = look(endpoint, status, endpoint.seconds(None)), True
         except ReplyTimeoutError as error:
-            raise ReplyTimeoutError(f"{what} has ended, and nobody knows where: {error}") from None
+            raise ReplyTimeoutError(
+                f"{what} has ended, but its final position is unknown: {error}"
+            ) from None
     if position is None:
-        return end  # the unit cannot say where it is
+        return end  # the unit cannot report its position
     raise _missed(
         endpoint, what, targets, position, tolerance, MotionEnd(end.message, said, end.seconds)
     )
 
 
 def _miss(targets: tuple[int, ...], position: int) -> int:
-    """Return how far the nearest target is from a position, with its sign."""
+    """Return the signed distance from a position to the nearest target."""
     return min((target - position for target in targets), key=abs)
 
 

@@ -1,6 +1,6 @@
 # Generated from _devices/asynchronous/transport.py by `python tools/unasync.py`; do not edit.
 
-"""The session below a device for threads, as its calls use it: with frames, or with commands."""
+"""Transports of devices for threads: a session of frames or of commands, as calls use it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ S = TypeVar("S")
 class FramedTransport(Locks):
     """A session of frames, and the locks of its calls.
 
-    :param session: that is open.
-    :param telling: the messages that :meth:`heard` returns.
-    :param guest: whether the link is another device's.
+    :param session: an open session.
+    :param telling: classes of the messages that :meth:`heard` returns.
+    :param guest: whether the link belongs to another device.
     """
 
     def __init__(
@@ -41,11 +41,11 @@ class FramedTransport(Locks):
         self._heard = session.subscribe(telling, limit=64) if telling else None
 
     def ask(self, message: Any, replies: Any, address: int, seconds: float) -> Message:
-        """Send a request and return what answers it."""
+        """Send a request and return its reply."""
         return (self.session.ask(message, replies, address, seconds)).message
 
     def send(self, message: Any, address: int, seconds: float) -> None:
-        """Send what has no reply."""
+        """Send a message that has no reply."""
         self.session.send(message, address, seconds)
 
     def begin(
@@ -56,7 +56,7 @@ class FramedTransport(Locks):
         seconds: float,
         on_done: Callable[[Exchange], object],
     ) -> Exchange:
-        """Begin a motion."""
+        """Start a motion."""
         return self.session.begin(message, ends, address, seconds, on_done)
 
     def wait(self, exchange: Exchange, seconds: float | None) -> Message:
@@ -65,28 +65,28 @@ class FramedTransport(Locks):
         return message
 
     def halt(self, message: Any, ends: Ends | None, address: int, seconds: float) -> Message | None:
-        """Stop a motion, before everything else."""
+        """Stop a motion; the stop is sent before all waiting messages."""
         frame = self.session.halt(message, ends, address, seconds)
         return None if frame is None else frame.message
 
     def pause(self, seconds: float) -> None:
-        """Wait so long."""
+        """Wait for some seconds."""
         self.session.pause(seconds)
 
     def settled(self, address: int, channel: int | None) -> None:
-        """Note that nothing moves there."""
+        """Record that nothing moves on a channel."""
         self.session.settled(address, channel)
 
     def keep_alive(self, message: Any, addresses: tuple[int, ...]) -> None:
-        """Send a keep-alive message from now on; None: no more."""
+        """Send a keep-alive message regularly; None stops it."""
         self.session.keep_alive(message, addresses)
 
     def tell(self, address: int, **context: str) -> None:
-        """Say what decides between layouts of messages from an address."""
+        """Set the context that selects the layout of messages from an address."""
         self.session.tell(address, **context)
 
     def heard(self) -> list[tuple[int, Message]]:
-        """Return the unsolicited messages since the last time, and who sent them; never waits."""
+        """Return the unsolicited messages since the last call, with their source addresses; never wait."""
         found: list[tuple[int, Message]] = []
         while self._heard is not None and (event := self._heard.take()) is not None:
             frame = cast(Any, event).frame
@@ -94,7 +94,7 @@ class FramedTransport(Locks):
         return found
 
     def close(self) -> None:
-        """Send the last messages and close the link; of a guest only its own part."""
+        """Send the last messages and close the link; a guest leaves the link open."""
         if not self._guest:
             self.session.close()
             return
@@ -106,7 +106,7 @@ class FramedTransport(Locks):
 class CommandTransport(Locks):
     """A session of commands, and the locks of its calls; an address is an axis, or the controller itself.
 
-    :param session: that is open.
+    :param session: an open session.
     """
 
     def __init__(self, session: CommandSession) -> None:
@@ -119,20 +119,20 @@ class CommandTransport(Locks):
         return self.session.ask(message, address, seconds)
 
     def send(self, message: Any, address: int, seconds: float) -> None:
-        """Send what has no reply."""
+        """Send a command that has no reply."""
         self.session.send(message, None if address == CONTROLLER else address, seconds)
 
     def halt(self, message: Any, ends: Ends | None, address: int, seconds: float) -> Message | None:
-        """Stop a motion, before everything else; nothing answers."""
+        """Stop a motion; the stop is sent before all waiting commands and has no reply."""
         self.session.halt(message, address, seconds)
         return None
 
     def pause(self, seconds: float) -> None:
-        """Wait so long."""
+        """Wait for some seconds."""
         self.session.pause(seconds)
 
     def heard(self) -> list[tuple[int, Message]]:
-        """Return nothing: a controller of commands sends no unsolicited message."""
+        """Return an empty list: a controller of commands sends no unsolicited messages."""
         return []
 
     def close(self) -> None:
@@ -146,12 +146,12 @@ Endpoint: TypeAlias = endpoints.Endpoint[Transport]
 
 def framed_transport(endpoint: Endpoint) -> FramedTransport:
     """Return the transport of a controller whose messages have frames."""
-    assert isinstance(endpoint.transport, FramedTransport)  # the tables of others say no ends
+    assert isinstance(endpoint.transport, FramedTransport)  # only these have tables with ends
     return endpoint.transport
 
 
 class _ClosedSession:
-    """In place of its session: for a device that was closed, on a link that others go on to use."""
+    """Replacement for the session of a closed device whose link others still use."""
 
     lost = False
     closed = True
@@ -161,7 +161,7 @@ class _ClosedSession:
         self.url = url
 
     def __getattr__(self, name: str) -> Any:
-        raise SessionClosedError(f"this part of {self.url} was closed; nothing was sent")
+        raise SessionClosedError(f"this device on {self.url} was closed; nothing was sent")
 
 
 def open_session(
@@ -171,9 +171,9 @@ def open_session(
     connection: Connection[Any],
     **more: object,
 ) -> S:
-    """Open a link, and a session on it, as the user chose.
+    """Open a link, and a session on it, with the options of the user.
 
-    Raises :class:`~stagewire.errors.LinkOpenError`, and what the session refuses.
+    Raise :class:`~stagewire.errors.LinkOpenError`, and the errors of the session.
     """
     options = connection.session_options()
     opened = open_link(link, **connection.link_options())
