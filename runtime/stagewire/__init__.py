@@ -1,11 +1,11 @@
 """Stagewire: the runtime of generated protocol packages.
 
 The runtime contains no protocol: generated packages define the messages. The public names are those here and
-in the modules
-:mod:`~stagewire.protocols`, :mod:`~stagewire.framing`, :mod:`~stagewire.links`, :mod:`~stagewire.sessions`,
-:mod:`~stagewire.devices`, :mod:`~stagewire.discovery`, :mod:`~stagewire.columns`, :mod:`~stagewire.capture`,
-:mod:`~stagewire.quantities`, :mod:`~stagewire.errors` and, for generated code, :mod:`~stagewire.support`.
-All other modules begin with an underscore and may change in any release (``docs/reference/versioning.md``).
+in the modules :mod:`~stagewire.protocols`, :mod:`~stagewire.framing`, :mod:`~stagewire.links`,
+:mod:`~stagewire.sessions`, :mod:`~stagewire.devices`, :mod:`~stagewire.discovery`, :mod:`~stagewire.columns`,
+:mod:`~stagewire.capture`, :mod:`~stagewire.quantities`, :mod:`~stagewire.errors` and, for generated code,
+:mod:`~stagewire.support`. All other modules begin with an underscore and may change in any release
+(``docs/reference/versioning.md``).
 """
 
 from __future__ import annotations

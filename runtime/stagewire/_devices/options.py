@@ -46,9 +46,8 @@ class OpenOptions(TypedDict, total=False):
     """Maximum acceleration; otherwise like ``max_velocity_mm_per_s``."""
     target_tolerance_mm: Number | None
     """How far from its target a motion may end, on every channel whose scale is known. If it ends further
-    away,
-    :class:`~stagewire.errors.TargetNotReachedError` is raised. The default is 0.01 mm, or 500 counts if the
-    scale is unknown."""
+    away, :class:`~stagewire.errors.TargetNotReachedError` is raised. The default is 0.01 mm, or 500 counts if
+    the scale is unknown."""
     target_tolerance_counts: int | None
     """The same in counts, with or without a known scale; use only one of the two."""
     max_volts: Number | None

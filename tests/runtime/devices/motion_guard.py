@@ -1,6 +1,6 @@
-"""The guard "may still move" against a model: whatever becomes of the line, no move overtakes another.
+"""A model test of the motion guard: no move is sent while another may be under way, even after line losses.
 
-Run as a program, it tries as many examples as it is told: ``python motion_guard.py --examples 20000``.
+To choose the number of examples, run it as a program: ``python motion_guard.py --examples 20000``.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from stagewire.errors import (
 
 GONE = (TransportLostError, SessionClosedError)
 TARGETS = st.sampled_from((0, 500, 40_000, 340_000))
-FAILURES = st.sampled_from(("nobody there", "no answer", "cut"))
+FAILURES = st.sampled_from(("unreachable", "no answer", "cut"))
 SECONDS = st.sampled_from((0.01, 0.3, 0.6, 2.5, 30.0))
 
 
 class MotionGuard(RuleBasedStateMachine):
-    """What a user does with one device, and what may become of its line.
+    """Actions of a user on one device, and events on its line.
 
-    The controller itself fails the example where a move reaches it that it should not.
+    The controller itself fails the example if it receives a move that should have been refused.
     """
 
     asynchronous: ClassVar[bool]
@@ -69,7 +69,7 @@ class MotionGuard(RuleBasedStateMachine):
             self.kept.controller.link.connected and not self.kept.cut_at_write
         )
 
-    # What the user does
+    # Actions of the user
 
     @rule(counts=TARGETS)
     def move(self, counts: int) -> None:
@@ -117,7 +117,7 @@ class MotionGuard(RuleBasedStateMachine):
             self.move_is_accepted()
 
     def move_is_accepted(self) -> None:
-        """The guard does not outlast its reason."""
+        """Check that the guard no longer refuses a move."""
         self.motion = self.side.run(lambda: self.tdc.start_move_absolute(counts=1000))
 
     @rule()
@@ -126,7 +126,7 @@ class MotionGuard(RuleBasedStateMachine):
 
     @rule()
     def reconnect(self) -> None:
-        """Over a line that works."""
+        """Reconnect over a working line."""
         self.kept.reachable, self.kept.deaf, self.kept.cut_at_write = True, False, False
         self.side.run(lambda: self.tdc.reconnect())
 
@@ -141,12 +141,12 @@ class MotionGuard(RuleBasedStateMachine):
 
     @rule(how=FAILURES)
     def fail_to_reconnect(self, how: str) -> None:
-        self.kept.reachable = how != "nobody there"
+        self.kept.reachable = how != "unreachable"
         self.kept.deaf, self.kept.cut_at_write = how == "no answer", how == "cut"
         with suppress(LinkOpenError, ReplyTimeoutError, TransportLostError):
             self.side.run(lambda: self.tdc.reconnect())
 
-    # What becomes of the line
+    # Events on the line
 
     @rule()
     def unplug(self) -> None:
@@ -161,7 +161,7 @@ class MotionGuard(RuleBasedStateMachine):
         self.side.pass_time(self.kept, seconds)
 
     def teardown(self) -> None:
-        """A line that works again, and a look at the status, end every doubt."""
+        """Check that a working line and a status at rest lift the guard."""
         try:
             self.reconnect()
             self.side.run(lambda: self.tdc.stop(timeout=10))
@@ -185,7 +185,7 @@ MACHINES = (Threads, Asyncio)
 
 
 def limits(examples: int) -> settings:
-    """Return so many examples, each of up to 20 steps."""
+    """Return settings for a number of examples with up to 20 steps each."""
     phases = (Phase.reuse, Phase.generate, Phase.shrink)
     return settings(max_examples=examples, stateful_step_count=20, deadline=None, phases=phases)
 
@@ -194,7 +194,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--examples", type=int, default=20_000)
     examples = parser.parse_args().examples
-    logging.getLogger("stagewire").setLevel(logging.ERROR)  # lines are lost all the time here
+    logging.getLogger("stagewire").setLevel(logging.ERROR)  # losses of lines are expected here
     for machine in MACHINES:
         share = examples // len(MACHINES)
         run_state_machine_as_test(machine, settings=settings(limits(share), database=None))
@@ -204,5 +204,5 @@ def main() -> None:
 if __name__ == "__main__":
     try:
         main()
-    except StagewireError as error:  # shown with its example above
+    except StagewireError as error:  # hypothesis has shown the example
         raise SystemExit(f"the guard failed: {error}") from error

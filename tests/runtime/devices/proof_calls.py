@@ -1,4 +1,4 @@
-"""Every call of every unit, found in the classes themselves, and arguments for it from the registry."""
+"""Every call of every unit, found in the classes, with arguments from the registry."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ RAISED: dict[str, dict[str, Any]] = {
     "MLS203": {"max_velocity_mm_per_s": 10**9, "max_acceleration_mm_per_s2": 10**9},
     "Z8": {"max_velocity_mm_per_s": 10**9},
 }
-"""Stage -> options that raise its limits, for what is about other things than these."""
+"""Stage -> options that raise its limits, for tests of other things."""
 KINDS = {"_get", "_set", "_change", "_ask", "_tell", "_act", "_start", "_halt"}
 
 
 @dataclass(frozen=True)
 class Call:
-    """One method of a part of a unit: what it does, and the table that it does it with."""
+    """One method of a part of a unit, with its kind and its table."""
 
     unit: str
     part: str  # device, bay, channel or axis
@@ -45,14 +45,14 @@ def units(protocol: str = "thorlabs_apt") -> list[str]:
 
 
 def facts_of(unit: str, protocol: str = "thorlabs_apt") -> Any:
-    """What the registry says of a unit."""
+    """Return the registry entry of a unit."""
     [facts] = [facts for facts in registry(protocol)["units"] if facts["name"] == unit]
     return facts
 
 
 @cache
 def layouts(protocol: str = "thorlabs_apt") -> dict[str, Any]:
-    """Layouts of the registry by the name of their class."""
+    """Return the layouts of the registry by the name of their class."""
     return {
         layout["class"]: layout
         for message in registry(protocol)["messages"]
@@ -61,7 +61,7 @@ def layouts(protocol: str = "thorlabs_apt") -> dict[str, Any]:
 
 
 def parts(cls: type) -> dict[str, type]:
-    """The classes of a unit: itself, and that of its bays, channels or axes."""
+    """Return the class of a unit, and the class of its bays, channels or axes."""
     found = {"device": cls}
     for name in ("bay", "channel", "axis"):
         part = getattr(cls, f"{name}_class", None)
@@ -71,7 +71,7 @@ def parts(cls: type) -> dict[str, type]:
 
 
 def calls(unit: str, package: str = "stagewire_apt") -> list[Call]:
-    """Every call of a unit that its registry makes."""
+    """Return every call of a unit that is generated from the registry."""
     cls = getattr(import_module(f"{package}.devices"), unit)
     return [
         Call(unit, part, name, kind, table)
@@ -90,7 +90,7 @@ def _methods(cls: type) -> Iterator[tuple[str, str, Any]]:
 
 
 def part_of(device: Any, part: str) -> Any:
-    """The first of the parts of a device that a call is one of."""
+    """Return the first part of a device of a kind, such as ``channel``."""
     if part == "device":
         return device
     return device.axis("X") if part == "axis" else getattr(device, part)(1)
@@ -109,7 +109,7 @@ def fields_of(layout: Any) -> list[Any]:
 
 
 def random_field(field: Any, draw: random.Random) -> Any:
-    """A value that a controller may say, and a user may write."""
+    """Return a random value that a controller may send and a user may write."""
     if field["kind"] == "text":
         return "".join(draw.choice("ABCDEFGH") for _ in range(field["size"] - 1))
     if field["kind"] == "bytes":
@@ -124,14 +124,14 @@ def random_field(field: Any, draw: random.Random) -> Any:
 
 
 def some_of(masks: Iterable[int], draw: random.Random) -> int:
-    """Some of the masks, combined by bitwise OR."""
+    """Return a random choice of masks, combined by bitwise OR."""
     return sum(mask for mask in masks if draw.random() < 0.5)
 
 
 def fields_at_random(
     cls: type, draw: random.Random, protocol: str = "thorlabs_apt", **fixed: int
 ) -> dict[str, Any]:
-    """Fields of a message with values at random; `fixed` where the message has them."""
+    """Return fields of a message with random values, except the `fixed` ones."""
     return {
         field["name"]: fixed[field["name"]] if field["name"] in fixed else random_field(field, draw)
         for field in fields_of(layouts(protocol)[cls.__name__])
@@ -140,7 +140,7 @@ def fields_at_random(
 
 
 def message_of(call: Call) -> type:
-    """The message that a call sends its arguments in."""
+    """Return the message with the arguments of a call."""
     table = call.table
     for name in ("message", "set") if call.kind in ("_set", "_change") else ("message", "req"):
         if getattr(table, name, None) is not None:
@@ -150,13 +150,13 @@ def message_of(call: Call) -> type:
 
 
 def givens(call: Call) -> tuple[Any, ...]:
-    """What the caller gives: of a request, what it asks for."""
+    """Return the arguments of a call; for a query, those of the request."""
     name = "asked" if call.kind in ("_get", "_ask") else "given"
     return tuple(getattr(call.table, name, ()))
 
 
 def arguments(call: Call, draw: random.Random, protocol: str = "thorlabs_apt") -> dict[str, Any]:
-    """Arguments in raw counts, legal in every respect that the registry states."""
+    """Return random arguments in raw counts that are valid according to the registry."""
     by_name = {
         field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
     }
@@ -166,7 +166,7 @@ def arguments(call: Call, draw: random.Random, protocol: str = "thorlabs_apt") -
 def in_units(
     call: Call, draw: random.Random, protocol: str = "thorlabs_apt"
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The keywords in units, each with legal counts for all other values."""
+    """Yield the keywords in units, each with valid counts for all other values."""
     for given in givens(call):
         for way in given.ways:
             others = arguments(call, draw, protocol)
@@ -177,7 +177,7 @@ def in_units(
 def in_counts(
     call: Call, draw: random.Random, protocol: str = "thorlabs_apt"
 ) -> Iterator[tuple[str, dict[str, Any], tuple[Any, ...]]]:
-    """The keywords in counts, with what is just outside their range, or no number of counts."""
+    """Yield the keywords in counts, with values just outside their range and values that are not integers."""
     ranges = {
         field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
     }

@@ -1,4 +1,4 @@
-"""Controllers that say just what a test wants: they hear frames, and answer queries with values at random."""
+"""Controllers under the control of a test: they receive frames, and answer queries with random values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Said = Iterable[tuple[float, bytes | None]]
 
 @cache
 def answers_of(package: str = "stagewire_apt") -> dict[type, type]:
-    """What answers what: the first class of a reply, by that of its request."""
+    """Return the class of each request -> the first class of its reply."""
     found: dict[type, type] = {}
     for table in vars(import_module(f"{package}.devices.tables")).values():
         if not isinstance(table, (ParameterSet, Query)):
@@ -41,9 +41,9 @@ def channel_of(message: Any) -> int:
 
 
 class Controller(FarEnd):
-    """Hears what the host says; its answers are those of a class made from it. It answers nothing.
+    """A controller that records frames and answers none; subclasses define answers.
 
-    :ivar heard: every frame but those that keep a session alive.
+    :ivar heard: every frame except keep-alive messages.
     """
 
     def __init__(self) -> None:
@@ -58,8 +58,8 @@ class Controller(FarEnd):
         return said
 
     def hear(self, event: Any) -> Said:
-        """Take one event of the line."""
-        assert isinstance(event, Received), f"the host sends what is no frame: {event!r}"
+        """Handle one event of the line."""
+        assert isinstance(event, Received), f"the host sent an invalid frame: {event!r}"
         frame = event.frame
         if "_ACK_" in frame.message.layout.message:
             self.kept_alive.append(event.raw)
@@ -68,25 +68,25 @@ class Controller(FarEnd):
         return self.answer(frame)
 
     def answer(self, frame: Frame) -> Said:
-        """Return what is said to a frame, and after how many seconds."""
+        """Return the answers to a frame, each with its delay in seconds."""
         return ()
 
     @property
     def raw(self) -> bytes:
-        """The bytes of what was heard."""
+        """The bytes of the recorded frames."""
         return b"".join(frame.encode() for frame in self.heard)
 
     def names(self) -> list[str]:
-        """The messages that were heard, and forget them."""
+        """Return the names of the recorded messages, and forget them."""
         names = [frame.message.layout.message for frame in self.heard]
         self.heard.clear()
         return names
 
 
 class Parrot(Controller):
-    """Answers each query at once, with values at random that stay until :meth:`renew`.
+    """A controller that answers each query with random values, which stay the same until :meth:`renew`.
 
-    The position in a status is the target of the last absolute move: every move reaches its target.
+    The position in a status is the target of the last absolute move, so every move reaches its target.
     """
 
     def __init__(self, seed: int) -> None:
@@ -95,11 +95,11 @@ class Parrot(Controller):
         self._state: dict[tuple[int, type, int, int], Any] = {}
 
     def renew(self) -> None:
-        """Let every value be another one."""
+        """Replace all values by new random ones."""
         self._state.clear()
 
     def state(self, cls: type, dest: int, channel: int, index: int = 0) -> Any:
-        """What a controller has to say in a message of ``cls``: the same until it is renewed."""
+        """Return the current message of class ``cls``, which stays the same until it is renewed."""
         key = (dest, cls, channel, index)
         if key not in self._state:
             fixed = {"chan_ident": channel, "bay_ident": index, "index": index}
@@ -110,7 +110,7 @@ class Parrot(Controller):
         return state
 
     def _target(self, dest: int, channel: int) -> int | None:
-        """Where the last absolute move there went to."""
+        """Return the target of the last absolute move there."""
         for frame in reversed(self.heard):
             if not isinstance(frame.message, m.MotMoveAbsolute):
                 continue
@@ -119,7 +119,7 @@ class Parrot(Controller):
         return None
 
     def reply(self, frame: Frame) -> Frame | None:
-        """The answer to a query, None where it is none."""
+        """Return the reply to a query; None for other messages."""
         cls = answers_of().get(type(frame.message))
         if cls is None:
             return None

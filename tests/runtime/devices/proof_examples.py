@@ -1,4 +1,4 @@
-"""The worked examples of the documents, the calls of ``worked_calls/``, and how one of them is made."""
+"""The worked examples of the documents, the calls in ``worked_calls/``, and a function to perform one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stagewire_conformance.notation import octets
 CALLS = Path(__file__).parent / "worked_calls"
 
 
-_protocol = cache(load_protocol)  # finding one reads the metadata of all installed packages
+_protocol = cache(load_protocol)  # loading reads the metadata of all installed packages
 
 
 @cache
@@ -34,15 +34,15 @@ def examples(protocol: str) -> dict[str, Any]:
 
 
 def correct(protocol: str, name: str) -> bytes:
-    """The bytes of an example, corrected where the document is wrong."""
+    """Return the bytes of an example, corrected if the document is wrong."""
     entry = examples(protocol)[name]
-    if "shown" in entry:  # by a terminal; the reply is a letter or a word
+    if "shown" in entry:  # shown by a terminal; the reply is a letter or a word
         return str(entry.get("corrected", entry["shown"])).encode("ascii")
     return octets(entry, "encoded" if "encoded" in entry else "printed")
 
 
 def made(protocol: str, what: Any, source: int | None, own: str) -> bytes:
-    """The bytes of an answer: an example's, or those of a message and its fields."""
+    """Return the bytes of an answer: those of an example, or of a message and its fields."""
     if what is True:
         return correct(protocol, own)
     if isinstance(what, str):
@@ -53,7 +53,7 @@ def made(protocol: str, what: Any, source: int | None, own: str) -> bytes:
 
 
 def frame_of(message: str, source: int, **given: Any) -> bytes:
-    """A frame to the host; what is not given is 0."""
+    """Return a frame to the host; other fields are 0."""
     cls = next(
         cls
         for cls in _protocol("thorlabs_apt").messages
@@ -67,17 +67,17 @@ def frame_of(message: str, source: int, **given: Any) -> bytes:
 
 
 def tables_of(protocol: str) -> dict[str, Any]:
-    """What the texts of calls and values call e, f and m."""
+    """Return the modules that calls and values abbreviate as e, f and m."""
     package = _protocol(protocol).package
     rooms = ("enumerations", "flags", "messages")
     return {room[0]: import_module(f"{package}.{room}") for room in rooms}
 
 
 class Recorder(FarEnd):
-    """Keeps what is written, but for what keeps a session alive, and says what it was told to, once.
+    """A controller that records all messages except keep-alive messages, and sends given answers once.
 
-    :ivar moves: whether a motion is called for. Then the questions that the library asks about it are
-        answered with zeros, and not kept.
+    :ivar moves: whether the call starts a motion. If so, the library's requests about it are answered with
+        zeros and not recorded.
     """
 
     def __init__(self, protocol: str) -> None:
@@ -89,7 +89,7 @@ class Recorder(FarEnd):
         self._package = _protocol(protocol).package
 
     def _reply(self, frame: Any) -> bytes:
-        """The reply to a question, filled with zeros; nothing for any other message."""
+        """Return the reply to a request, filled with zeros; empty for other messages."""
         message = frame.message
         if self._package == "stagewire_apt":
             cls: Any = answers_of().get(type(message))
@@ -115,7 +115,7 @@ class Recorder(FarEnd):
 
 
 def perform(side: Side, protocol: str, entry: Any, *answers: bytes, wait: float = 0.0) -> Any:
-    """Open the unit of an entry, make its call, and return what it gives and who was at the other end."""
+    """Open the unit of an entry, make its call, and return its result, the controller and its events."""
     package = _protocol(protocol).package
     far = Recorder(protocol)
     options = dict(entry.get("open", {}))
@@ -128,7 +128,7 @@ def perform(side: Side, protocol: str, entry: Any, *answers: bytes, wait: float 
             options["identify"] = False
         far.moves = "ends" in entry or ".start_" in entry["call"]
         if "ends" in entry:
-            options["target_tolerance_counts"] = 1 << 32  # nothing moves at the other end
+            options["target_tolerance_counts"] = 1 << 32  # the recorder does not move
         async with bench.open(entry["unit"], package, on_close="leave", **options) as device:
             if ".axis(" in entry["call"]:
                 await settled(device.switch_to_low_level())
@@ -158,5 +158,5 @@ def replies(protocol: str, name: str, entry: Any) -> list[bytes]:
     if "ends" not in entry:
         return []
     frame = correct(protocol, entry.get("sends", name)) if "counts" not in entry else b""
-    source = frame[4] & ~DATA_FLAG if frame else 0x22  # of prose, which has the bay of its examples
+    source = frame[4] & ~DATA_FLAG if frame else 0x22  # an example in prose uses bay 2
     return [frame_of(entry["ends"], source, chan_ident=1)]

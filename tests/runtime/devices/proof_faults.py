@@ -1,13 +1,13 @@
-"""A device asked for values that never come twice, over a line that loses, repeats, delays and damages.
+"""Queries with unique replies over a line that loses, repeats, delays and damages bytes.
 
-``python tests/runtime/devices/proof_faults.py --requests 100000 --seed 1`` asks so many times, in stepped
-time, prints what happened, and exits with 1 if a wrong value was returned, an error was not a documented one,
-or the session was not usable after it.
+``python tests/runtime/devices/proof_faults.py --requests 100000 --seed 1`` makes this number of requests in
+simulated time and prints the results. It exits with 1 if a value was wrong, an error was undocumented, or the
+session was not usable afterwards.
 
-Every reply carries a number that no other reply has. An answer is right if the controller gave it to a
-request of the same kind that it heard after the call began. A line keeps the order of what it carries:
-what is repeated stands right behind its original, and so do two answers to a request that was repeated;
-what is delayed holds up what follows; no delay outlasts the quiet period of a session.
+Every reply carries a unique number. An answer is right if the controller sent it in reply to a request of the
+same kind that it received after the call began. The line preserves order: a repeated frame follows its
+original immediately, as do two answers to a repeated request. A delay also delays the following bytes, but
+never for longer than the quiet period of a session.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ QUERIES = {
 }
 RATE = 0.01
 FAULTS = ("loss", "duplication", "delay", "insertion", "header")
-TIMEOUTS = (0.2, 1.0)  # the shorter one gives up on what is only late
-SILENCE = 0.05  # seconds, after which either side gives up on the rest of a frame
+TIMEOUTS = (0.2, 1.0)  # the shorter one expires before a delayed reply
+SILENCE = 0.05  # seconds after which either side discards a partial frame
 HEADER = range(6)
 LONGEST = {True: 0.35, False: 0.1}  # seconds of delay, to the host and to the controller
 
 
 class Noisy(Controller):
-    """A controller at the end of a bad line.
+    """A controller on a faulty line.
 
-    :param faults: which faults there are, each with the probability :data:`RATE` a frame and way.
+    :param faults: faults that occur, each with probability :data:`RATE` per frame and direction.
     """
 
     def __init__(self, seed: int, faults: Iterable[str]) -> None:
@@ -56,9 +56,9 @@ class Noisy(Controller):
         self.noisy = True
         self.happened: Counter[str] = Counter()
         self.count = 0  # the number of the last reply
-        self.kinds: dict[int, type] = {}  # what each number was said in
+        self.kinds: dict[int, type] = {}  # number -> class of its message
         self._draw = random.Random(seed)
-        self._free = {True: 0.0, False: 0.0}  # when either way has carried what it was given
+        self._free = {True: 0.0, False: 0.0}  # when each direction is idle again
         self._last = 0.0
 
     # The line
@@ -75,7 +75,7 @@ class Noisy(Controller):
         return [(time - self.now(), said)]
 
     def _carry(self, frames: list[bytes], to_host: bool, time: float) -> tuple[float, bytes]:
-        """Return when something comes out of the line for frames that follow each other, and what."""
+        """Return when consecutive frames arrive at the other end, and their bytes after faults."""
         said, delay = b"", 0.0
         for frame in frames:
             parts = [frame]
@@ -102,7 +102,7 @@ class Noisy(Controller):
             return [*parts[:at], self._inserted(to_host), *parts[at:]]
         if fault == "header":
             return [_damaged(part, HEADER, draw) for part in parts]
-        # Damage in the packet, or a byte of it lost, whose place other bytes may take.
+        # Damage a byte in the packet, or lose one, so that the next bytes may be read as part of it.
         spoil = _without_a_byte if draw.random() < 0.5 else _damaged
         return [spoil(part, range(HEADER.stop, len(frame)), draw) for part in parts]
 
@@ -138,7 +138,7 @@ class Noisy(Controller):
 
 
 def number_of(count: int) -> int:
-    """Return what the reply of this count says: one damaged bit makes no number of another reply."""
+    """Return the number in the reply with this count; a parity bit protects it against single-bit damage."""
     return count << 1 | count.bit_count() & 1
 
 
@@ -157,10 +157,10 @@ def _damaged(frame: bytes, where: range, draw: random.Random) -> bytes:
 
 
 class Tally:
-    """What came of the requests.
+    """The results of the requests.
 
-    :ivar wrong: texts of what must never happen.
-    :ivar spoilt: values that are not what the controller said; only damage in packets makes such.
+    :ivar wrong: descriptions of results that must never happen.
+    :ivar spoilt: number of values that the controller did not send; only damage in packets causes them.
     """
 
     def __init__(self) -> None:
@@ -175,7 +175,7 @@ class Tally:
 
 
 def judge(controller: Noisy, before: int, cls: type, message: Any) -> str:
-    """Say what an answer is: ``right``, ``spoilt`` (a number nobody said), or what is wrong with it."""
+    """Return ``right``, ``spoilt`` (a number that was never sent), or what is wrong with an answer."""
     names = [field["name"] for field in fields_of(layouts()[cls.__name__])]
     numbers = {getattr(message, name) for name in names if name != "chan_ident"}
     known = {number for number in numbers if number in controller.kinds}
@@ -183,14 +183,14 @@ def judge(controller: Noisy, before: int, cls: type, message: Any) -> str:
         return "spoilt"
     [number] = numbers
     if controller.kinds[number] is not cls:
-        return f"{number} was said in a {controller.kinds[number].__name__}"
+        return f"{number} was sent in a {controller.kinds[number].__name__}"
     if number >> 1 <= before:
-        return f"reply {number >> 1} was to an earlier request; {before} was the last"
+        return f"reply {number >> 1} belongs to an earlier request; {before} was the last before the call"
     return "right"
 
 
 async def ask(bench: Any, controller: Noisy, requests: int, seed: int) -> Tally:
-    """Ask so many times; after each failure once more, over a line that is well again."""
+    """Make a number of requests; after each failure, repeat the request over a line without faults."""
     draw = random.Random(seed)
     tally = Tally()
     async with bench.open(UNIT, identify=False, on_close="leave") as device:
@@ -209,14 +209,14 @@ async def _ask_once(
         values = await settled(getattr(device, name)(timeout=timeout))
     except ReplyTimeoutError:
         if not controller.noisy:
-            tally.wrong.append(f"{name}: no answer from a line that is well again")
+            tally.wrong.append(f"{name}: no answer over a line without faults")
             return
         tally.failed += 1
         controller.noisy = False
         await _ask_once(device, controller, name, tally, 3 * max(TIMEOUTS))
         controller.noisy = True
         return
-    except Exception as error:  # whatever it is, it is not what the documentation promises
+    except Exception as error:  # any other error is undocumented
         tally.wrong.append(f"{name}: {error!r}")
         return
     verdict = judge(controller, before, QUERIES[name], values.message)

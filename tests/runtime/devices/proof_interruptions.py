@@ -1,4 +1,4 @@
-"""What breaks off a call: the cancellation of its task, or Ctrl-C, each at a moment that a test names."""
+"""Interruptions of calls at chosen moments: cancellation of the task, or Ctrl-C."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class CancelledAt:
 
 
 async def cancelled_at(awaitable: Any, number: int) -> bool:
-    """Cancel at the n-th await; return whether there was one."""
+    """Cancel at the n-th await; return whether the call reached it."""
     call = CancelledAt(awaitable, number)
 
     async def awaited() -> Any:
@@ -52,7 +52,7 @@ async def cancelled_at(awaitable: Any, number: int) -> bool:
 
 
 class InterruptedLink(MemoryLink):
-    """Raises KeyboardInterrupt in the n-th read from now."""
+    """A link that raises KeyboardInterrupt in the n-th read from now."""
 
     left = 0
 

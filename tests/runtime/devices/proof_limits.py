@@ -1,4 +1,4 @@
-"""Values that no call may take, and what happens when one is given."""
+"""Values that every call must refuse, and a check that it does."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ FAR_OUT = (10**12, -(10**12), 1e300, -1e300)
 async def fault_of(
     device: Any, call: Call, given: dict[str, Any], sent: Callable[[], object]
 ) -> list[str]:
-    """Return what is wrong when a call is not refused with a documented error and 0 bytes on the wire.
+    """Return a problem if a call is not refused with a documented error before anything is sent.
 
-    :param sent: shows what came at the controller; empty when nothing did.
+    :param sent: returns what the controller received; empty for nothing.
     """
     try:
         await settled(method(device, call)(**given))
@@ -29,4 +29,4 @@ async def fault_of(
         return [f"{call}({given}): {came}"] if came else []
     except Exception as error:
         return [f"{call}({given}): {error!r}"]
-    return [f"{call}({given}) was taken: {sent()}"]
+    return [f"{call}({given}) was accepted: {sent()}"]

@@ -1,7 +1,7 @@
-"""A line in memory whose far end a test writes, on a clock of its own; synchronous and asyncio alike.
+"""A line in memory with a simulated clock, whose far end is part of a test; for threads and asyncio.
 
-A test is one coroutine. At the synchronous side it never suspends: what is called there returns values, and
-:func:`settled` hands them through; at the asyncio side it awaits them. So both sides are held to one text.
+A test is one coroutine for both sides. On the synchronous side it never suspends: calls return values, which
+:func:`settled` passes through. On the asyncio side :func:`settled` awaits them.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ PACKAGE = "stagewire_apt"
 
 
 async def settled(value: Any) -> Any:
-    """Return a value, or what an awaitable gives."""
+    """Return a value, or the result of an awaitable."""
     return await value if inspect.isawaitable(value) else value
 
 
 class FarEnd:
-    """What stands at the other end of a line: takes bytes, and says bytes after a while."""
+    """The other end of a line, which receives bytes and sends bytes with delays."""
 
     unplugged = False
 
     def take(self, data: bytes) -> Iterable[tuple[float, bytes | None]]:
-        """Take what the host wrote; return what is said to it, and after how many seconds.
+        """Receive bytes of the host; return the answers, each with its delay in seconds.
 
-        None: the plug is pulled then.
+        None instead of bytes pulls the plug.
         """
         raise NotImplementedError
 
     def say(self, data: bytes, delay: float = 0.0) -> None:
-        """Say something unasked."""
+        """Send unsolicited bytes."""
         self.put(delay, data)
 
     def unplug(self) -> None:
-        """Pull the plug, at once."""
+        """Pull the plug immediately."""
         self.unplugged = True
         self.pulled()
 
@@ -55,7 +55,7 @@ class FarEnd:
 
 
 class Waiting:
-    """What is on its way to the host, in order of arrival."""
+    """Bytes on their way to the host, in order of arrival."""
 
     def __init__(self) -> None:
         self._parts: list[tuple[float, int, bytes | None]] = []
@@ -70,7 +70,7 @@ class Waiting:
         return self._parts[0][0] if self._parts else None
 
     def due(self, now: float) -> tuple[bytes, bool]:
-        """Return what has come, and whether the plug was pulled behind it."""
+        """Return the bytes that have arrived, and whether the plug was pulled after them."""
         parts = [data for time, _, data in self._parts if time <= now]
         del self._parts[: len(parts)]
         pulled = None in parts
@@ -80,7 +80,7 @@ class Waiting:
 
 
 class MemoryLink(Link):
-    """The host's end of a line for a session that waits in one thread; its time goes on while it reads."""
+    """The host's end of a line for a session without a background thread; reading advances its clock."""
 
     def __init__(self, far: FarEnd) -> None:
         self.url = "memory://"
@@ -187,7 +187,7 @@ class AsyncMemoryLink(AsyncLink):
 
 
 class Bench:
-    """Where a test opens its device, and lets time pass."""
+    """The environment in which a test opens its device and lets time pass."""
 
     def __init__(self, far: FarEnd) -> None:
         self.far = far
@@ -197,7 +197,7 @@ class Bench:
         raise NotImplementedError
 
     async def sleep(self, seconds: float) -> None:
-        """Let time pass; what comes meanwhile is read."""
+        """Let time pass, and read what arrives meanwhile."""
         raise NotImplementedError
 
     def now(self) -> float:
@@ -217,7 +217,7 @@ class SyncBench(Bench):
             yield device
 
     async def sleep(self, seconds: float) -> None:
-        # Who waits reads; here for what no controller of these tests says.
+        # Waiting reads the line; wait for a message that no controller of these tests sends.
         with suppress(ReplyTimeoutError), self.device.subscribe(m.HwDisconnect) as nothing:
             nothing.get(seconds)
 

@@ -1,4 +1,4 @@
-"""A controller of axes that says values at random, for lines whose replies have no frame."""
+"""A controller of axes with random values, whose replies have no frame."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ UNITS = units(NAME)
 LOW, HIGH = c.SwitchToLowLevel().pack(), c.SwitchToHighLevel().pack()
 MOVES = (c.WriteTargetPosition, c.IncrementMoveUp, c.IncrementMoveDown, c.WriteVectorSpeed)
 DRAIN, USUAL = 0.2, 1.0
-"""Seconds of silence after which a line is clean, and those within which a reply comes."""
+"""Seconds of silence after which a line is drained, and the usual timeout of a reply."""
 Said = Iterable[tuple[float, bytes | None]]
 
 
 def axis_calls(unit: str) -> list[Call]:
-    """The calls of an axis."""
+    """Return the calls of an axis."""
     return [call for call in calls(unit, PACKAGE) if call.part == "axis"]
 
 
@@ -35,14 +35,14 @@ def queries(unit: str) -> list[Call]:
 
 
 class Axes(FarEnd):
-    """Answers each read after a millisecond, with values that stay until :meth:`renew`.
+    """A controller that answers each read after a millisecond, with values that stay until :meth:`renew`.
 
-    A move reaches its target: from then on the position of the axis is known.
+    A move reaches its target, which then is the position of the axis.
 
-    :ivar lasts: seconds that a move lasts, unless it is stopped.
-    :ivar raw: the bytes that came.
-    :ivar heard: the commands.
-    :ivar say_so: what becomes of the next reply alone: what is said, and after how many seconds.
+    :ivar lasts: duration of a move in seconds, unless it is stopped.
+    :ivar raw: received bytes.
+    :ivar heard: received commands.
+    :ivar say_so: replaces only the next reply by given bytes, each with a delay in seconds.
     """
 
     def __init__(self, seed: int = 1) -> None:
@@ -58,29 +58,29 @@ class Axes(FarEnd):
         self._busy_until: dict[int, float] = {}
 
     def begin(self) -> None:
-        """Hear what comes from now on as the beginning."""
+        """Start a new framer for the following bytes."""
         self._framer = host_framer(PROTOCOL)
 
     def renew(self) -> None:
-        """Let every value be another one."""
+        """Replace all values by new random ones."""
         self._state.clear()
         self._lines += 1
 
     def fix(self, cls: type[Reply], axis: int = 0x18, **values: int) -> None:
-        """Let a reply say these values from now on."""
+        """Set the values of a reply."""
         self._state[axis, cls] = cls(**values)
 
     def forget(self) -> None:
-        """Forget what was heard."""
+        """Forget the received bytes and commands."""
         self.raw = b""
         self.heard.clear()
 
     def names(self) -> list[str]:
-        """The commands that were heard."""
+        """Return the names of the received commands."""
         return [frame.message.layout.message for frame in self.heard]
 
     def moves(self) -> int:
-        """How many of them move something."""
+        """Return how many received commands start a motion."""
         return sum(isinstance(frame.message, MOVES) for frame in self.heard)
 
     def take(self, data: bytes) -> Said:
@@ -99,10 +99,10 @@ class Axes(FarEnd):
         return say_so(reply)
 
     def _hear(self, event: Any) -> bytes:
-        """Take what came, and return what is answered."""
+        """Handle an event, and return the reply."""
         if isinstance(event, TextReceived):
             return f"{self.line}\r\n".encode("ascii")
-        assert isinstance(event, CommandReceived), f"the host sends what is no command: {event!r}"
+        assert isinstance(event, CommandReceived), f"the host sent an invalid command: {event!r}"
         frame = event.frame
         self.heard.append(frame)
         self._follow(frame)
@@ -113,7 +113,7 @@ class Axes(FarEnd):
         return b"" if frame.message.reply is None else self.state(frame).pack()
 
     def _follow(self, frame: CommandFrame) -> None:
-        """Let the position of an axis be where a move takes it."""
+        """Update the position of an axis after a move."""
         message: Any = frame.message
         axis, cls = frame.axis or 0, c.ReadMotorPositionAndStatusReply
         ways = {c.IncrementMoveUp: 1, c.IncrementMoveDown: -1}
@@ -128,11 +128,11 @@ class Axes(FarEnd):
 
     @property
     def line(self) -> str:
-        """What is answered to a line of text now."""
+        """The current reply to a line of text."""
         return f":A {self._lines}"
 
     def state(self, frame: CommandFrame) -> Any:
-        """The reply to a read, as it is now."""
+        """Return the current reply to a read."""
         axis, cls = frame.axis or 0, frame.message.reply
         assert cls is not None
         if cls is c.ReadStatusReply:
@@ -141,17 +141,17 @@ class Axes(FarEnd):
         if (axis, cls) not in self._state:
             fields = fields_at_random(cls, self._draw, NAME)
             for name in fields.keys() & {"position", "increment"}:
-                fields[name] //= 4  # a distance from a position is a position
+                fields[name] //= 4  # so that their sum is also a valid position
             self._state[axis, cls] = cls(**fields)
         return self._state[axis, cls]
 
     def truth(self, request: type[Command], axis: int = 0x18) -> Any:
-        """What is so now, of what ``request`` asks for."""
+        """Return the current reply to ``request``."""
         return self.state(CommandFrame(request(), axis))
 
 
 def opened(bench: Any, unit: str = "MS2000", **options: Any) -> AbstractAsyncContextManager[Any]:
-    """``async with opened(bench) as device:``; nothing is said at its end."""
+    """Open a device that sends nothing when it is closed: ``async with opened(bench) as device:``."""
     found: AbstractAsyncContextManager[Any] = bench.open(
         unit, PACKAGE, **{"on_close": "leave", **options}
     )
@@ -159,13 +159,13 @@ def opened(bench: Any, unit: str = "MS2000", **options: Any) -> AbstractAsyncCon
 
 
 async def works(device: Any, far: Axes) -> None:
-    """Expect that a device that takes commands does all that it should, with the values of now."""
+    """Check that a device in low-level mode works and returns current values."""
     axis = device.axis("X")
     await settled(axis.stop())
     far.forget()
     for name, request in [
         ("read_motor_position", c.ReadMotorPosition),
-        ("read_target_position", c.ReadTargetPosition),  # as long as the one before
+        ("read_target_position", c.ReadTargetPosition),  # its reply is as long as the previous one
         ("read_status_byte", c.ReadStatusByte),
         ("read_identification", c.ReadIdentification),
     ]:

@@ -1,4 +1,4 @@
-"""A line in memory that several threads use at once, in real time."""
+"""A line in memory that several threads use concurrently, in real time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire.links import Link
 
 
 class QueueLink(Link):
-    """The host's end; what the far end says after a while comes at once."""
+    """The host's end of the line, which ignores the delays of the far end."""
 
     url = "memory://"
 

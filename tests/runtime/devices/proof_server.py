@@ -1,4 +1,4 @@
-"""A far end on TCP, in real time, that hangs up as a test has it, and can be connected to again."""
+"""A far end on TCP, in real time, that hangs up on request and accepts a second connection."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any
 
 
 class Server:
-    """A controller on TCP that hangs up on its first host, as ``controller`` has it; it serves one more.
+    """A controller on TCP that hangs up on its first host when ``controller`` does, and serves one more.
 
-    :param controller: a :class:`proof_line.FarEnd` with ``plug_in()``, which begins another line.
+    :param controller: a :class:`proof_line.FarEnd` with ``plug_in()``, which starts a new line.
     """
 
     def __init__(self, controller: Any) -> None:
@@ -39,7 +39,9 @@ class Server:
                             self._controller.unplug()
                         elif not self._controller.unplugged:
                             host.sendall(said)
-                if self._controller.unplugged:  # reset, as when the plug of an adapter is pulled
+                if (
+                    self._controller.unplugged
+                ):  # reset the connection, as if the plug of an adapter were pulled
                     linger = struct.pack("hh" if os.name == "nt" else "ii", 1, 0)
                     host.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
 

@@ -1,4 +1,4 @@
-"""A stepped line that remembers what was written to it."""
+"""A line in simulated time that records what was written."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class RecordingLink(SteppedLink):
         super().__init__(controller)
         self.controller = controller
         self.sent: list[bytes] = []
-        self.twist: Callable[[bytes], bytes] = bytes  # what becomes of what the controller says
+        self.twist: Callable[[bytes], bytes] = bytes  # applied to all bytes from the controller
 
     def read(self, timeout: float) -> bytes:
         return self.twist(super().read(timeout))
@@ -36,7 +36,7 @@ class RecordingLink(SteppedLink):
         return b"".join(self.sent)
 
     def names(self, protocol: Protocol) -> list[str]:
-        """The messages that were written, but for signs of life."""
+        """Return the names of the written messages, without keep-alive messages."""
         framer: Any = protocol
         events = framer.framer().feed(self.raw)
         names = [event.frame.message.layout.message for event in events]

@@ -1,7 +1,7 @@
-"""A virtual TDC001 that goes on while its line is cut, closed and opened again, for threads and asyncio.
+"""A virtual TDC001 that keeps running while its line is cut, closed and reopened, for threads and asyncio.
 
-Its lines are opened by ``kept://``, so that ``reconnect()`` reaches the same controller. It watches the bytes
-on the line: a move may reach the controller only if nothing that an earlier move began may still be moving.
+Its lines have the URL ``kept://``, so that ``reconnect()`` reaches the same controller. It checks that no
+move arrives while an earlier one may still be under way.
 """
 
 from __future__ import annotations
@@ -34,18 +34,18 @@ ENDS = (m.MotMoveCompletedDc, m.MotMoveStoppedDc, m.MotMoveHomed)
 
 
 class KeptController:
-    """The controller, and what was seen on its lines."""
+    """The controller, with a record of the traffic on its lines."""
 
     def __init__(self, serial_number: int = 83_000_001) -> None:
         self.controller = virtual.TDC001(
             stage=stages.Z8, travel=20 * 34304, serial_number=serial_number
         )
         self.reachable = True  # a line to it can be opened
-        self.deaf = False  # what the host writes reaches nobody
-        self.mute = False  # what it says reaches nobody
-        self.first_byte_at: float | None = None  # of the host, on the line that is open
-        self.cut_at_write = False  # the next write fails, and the line is gone
-        self.may_move = False  # what a move began, as far as a host can know
+        self.deaf = False  # bytes of the host are lost
+        self.mute = False  # bytes to the host are lost
+        self.first_byte_at: float | None = None  # of the host, on the current line
+        self.cut_at_write = False  # the next write fails, and the line is lost
+        self.may_move = False  # whether a motion may be under way, as far as a host can know
         self.moves = 0
         self.on_unplug: Callable[[], object] = lambda: None
         self._heard = PROTOCOL.framer(End.DEVICE)
@@ -53,9 +53,9 @@ class KeptController:
         self._said.tell(0x50, status="dc")
 
     def plug_in(self) -> None:
-        """Begin another line."""
+        """Start a new line."""
         if not self.reachable:
-            raise LinkOpenError(f"{URL}: nobody listens there")
+            raise LinkOpenError(f"{URL}: connection refused")
         self.controller.plug_in()
         self.first_byte_at = None
         self._heard.reset()
@@ -67,7 +67,7 @@ class KeptController:
         self.on_unplug()
 
     def take(self, data: bytes) -> None:
-        """Take bytes of the host."""
+        """Receive bytes of the host."""
         if self.cut_at_write:
             self.cut_at_write = False
             self.unplug()
@@ -89,7 +89,7 @@ class KeptController:
                 self.may_move = False
 
     def say(self, data: bytes) -> bytes:
-        """Watch bytes that reach the host."""
+        """Check bytes on their way to the host."""
         if self.mute:
             return b""
         for event in self._said.feed(data):
@@ -116,7 +116,7 @@ class _KeptLink(SteppedLink):
 
 
 class _KeptAsyncLink(AsyncLink):
-    """The same in an event loop: the time of the controller is that of the loop."""
+    """The same link for an event loop, whose clock is also that of the controller."""
 
     def __init__(self, kept: KeptController) -> None:
         kept.plug_in()
@@ -174,7 +174,7 @@ class _KeptAsyncLink(AsyncLink):
 
 
 class Side:
-    """A way to use a device: plain calls, or calls that a stepped event loop runs to their end."""
+    """One way to use a device: plain calls, or calls run to completion by an event loop in simulated time."""
 
     def __init__(self, asynchronous: bool) -> None:
         self.package = "stagewire_apt.aio" if asynchronous else "stagewire_apt"
@@ -192,7 +192,7 @@ class Side:
         return self._loop.run_until_complete(made())
 
     def pass_time(self, kept: KeptController, seconds: float) -> None:
-        """Let time pass, whether a line is open or not; nothing is read where none is."""
+        """Let time pass, with or without an open line."""
         if self._loop is None:
             kept.controller.advance(seconds)
         else:
@@ -205,7 +205,7 @@ class Side:
 
 @contextmanager
 def lines_to(current: Callable[[], KeptController]) -> Iterator[None]:
-    """Let ``kept://`` lead to the controller that ``current`` returns."""
+    """Make ``kept://`` open a line to the controller that ``current`` returns."""
     module = types.ModuleType("kept_lines")
 
     def open_link(url: str, settings: object) -> _KeptLink:

@@ -149,7 +149,7 @@ def test_an_alias_also_has_its_own_velocity_scale() -> None:
         assert "409600 counts per mm (APT_STEPPER, Issue 37 of the document, page 41" in str(device)
     with (
         opened("TST001", 80000001, "TST001", stage="APT_STEPPER") as device,
-        pytest.raises(UnknownScaleError, match="the scale of velocity .* is unknown"),
+        pytest.raises(UnknownScaleError, match=r"the scale of velocity .* is unknown"),
     ):
         device.change_vel_params(max_velocity_mm_per_s=1)
 

@@ -74,7 +74,7 @@ def test_modules_of_a_rack_share_a_line() -> None:
                 motion = await second.channel(1).start_move_absolute(mm=5)
                 await asyncio.sleep(0.1)
             with pytest.raises(
-                SessionClosedError, match="this device on virtual://rack.* was closed"
+                SessionClosedError, match=r"this device on virtual://rack.* was closed"
             ):
                 await motion.wait()
             await asyncio.sleep(2)

@@ -133,7 +133,7 @@ def test_a_channel_is_selected_by_number_member_or_name() -> None:
 
 
 def test_a_bay_is_selected_by_number_only() -> None:
-    """The enumeration of bays counts from 0 on the wire: its BAY_2 is 1."""
+    """The enumeration of bays is 0-based: its BAY_2 is 1."""
     with BBD102.open(RecordingLink(virtual.BBD102()), identify=False) as rack:
         assert rack.bay(np.int8(2)) is rack.bays[1]
         for wrong in (e.RackBay.BAY_2, e.Channel.CHAN1, "BAY_2", True):

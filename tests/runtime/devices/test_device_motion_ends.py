@@ -33,8 +33,7 @@ COMPLETED, STATUS = b"\x64\x04", b"\x91\x04"
 
 
 def short(**options: Any) -> RecordingLink:
-    """Return a line to a stage with 5 mm of travel, starting 1 mm above its reverse end with its counter at
-    0."""
+    """Return a line to a stage with 5 mm of travel; its counter is 0 at 1 mm above its reverse end."""
     return RecordingLink(virtual.TDC001(stage=stages.Z8, travel=TRAVEL, **options))
 
 

@@ -1,4 +1,4 @@
-"""Three bays of a rack at once: every one of them is channel 1, and only their addresses tell them apart."""
+"""Three bays of a rack move simultaneously. All have channel 1, and only their addresses differ."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def address(bay: int) -> int:
 
 
 class Rack(Controller):
-    """A rack whose bays end their moves when they are told to, each at the place that it was sent to."""
+    """A rack whose bays end their moves on request, each at its target."""
 
     def __init__(self, swapped: bool = True) -> None:
         super().__init__()
@@ -36,7 +36,7 @@ class Rack(Controller):
         return ()
 
     def end(self, bay: int) -> None:
-        """Let a bay say that its move is complete; not swapped: with the addresses of the request."""
+        """Send the end of a move of a bay; not swapped: with the addresses of the request."""
         place = self._targets[address(bay)]
         ended = m.MotMoveCompletedDc(
             chan_ident=1, position=place, velocity=0, reserved=0, status_bits=0
@@ -85,7 +85,7 @@ def test_each_end_ends_the_move_of_its_own_bay(
     ],
     ids=["swapped", "unswapped", "zero"],
 )
-def test_a_reply_of_another_bay_is_not_taken_and_one_without_an_address_is(
+def test_a_reply_of_another_bay_is_ignored_but_one_without_an_address_is_accepted(
     bay: int, dest: Callable[[int], int], source: Callable[[int], int], side: Side
 ) -> None:
     class Answering(Controller):
@@ -108,7 +108,7 @@ def test_a_reply_of_another_bay_is_not_taken_and_one_without_an_address_is(
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_ends_without_an_address_are_named_in_the_timeout_of_each_bay(side: Side) -> None:
+def test_the_timeout_of_each_bay_mentions_ends_without_an_address(side: Side) -> None:
     rack = Rack()
     end = m.MotMoveCompletedHeader(1).pack(0, 0)
 

@@ -1,4 +1,4 @@
-"""Cancelled at every await: no lock stays, nothing is left over, the next reply meets its own request."""
+"""Cancellation at every await: all locks are released, and the next reply is matched to its own request."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ CALLS: dict[str, Callable[[TDC001], Any]] = {
 
 
 async def works(tdc: TDC001, controller: Mover) -> None:
-    """Expect that a device does all that it should, with the answers of now."""
+    """Check that a device works and returns current values."""
     for ask, cls in [
         (tdc.get_vel_params, m.MotGetVelParams),
         (tdc.get_dc_status_update, m.MotGetDcStatusUpdate),
@@ -60,9 +60,9 @@ async def works(tdc: TDC001, controller: Mover) -> None:
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_cancelled_at_every_await(name: str) -> None:
+def test_the_device_works_after_cancellation_at_every_await(name: str) -> None:
     async def cancelled(number: int) -> bool:
-        """Cancel at the n-th await; say whether there was one."""
+        """Cancel at the n-th await; return whether the call reached it."""
         controller = Mover(seed=number)
         async with TDC001.open(
             AsyncMemoryLink(controller), identify=False, on_close="leave"
@@ -79,8 +79,8 @@ def test_cancelled_at_every_await(name: str) -> None:
 
 @pytest.mark.parametrize("name", CALLS)
 @pytest.mark.parametrize("after", [0.0, 0.0005, 0.001, 0.0010001, 0.049, 0.05, 0.3, 0.5, 0.5000001])
-def test_cancelled_at_any_time(name: str, after: float) -> None:
-    """Also at the very instant at which the reply comes."""
+def test_the_device_works_after_cancellation_at_any_time(name: str, after: float) -> None:
+    """This includes the instant at which the reply arrives."""
 
     async def main() -> None:
         controller = Mover(seed=1)
@@ -95,7 +95,7 @@ def test_cancelled_at_any_time(name: str, after: float) -> None:
     stepped.run(main())
 
 
-def test_a_move_that_was_cancelled_is_not_sent_again_and_no_other_begins_before_its_end() -> None:
+def test_a_cancelled_move_is_not_resent_and_blocks_other_moves_until_it_ends() -> None:
     async def main() -> None:
         controller = Mover(seed=1)
         async with TDC001.open(
@@ -113,19 +113,19 @@ def test_a_move_that_was_cancelled_is_not_sent_again_and_no_other_begins_before_
 
 
 class Slow(Parrot):
-    """A controller that takes 0.2 s for an answer."""
+    """A controller that answers after 0.2 s."""
 
     def answer(self, frame: Frame) -> Any:
         return [(0.2, reply) for _, reply in super().answer(frame)]
 
 
-def test_what_is_cancelled_before_it_is_written_is_never_written() -> None:
+def test_a_call_cancelled_before_it_is_written_is_never_written() -> None:
     async def main() -> None:
         controller = Slow(seed=1)
         async with TDC001.open(
             AsyncMemoryLink(controller), identify=False, on_close="leave"
         ) as tdc:
-            await tdc.identify()  # behind which the next message waits a moment
+            await tdc.identify()  # the next message waits a moment after it
             waiting = [
                 asyncio.ensure_future(call)
                 for call in (
@@ -147,8 +147,8 @@ def test_what_is_cancelled_before_it_is_written_is_never_written() -> None:
     stepped.run(main())
 
 
-def test_what_is_cancelled_after_it_was_written_poisons_its_question() -> None:
-    """The same question waits for the late reply, and gets its own; another does not wait."""
+def test_after_a_cancelled_request_the_same_request_waits_for_the_late_reply() -> None:
+    """It then gets its own reply. Other requests do not wait."""
 
     async def main() -> None:
         controller = Slow(seed=1)

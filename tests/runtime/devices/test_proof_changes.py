@@ -1,4 +1,4 @@
-"""change_… reads, changes and writes under one lock: of changes at the same time none is lost."""
+"""change_… reads, changes and writes under one lock, so that no concurrent change is lost."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROUNDS = 40
 
 
 class Remembering(Controller):
-    """Keeps the velocity parameters that it was told, and takes a while to say them."""
+    """A controller that stores the velocity parameters, and reports them with a delay."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,7 +37,7 @@ class Remembering(Controller):
         return [(0.005, reply.pack(HOST, frame.dest))]
 
 
-def test_tasks_that_change_different_values_lose_none() -> None:
+def test_concurrent_changes_by_tasks_lose_no_value() -> None:
     controller = Remembering()
 
     async def main() -> None:
@@ -55,15 +55,15 @@ def test_tasks_that_change_different_values_lose_none() -> None:
     assert controller.names() == ["MOT_REQ_VELPARAMS", "MOT_SET_VELPARAMS"] * 3 * ROUNDS
 
 
-def test_a_set_does_not_come_between_the_reading_and_the_writing_of_a_change() -> None:
-    """Whichever is first: what the set writes whole is not overwritten by what was read before it."""
+def test_a_set_does_not_run_between_the_read_and_the_write_of_a_change() -> None:
+    """A change never overwrites the values of the set with values that it read before."""
     controller = Remembering()
 
     async def main() -> None:
         link = AsyncMemoryLink(controller)
         async with AsyncTDC001.open(link, identify=False) as tdc:
             change = asyncio.ensure_future(tdc.change_vel_params(max_velocity=1))
-            await asyncio.sleep(0.002)  # it has asked, and has no answer yet
+            await asyncio.sleep(0.002)  # the request was sent, but not answered yet
             await tdc.set_vel_params(min_velocity=7, acceleration=7, max_velocity=7)
             await change
 
@@ -71,7 +71,7 @@ def test_a_set_does_not_come_between_the_reading_and_the_writing_of_a_change() -
     assert controller.values == {"min_velocity": 7, "acceleration": 7, "max_velocity": 7}
 
 
-def test_threads_that_change_different_values_lose_none() -> None:
+def test_concurrent_changes_by_threads_lose_no_value() -> None:
     controller = Remembering()
     with TDC001.open(QueueLink(controller), identify=False, timeout=60, pacing=0.0) as tdc:
 

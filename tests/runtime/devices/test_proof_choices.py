@@ -1,4 +1,4 @@
-"""Named choices: every argument that has names, of every call of every unit, for threads and asyncio."""
+"""Named choices: every argument with names, in every call of every unit, for threads and asyncio."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOVING = {"_act", "_start", "_halt"}
 
 
 def field_of(call: Call, given: Any) -> Any:
-    """What the registry says of an argument."""
+    """Return the registry entry of an argument."""
     [field] = [
         field
         for field in fields_of(layouts()[message_of(call).__name__])
@@ -44,7 +44,7 @@ def field_of(call: Call, given: Any) -> Any:
 
 
 def named(unit: str) -> list[tuple[Call, Any]]:
-    """Every argument of a unit whose values or bits have names in the registry."""
+    """Return every argument of a unit whose values or bits have names in the registry."""
     return [
         (call, given)
         for call in calls(unit)
@@ -54,7 +54,7 @@ def named(unit: str) -> list[tuple[Call, Any]]:
 
 
 def legal_numbers(field: Any) -> set[int]:
-    """Every number that the registry lists."""
+    """Return every number that the registry lists."""
     numbers = {0} if "flags" in field else set(field["enum"].values())
     added = set(field.get("flags", {}).values())
     for name in field.get("modifiers", ()):
@@ -66,7 +66,7 @@ def legal_numbers(field: Any) -> set[int]:
 
 
 def illegal(field: Any) -> Iterator[tuple[Any, type[StagewireError]]]:
-    """What is refused: numbers that are not listed, and what is neither number, name nor member."""
+    """Yield values to refuse: unlisted numbers, and values that are not a number, a name or a member."""
     yield from ((value, OutOfRangeError) for value in (-1, field["maximum"] + 1, 2**80))
     if not field.get("open"):
         legal = legal_numbers(field)
@@ -99,7 +99,7 @@ def illegal(field: Any) -> Iterator[tuple[Any, type[StagewireError]]]:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", units())
-def test_what_is_not_a_choice_makes_no_byte(unit: str, side: Side) -> None:
+def test_an_invalid_choice_is_refused_before_anything_is_sent(unit: str, side: Side) -> None:
     controller = Parrot(seed=3)
     draw = random.Random(unit)
 
@@ -117,20 +117,20 @@ def test_what_is_not_a_choice_makes_no_byte(unit: str, side: Side) -> None:
                     except expected as error:
                         said = str(error)
                         if controller.heard:
-                            wrong.append(f"{call}({value!r}) made {controller.names()}")
+                            wrong.append(f"{call}({value!r}) sent {controller.names()}")
                         if not (first in said and given.keyword in said) and not field.get("open"):
                             wrong.append(f"{call}({value!r}): {said}")
                     except Exception as error:
                         wrong.append(f"{call}({value!r}): {error!r}")
                     else:
-                        wrong.append(f"{call}({value!r}) was taken: {controller.names()}")
+                        wrong.append(f"{call}({value!r}) was accepted: {controller.names()}")
         return wrong
 
     assert side.run(controller, scenario) == []
 
 
 def forms(field: Any) -> Iterator[tuple[int, list[Any]]]:
-    """Every listed number, with all that means the same."""
+    """Yield every listed number, with all equivalent values."""
     if "enum" in field:
         table: Any = getattr(enumerations, camel(field["enumeration"]))
         for name, number in field["enum"].items():
@@ -160,12 +160,12 @@ METHODS = {
     for unit in units()
     for call, given in named(unit)
 }
-"""Each generated method and argument once: the classes of units share them."""
+"""Each generated method and argument once, because classes of units share them."""
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("key", METHODS, ids="-".join)
-def test_members_names_and_integers_make_the_same_bytes(
+def test_members_names_and_integers_send_the_same_bytes(
     key: tuple[str, str, str], side: Side
 ) -> None:
     call, given = METHODS[key]
@@ -182,7 +182,7 @@ def test_members_names_and_integers_make_the_same_bytes(
                     limit = {} if call.kind == "_start" else {"timeout": 0.01}
                     arguments = {**others, given.keyword: value, **limit}
                     await settled(method(device, call)(**arguments))
-                except StagewireError:  # no end comes
+                except StagewireError:  # the controller reports no end
                     assert call.kind in MOVING
 
         side.run(controller, scenario)
@@ -195,8 +195,8 @@ def test_members_names_and_integers_make_the_same_bytes(
             assert bytes_of(value) == expected, value
 
 
-def test_every_table_of_the_registry_reaches_an_argument() -> None:
-    """The tests above see each enumeration and flag table that a caller can give."""
+def test_the_choice_tests_cover_every_table_of_the_registry() -> None:
+    """The tests above use each enumeration and flag table that a caller can pass."""
     seen = {given.choices for unit in units() for _, given in named(unit)}
     entries = [
         given

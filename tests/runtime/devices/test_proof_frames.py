@@ -1,4 +1,4 @@
-"""What each call of each unit puts on the wire: set_… one frame, change_… a REQ and a SET, get_… a REQ."""
+"""The frames of each call of each unit: set_… sends one frame, change_… a REQ and a SET, get_… a REQ."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def of_kind(unit: str, *kinds: str) -> list[Call]:
 
 
 def fields_written(call: Call, given: dict[str, Any], frame: Frame) -> list[str]:
-    """The fields of a frame that are not as they were given."""
+    """Return the fields of a frame that differ from the arguments."""
     by_keyword = {item.keyword: item.field for item in givens(call)}
     return [
         field
@@ -31,7 +31,7 @@ def fields_written(call: Call, given: dict[str, Any], frame: Frame) -> list[str]
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", units())
-def test_a_call_is_one_frame_with_what_was_given(unit: str, side: Side) -> None:
+def test_a_call_sends_one_frame_with_its_arguments(unit: str, side: Side) -> None:
     controller = Parrot(seed=2)
     draw = random.Random(unit)
 
@@ -39,7 +39,7 @@ def test_a_call_is_one_frame_with_what_was_given(unit: str, side: Side) -> None:
         wrong = []
         async with bench.open(unit, identify=False, on_close="leave") as device:
             for call in of_kind(unit, *ONE_FRAME):
-                if call.name.startswith("ack_"):  # a session says it by itself, too
+                if call.name.startswith("ack_"):  # sessions also send it
                     continue
                 given = arguments(call, draw)
                 controller.heard.clear()
@@ -56,8 +56,8 @@ def test_a_call_is_one_frame_with_what_was_given(unit: str, side: Side) -> None:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", units())
-def test_a_change_is_one_request_and_one_set(unit: str, side: Side) -> None:
-    """And all that was not given is written as it was read."""
+def test_a_change_sends_one_request_and_one_set(unit: str, side: Side) -> None:
+    """All other values are written back unchanged."""
     controller = Parrot(seed=3)
     draw = random.Random(unit)
 
@@ -90,8 +90,8 @@ def test_a_change_is_one_request_and_one_set(unit: str, side: Side) -> None:
 
 
 @pytest.mark.parametrize("unit", units())
-def test_every_set_of_a_unit_has_its_call(unit: str) -> None:
-    """Each SET in the messages of a unit is written by a call; where there is a REQ, one changes it, too."""
+def test_every_set_message_of_a_unit_has_a_call(unit: str) -> None:
+    """Each SET message of a unit has a set_… call, and also a change_… call if it has a REQ message."""
     facts = facts_of(unit)
     sets = {name for name in facts["messages"] if "_SET_" in name}
     written = {

@@ -1,4 +1,4 @@
-"""Half a frame comes, and never its rest: both questions after it are answered, whenever they are asked."""
+"""After half a frame whose rest never arrives, the next two requests are answered."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ STATUS = m.MotGetDcStatusUpdate(chan_ident=1, position=5, velocity=0, status_bit
 @pytest.mark.parametrize("seconds", [0.001, 0.02, 0.049, 0.05, 0.2, 3.0])
 @pytest.mark.parametrize("length", [1, 5, 6, 10, 19])
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_two_questions_after_half_a_frame(side: Side, length: int, seconds: float) -> None:
+def test_two_requests_after_half_a_frame_are_answered(
+    side: Side, length: int, seconds: float
+) -> None:
     controller = Parrot(seed=1)
 
     async def scenario(bench: Any) -> None:
@@ -34,7 +36,7 @@ def test_two_questions_after_half_a_frame(side: Side, length: int, seconds: floa
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_a_move_after_half_a_frame(side: Side) -> None:
+def test_a_move_after_half_a_frame_ends(side: Side) -> None:
     class Mover(Parrot):
         def answer(self, frame: Any) -> Any:
             if isinstance(frame.message, m.MotMoveAbsolute):

@@ -1,4 +1,4 @@
-"""Ctrl-C at every read of a line: no lock stays, and the next reply meets its own request."""
+"""Ctrl-C at every read: all locks are released, and the next reply is matched to its own request."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CALLS: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_interrupted_at_every_read(name: str) -> None:
+def test_the_device_works_after_an_interrupt_at_every_read(name: str) -> None:
     interrupted = 0
     for number in range(1, 20):
         controller = Parrot(seed=number)

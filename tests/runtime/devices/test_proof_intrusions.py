@@ -1,8 +1,8 @@
-"""Ten things that really come between a request and its reply: no query of any unit takes them for the reply.
+"""Ten real-world messages between a request and its reply are never taken for the reply, by any query.
 
-Each query of each unit is asked twice. Before the first reply comes an intrusion, at once with it or a
-little earlier; the second is clean. Both answers have to be those that the controller gave, and from one
-question to the next it says something else.
+Each query of each unit is made twice. An intrusion arrives together with the first reply or slightly earlier;
+the second reply is undisturbed. Both answers must be those of the controller, which changes its values
+between the requests.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STATUS_SIZE = 14
 
 
 class Intruder(Parrot):
-    """Says what is in :attr:`before` just before its next reply: as one chunk with it, or apart."""
+    """A controller that sends :attr:`before` just before its next reply, together or separately."""
 
     def __init__(self, seed: int, apart: bool) -> None:
         super().__init__(seed)
@@ -44,7 +44,7 @@ class Intruder(Parrot):
 
 
 def status(controller: Intruder, frame: Frame) -> bytes:
-    """The packet of the status that the channel truly has."""
+    """Return the packet of the true status of the channel."""
     message = controller.state(m.MotGetDcStatusUpdate, frame.dest, channel_of(frame.message) or 1)
     return message.pack(dest=HOST, source=frame.dest)[6:]
 
@@ -66,7 +66,7 @@ def dc_status(controller: Intruder, frame: Frame) -> bytes:
 
 
 def status_of_34_bytes(controller: Intruder, frame: Frame) -> bytes:
-    """As newer controllers send it: the layout of this issue, and 14 bytes more."""
+    """Return the status of newer controllers: the documented layout followed by 14 bytes."""
     return packet(0x0491, status(controller, frame) + bytes(range(14)), frame)
 
 
@@ -83,7 +83,7 @@ def unknown(controller: Intruder, frame: Frame) -> bytes:
 
 
 def unknown_with_a_frame_inside(controller: Intruder, frame: Frame) -> bytes:
-    """Its packet is a reply to the very request, with other values, or the end of the very move."""
+    """Return an unknown message that contains a wrong reply to the request, or the end of the move."""
     reply = Parrot(seed=99).reply(frame)
     inside = completion_of_6_bytes(controller, frame) if reply is None else reply.encode()
     return packet(0x7ABC, b"\1\2" + inside, frame)
@@ -117,16 +117,16 @@ def queries(unit: str) -> list[Call]:
 
 
 def said_unasked(call: Call) -> bool:
-    """Whether the reply is a status that also comes unasked: each is as right as the line is fast.
+    """Return whether the reply is a status that may also be unsolicited.
 
-    So the reply to the first question may answer the second one; the state stays the same meanwhile.
+    Then the reply to the first request may be matched to the second one, so the state must stay the same.
     """
     reply = answers_of()[call.table.req]
     return bool(reply.layout.unsolicited)
 
 
 def true_answer(controller: Intruder) -> Any:
-    """What the controller said to the request that it heard last."""
+    """Return the reply of the controller to the last request."""
     reply = controller.reply(controller.heard[-1])
     assert reply is not None
     return reply.message
@@ -158,7 +158,7 @@ def test_no_query_takes_an_intrusion_for_its_reply(unit: str, apart: bool, side:
 
 
 class Mover(Intruder):
-    """Moves for half a second; what is in :attr:`before` comes in the middle of it."""
+    """A controller whose moves last half a second; it sends :attr:`before` in the middle of a move."""
 
     def answer(self, frame: Frame) -> Iterable[tuple[float, bytes]]:
         if not isinstance(frame.message, m.MotMoveAbsolute) or self.before is None:
@@ -200,7 +200,7 @@ def test_no_move_takes_an_intrusion_for_its_end(
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("intrusion", FAULTS)
-def test_a_fault_report_ends_the_wait_for_a_move_at_once(
+def test_a_fault_report_ends_the_wait_for_a_move_immediately(
     intrusion: Callable[[Intruder, Frame], bytes], side: Side
 ) -> None:
     async def scenario(bench: Any, call: Call) -> str:
@@ -225,14 +225,14 @@ def test_a_fault_report_ends_the_wait_for_a_move_at_once(
 
 
 @pytest.mark.parametrize("unit", units())
-def test_the_matrix_asks_every_query_of_a_unit(unit: str) -> None:
-    """Each GET in the messages of a unit that something asks for is the answer to one of the calls."""
+def test_the_intrusion_tests_cover_every_query_of_a_unit(unit: str) -> None:
+    """Each REQ message of a unit is sent by one of the calls."""
     facts = facts_of(unit)
     asked = {call.table.req.layout.message for call in queries(unit)}
     assert asked == {name for name in facts["messages"] if "_REQ_" in name}
 
 
-def test_intrusions_are_those_of_the_field_notes() -> None:
+def test_the_intrusions_have_the_sizes_in_the_field_notes() -> None:
     frame = Frame(m.MotReqPosCounter(chan_ident=1), dest=0x50, source=HOST)
     sizes = [len(intrusion(Intruder(1, False), frame)) for intrusion in INTRUSIONS]
     assert sizes == [20, 6, 20, 34, 6, 74, 16, 20, 1, 3]

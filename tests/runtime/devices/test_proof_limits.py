@@ -1,4 +1,4 @@
-"""Too much, too little, NaN and infinity: refused with 0 bytes on the wire, by every call of every unit."""
+"""Every call of every unit refuses NaN, infinity and out-of-range values before anything is sent."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MODERATE = (0, 1, 10, 1000)
 
 
 def options_of(unit: str) -> dict[str, Any]:
-    """All that scales can need."""
+    """Return all options that scales can depend on."""
     facts = facts_of(unit)
     options: dict[str, Any] = {"identify": False, "on_close": "leave"}
     if facts["stages"]:
@@ -47,7 +47,9 @@ def taking(unit: str) -> list[Call]:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", units())
-def test_what_is_no_number_or_too_much_makes_no_byte(unit: str, side: Side) -> None:
+def test_invalid_and_out_of_range_numbers_are_refused_before_anything_is_sent(
+    unit: str, side: Side
+) -> None:
     controller = Parrot(seed=5)
     draw = random.Random(unit)
 
@@ -72,8 +74,8 @@ def test_what_is_no_number_or_too_much_makes_no_byte(unit: str, side: Side) -> N
 
 
 @pytest.mark.parametrize("unit", units())
-def test_what_is_refused_there_is_refused_for_its_value(unit: str) -> None:
-    """The same calls with a moderate value are taken wherever the scale is known; positions of stages are."""
+def test_moderate_values_are_accepted(unit: str) -> None:
+    """The same calls accept moderate values if the scale is known. Positions of stages have known scales."""
     controller = Parrot(seed=6)
     draw = random.Random(unit)
     writing = [call for call in taking(unit) if call.kind in ("_set", "_change", "_tell")]
@@ -109,8 +111,10 @@ MOVERS = [unit for unit in units() if facts_of(unit)["stages"]]
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", MOVERS)
-def test_outside_the_travel_makes_no_byte(unit: str, side: Side) -> None:
-    """Of every place to go to, now or later: 25 mm of travel, and a thousandth of a millimetre more."""
+def test_targets_outside_the_travel_are_refused_before_anything_is_sent(
+    unit: str, side: Side
+) -> None:
+    """Every target of a move, sent or stored, is checked 0.001 mm outside a travel of 25 mm."""
     controller = Parrot(seed=7)
     draw = random.Random(unit)
     places = [
@@ -136,7 +140,7 @@ def test_outside_the_travel_makes_no_byte(unit: str, side: Side) -> None:
                         if controller.heard:
                             wrong.append(f"{call}({value}): {controller.names()}")
                     else:
-                        wrong.append(f"{call}({value}) was taken")
+                        wrong.append(f"{call}({value}) was accepted")
         return wrong
 
     assert side.run(controller, scenario) == []

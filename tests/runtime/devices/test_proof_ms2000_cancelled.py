@@ -1,4 +1,4 @@
-"""Calls of an axis, cancelled at every await or interrupted at every read: the next reply is right."""
+"""After a call of an axis is cancelled at any await or interrupted at any read, the next reply is right."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Do = Callable[[Any], Any]
 
 
 def doing(call: Call) -> Do:
-    """Return what makes a call, with arguments."""
+    """Return a function that makes a call with random arguments."""
     given = arguments(call, random.Random(call.name), NAME)
     return lambda device: method(device, call)(**given)
 
@@ -60,13 +60,13 @@ def everything(unit: str) -> dict[str, Do]:
 
 CALLS = [(unit, name) for unit in UNITS for name in everything(unit)]
 AFTER = [0.0, 3.0]
-"""Seconds until the next question: at once, and when all that was on its way has come."""
+"""Seconds until the next request: immediately, and after everything under way has arrived."""
 ASKING = ("read_", "is_moving", "move_", "increment_", "wait", "text", "low_level")
-"""Calls that wait, even for a line that is idle; of the others there is nothing to be cancelled."""
+"""Calls that wait even on an idle line; other calls cannot be cancelled."""
 
 
 async def goes_on(device: Any, far: Axes, after: float) -> int:
-    """Expect of a device whose call was broken off that all works; return how much was moved before."""
+    """Check that a device works after an interrupted call; return the number of moves before."""
     if after:
         await settled(device.session.pause(after))
     await settled(device.switch_to_low_level())
@@ -77,12 +77,14 @@ async def goes_on(device: Any, far: Axes, after: float) -> int:
 
 @pytest.mark.parametrize("after", AFTER)
 @pytest.mark.parametrize(("unit", "name"), CALLS)
-def test_cancelled_at_every_await(unit: str, name: str, after: float) -> None:
+def test_an_axis_works_after_cancellation_at_every_await(
+    unit: str, name: str, after: float
+) -> None:
     do = everything(unit)[name]
     cls = getattr(import_module(f"{PACKAGE}.aio"), unit)
 
     async def once(number: int) -> tuple[bool, int]:
-        """Break it off at the n-th await; say whether there was one, and what moved."""
+        """Cancel the call at the n-th await; return whether it reached it, and the number of moves."""
         far = Axes(seed=number)
         async with cls.open(AsyncMemoryLink(far), on_close="leave") as device:
             await device.switch_to_low_level()
@@ -102,7 +104,7 @@ def test_cancelled_at_every_await(unit: str, name: str, after: float) -> None:
 
 @pytest.mark.parametrize("after", AFTER)
 @pytest.mark.parametrize(("unit", "name"), CALLS)
-def test_interrupted_at_every_read(unit: str, name: str, after: float) -> None:
+def test_an_axis_works_after_an_interrupt_at_every_read(unit: str, name: str, after: float) -> None:
     do = everything(unit)[name]
     cls = getattr(import_module(f"{PACKAGE}.devices"), unit)
 
@@ -140,8 +142,8 @@ WAITING: list[Do] = [
 ]
 
 
-def test_what_is_cancelled_before_it_is_written_is_never_written() -> None:
-    """Here it waits for the reply to another read."""
+def test_a_call_cancelled_before_it_is_written_is_never_written() -> None:
+    """The calls wait for the reply to another read."""
     far = Axes()
 
     async def main() -> None:
@@ -165,13 +167,13 @@ def test_what_is_cancelled_before_it_is_written_is_never_written() -> None:
 
 
 @pytest.mark.parametrize("number", range(len(WAITING)))
-def test_what_is_interrupted_before_it_is_written_is_never_written(number: int) -> None:
-    """Here it waits because of the pace."""
+def test_a_call_interrupted_before_it_is_written_is_never_written(number: int) -> None:
+    """The call waits because of the pacing."""
     far = Axes()
     link = InterruptedLink(far)
     with MS2000.open(link, on_close="leave") as device:
         device.switch_to_low_level()
-        link.left = 2  # the first one is for what came before
+        link.left = 2  # the first read belongs to the previous command
         far.forget()
         with pytest.raises(KeyboardInterrupt):
             WAITING[number](device)

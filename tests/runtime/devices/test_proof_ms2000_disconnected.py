@@ -1,4 +1,4 @@
-"""The plug pulled at every byte of a move that is polled for: it is seen at most once, nothing is re-sent."""
+"""The plug is pulled at every byte of a polled move. The move is never sent twice."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ MOVES: dict[str, tuple[Callable[[Any], Any], bytes]] = {
     ),
 }
 READ = c.ReadStatus().pack(0x18)
-POLLS = 4  # as many as a move of 0.35 s has
+POLLS = 4  # polls during a move of 0.35 s
 WHERE = c.ReadMotorPositionAndStatus().pack(0x18)
 ASKED = c.ReadIncrementValue().pack(0x18) + WHERE
-"""What is asked before a move by a stored distance."""
+"""Requests before a move by a stored distance."""
 ANSWERED = 3 + 4  # bytes
 OPTIONS: dict[str, Any] = {"on_close": "leave", "reconnect_pause": 0}
-"""On TCP; the far end forgets half a command when it hangs up, and needs no pause."""
+"""Options on TCP; the far end forgets half a command when it hangs up, so no pause is needed."""
 
 
 def before(name: str) -> bytes:
-    """What is asked before a move."""
+    """Return the requests before a move."""
     return ASKED if name.startswith("increment") else b""
 
 
 def whole(name: str) -> bytes:
-    """All that is written for a move: questions, the command, polls, and where it has ended."""
+    """Return all bytes written for a move: requests, the command, polls, and the final position request."""
     return before(name) + MOVES[name][1] + READ * POLLS + WHERE
 
 
 class Cut(Axes):
-    """A controller whose plug is pulled when it has taken, or said, so many bytes since it takes commands.
+    """A controller whose plug is pulled after it has received or sent a number of bytes in low-level mode.
 
-    :param taken: bytes; None: it gets all.
-    :param said: bytes; None: all.
+    :param taken: bytes to receive; None: all.
+    :param said: bytes to send; None: all.
     """
 
     def __init__(self, taken: int | None, said: int | None) -> None:
@@ -76,7 +76,7 @@ class Cut(Axes):
         return said
 
     def plug_in(self) -> None:
-        """Begin with another line; what was not whole on the last one is forgotten."""
+        """Start a new line, and forget a partial command of the previous one."""
         if self.unplugged:
             self._to_take = self._to_say = None
         self.unplugged = False
@@ -84,7 +84,7 @@ class Cut(Axes):
 
 
 def cuts(name: str, polls: int) -> list[tuple[int | None, int | None]]:
-    """Every byte of a move and of so many polls, and of their answers."""
+    """Return every byte at which to cut a move with a number of polls, and their answers."""
     size = len(before(name) + MOVES[name][1]) + polls * len(READ)
     answered = ANSWERED if before(name) else 0
     return [
@@ -94,7 +94,7 @@ def cuts(name: str, polls: int) -> list[tuple[int | None, int | None]]:
 
 
 def seen(name: str, taken: int | None, said: int | None) -> int:
-    """How many moves a controller has seen that took, or said, so many bytes."""
+    """Return how many moves a controller receives before the cut."""
     if taken is None:
         return int(not before(name) or (said or 0) > ANSWERED)
     return int(taken >= len(before(name) + MOVES[name][1]))
@@ -103,7 +103,9 @@ def seen(name: str, taken: int | None, said: int | None) -> int:
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("name", MOVES)
-def test_in_memory(unit: str, name: str, side: Side) -> None:
+def test_a_polled_move_over_a_lost_line_in_memory_is_not_resent(
+    unit: str, name: str, side: Side
+) -> None:
     move, _ = MOVES[name]
 
     async def scenario(bench: Any, far: Cut) -> None:
@@ -112,7 +114,7 @@ def test_in_memory(unit: str, name: str, side: Side) -> None:
             with pytest.raises(TransportLostError):
                 await settled(move(device.axis("X")))
             for call in (device.axis("X").read_status, device.axis("X").stop):
-                with pytest.raises(TransportLostError):  # and so does each later one
+                with pytest.raises(TransportLostError):  # as does every later call
                     await settled(call())
 
     for taken, said in cuts(name, POLLS):
@@ -123,8 +125,8 @@ def test_in_memory(unit: str, name: str, side: Side) -> None:
         assert taken is None or len(far.raw) == len(LOW) + taken
 
 
-def test_none_of_it_is_cut_when_all_is_taken() -> None:
-    """So that the cuts are all there are."""
+def test_a_move_without_a_cut_writes_all_expected_bytes() -> None:
+    """This shows that the cuts cover the whole move."""
     for name, (move, _) in MOVES.items():
         far = Cut(None, None)
 
@@ -138,7 +140,7 @@ def test_none_of_it_is_cut_when_all_is_taken() -> None:
 
 
 async def again(device: Any, far: Cut, moves: int) -> None:
-    """Connect once more: nothing is sent again, and no other move before it is known that none goes on."""
+    """Reconnect: nothing is resent, and another move is refused until the first is known to have ended."""
     far.forget()
     await settled(device.reconnect())
     axis = device.axis("X")
@@ -152,12 +154,14 @@ async def again(device: Any, far: Cut, moves: int) -> None:
     assert far.moves() == 0
     await settled(axis.start_move_absolute(counts=1))
     await settled(axis.stop())
-    await settled(axis.read_status())  # has come, and so has all before it
+    await settled(axis.read_status())  # its reply shows that everything before it arrived
     assert far.moves() == 1
 
 
 @pytest.mark.parametrize(("taken", "said"), cuts("move_absolute", 1))
-def test_on_tcp(taken: int | None, said: int | None) -> None:
+def test_a_polled_move_over_a_lost_tcp_connection_is_not_resent(
+    taken: int | None, said: int | None
+) -> None:
     far = Cut(taken, said)
     far.lasts = 60
     move, _ = MOVES["move_absolute"]
@@ -171,7 +175,9 @@ def test_on_tcp(taken: int | None, said: int | None) -> None:
 
 
 @pytest.mark.parametrize(("taken", "said"), cuts("move_absolute", 1))
-def test_on_tcp_with_asyncio(taken: int | None, said: int | None) -> None:
+def test_a_polled_move_over_a_lost_tcp_connection_is_not_resent_in_asyncio(
+    taken: int | None, said: int | None
+) -> None:
     far = Cut(taken, said)
     far.lasts = 60
     move, _ = MOVES["move_absolute"]

@@ -1,6 +1,6 @@
-"""Replies without a frame, on a line that loses, repeats and delays: a late reply is nobody's answer.
+"""Replies without a frame over a line that loses, repeats and delays: a late reply is never matched.
 
-What is inserted or damaged within a reply of the MS-2000 cannot be seen by anybody; that is not asked here.
+Bytes that are inserted into or damaged in a reply of the MS-2000 cannot be detected, so this is not tested.
 """
 
 from __future__ import annotations
@@ -21,9 +21,7 @@ PACKAGE = "stagewire_ms2000"
 REQUESTS = 4000
 RATE = 0.02
 TIMEOUTS = (0.3, 1.0)
-LATEST = (
-    1.15  # seconds: later than a caller waits, but within the silence for which a line is drained
-)
+LATEST = 1.15  # seconds: longer than the timeouts, but shorter than the silence that drains a line
 QUERIES = {
     "read_motor_position": (c.ReadMotorPosition, "position"),
     "read_target_position": (c.ReadTargetPosition, "target_position"),
@@ -32,7 +30,7 @@ QUERIES = {
 
 
 class Numbering(FarEnd):
-    """Answers each request with a number that it has not said before."""
+    """A controller that answers each request with a new number."""
 
     def __init__(self, seed: int) -> None:
         self.count = 0
@@ -73,7 +71,7 @@ class Numbering(FarEnd):
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("seed", [1, 2])
-def test_no_stale_value_ever(side: Side, seed: int) -> None:
+def test_a_stale_value_is_never_returned(side: Side, seed: int) -> None:
     far = Numbering(seed)
     draw = random.Random(seed)
 

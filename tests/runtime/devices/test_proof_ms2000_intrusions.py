@@ -1,8 +1,8 @@
-"""What really comes besides a reply without a frame: it is drained, and the next answer is right.
+"""Stray bytes around a reply without a frame are drained, and the next answer is right.
 
-Each query of an axis is asked, with an intrusion before, within or behind its reply, and then twice more;
-from one question to the next the controller says something else. The document's replies carry nothing to
-know them by, so what comes between a request and its reply cannot be seen by anybody; that is not asked here.
+Each query of an axis is made with an intrusion before, within or after its reply, and then twice more. The
+controller changes its values between the requests. Documented replies have no identification, so bytes
+between a request and its reply cannot be detected; this is not tested.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from proof_ms2000 import DRAIN, UNITS, USUAL, Axes, Said, opened, queries
 
 from stagewire.errors import ReplyTimeoutError
 
-SHORT = 0.3  # seconds that the disturbed question waits
+SHORT = 0.3  # timeout of the disturbed request in seconds
 Ask = Callable[[], Any]
 
 
 async def stray_before(bench: Any, far: Axes, ask: Ask) -> None:
-    """Bytes that nobody asked for: the question waits until the line is silent, and is answered right."""
+    """Send unsolicited bytes; the request waits until the line is silent, and gets the right answer."""
     for stray in (b"\0", b"B", b"\xff\x13\x37", b":A 1\r\n", bytes(40)):
         far.say(stray)
         await bench.sleep(0.001)
@@ -33,7 +33,7 @@ async def stray_before(bench: Any, far: Axes, ask: Ask) -> None:
 
 
 async def stray_twice(bench: Any, far: Axes, ask: Ask) -> None:
-    """More of it within the silence begins the silence anew."""
+    """Send stray bytes during the silence; the silence starts again."""
     far.say(b"\0")
     far.say(b"\0", 0.15)
     begin = bench.now()
@@ -42,7 +42,7 @@ async def stray_twice(bench: Any, far: Axes, ask: Ask) -> None:
 
 
 async def late(bench: Any, far: Axes, ask: Ask) -> None:
-    """A reply that comes when nobody waits for it any more answers nothing."""
+    """Send a reply after the timeout; it is not matched to the next request."""
     for delay in (SHORT + 0.001, 0.7, 0.99):
         await gives_up(bench, far, ask, lambda reply, delay=delay: [(delay, reply)])
         await ask()
@@ -50,7 +50,7 @@ async def late(bench: Any, far: Axes, ask: Ask) -> None:
 
 
 async def in_two(bench: Any, far: Axes, ask: Ask) -> None:
-    """A reply that comes in two pieces is one."""
+    """Send a reply in two pieces; it is accepted."""
     for at in (1, 2, -1):
         far.say_so = lambda reply, at=at: [(0.001, reply[:at]), (0.15, reply[at:])]
         await ask()
@@ -58,7 +58,7 @@ async def in_two(bench: Any, far: Axes, ask: Ask) -> None:
 
 
 async def in_two_too_late(bench: Any, far: Axes, ask: Ask) -> None:
-    """Where the second piece is late, neither of them answers anything."""
+    """Send the second piece of a reply too late; neither piece is matched to a request."""
     for share in (0.5, 0.99):
 
         def torn(reply: bytes, share: float = share) -> Said:
@@ -71,7 +71,7 @@ async def in_two_too_late(bench: Any, far: Axes, ask: Ask) -> None:
 
 
 async def cut_off(bench: Any, far: Axes, ask: Ask) -> None:
-    """A reply that lacks its last byte is none."""
+    """Send a reply without its last byte; it is not accepted."""
     await gives_up(bench, far, ask, lambda reply: [(0.001, reply[:-1])])
     await ask()
 
@@ -82,7 +82,7 @@ async def lost(bench: Any, far: Axes, ask: Ask) -> None:
 
 
 async def more_behind(bench: Any, far: Axes, ask: Ask) -> None:
-    """The reply is right, and what comes behind it is drained before the next question."""
+    """Send stray bytes after a reply; they are drained before the next request."""
     for behind in (b"\0", b"N", b"\xff" * 7):
         far.say_so = lambda reply, behind=behind: [(0.001, reply + behind)]
         await ask()
@@ -94,7 +94,7 @@ async def more_behind(bench: Any, far: Axes, ask: Ask) -> None:
 
 
 async def twice(bench: Any, far: Axes, ask: Ask) -> None:
-    """A reply that is repeated does not answer the next question."""
+    """Send a reply twice; the copy is not matched to the next request."""
     far.say_so = lambda reply: [(0.001, reply * 2)]
     await ask()
     far.renew()
@@ -107,7 +107,7 @@ INTRUSIONS = [
 
 
 async def gives_up(bench: Any, far: Axes, ask: Ask, say_so: Callable[[bytes], Said]) -> None:
-    """Expect a timeout of the question, and that the next one waits for the silence behind it."""
+    """Check that the request times out, and that the next request waits for a silence."""
     far.say_so = say_so
     asked = bench.now()
     with pytest.raises(ReplyTimeoutError):
@@ -126,7 +126,7 @@ async def disturbed(bench: Any, far: Axes, ask: Ask, intrusion: Callable[..., An
     await ask(timeout=USUAL + 2 * DRAIN)
     far.renew()
     begin = bench.now()
-    await ask()  # of a line that is clean
+    await ask()  # the line is clean now
     assert bench.now() - begin < 0.01
 
 
@@ -153,7 +153,7 @@ def test_no_query_takes_an_intrusion_for_its_reply(
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("intrusion", INTRUSIONS)
-def test_no_line_of_text_takes_an_intrusion_for_its_answer(
+def test_no_line_of_text_takes_an_intrusion_for_its_reply(
     intrusion: Callable[..., Any], side: Side
 ) -> None:
     far = Axes(seed=1)
@@ -171,5 +171,5 @@ def test_no_line_of_text_takes_an_intrusion_for_its_answer(
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_all_queries_are_asked(unit: str) -> None:
+def test_an_axis_has_ten_queries(unit: str) -> None:
     assert len(queries(unit)) == 10

@@ -1,4 +1,4 @@
-"""Too much, too little, NaN and infinity, for every call of an axis: refused with 0 bytes on the wire."""
+"""Every call of an axis refuses NaN, infinity and out-of-range values before anything is sent."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from proof_ms2000 import NAME, UNITS, Axes, axis_calls, opened
 from stagewire.errors import LimitError, MissingFieldError, StagewireError
 from stagewire_ms2000 import messages as c
 
-PER_UNIT = {"um": 10, "ms": 1, "um_per_s": 1}  # counts, as the document has it
+PER_UNIT = {"um": 10, "ms": 1, "um_per_s": 1}  # counts per unit in the document
 
 
 def taking(unit: str) -> list[Call]:
-    """The calls that take a value."""
+    """Return the calls with an argument."""
     return [call for call in axis_calls(unit) if givens(call)]
 
 
 def just_outside(call: Call, keyword: str) -> list[Fraction]:
-    """The nearest counts outside of the range, in units."""
+    """Return the nearest values outside the range, in units."""
     [given] = [given for given in givens(call) if keyword in [way[0] for way in given.ways]]
     per_unit = PER_UNIT[keyword]
     return [
@@ -34,7 +34,7 @@ def just_outside(call: Call, keyword: str) -> list[Fraction]:
     ]
 
 
-def test_all_of_them_are_here() -> None:
+def test_the_limit_tests_cover_all_calls_with_an_argument() -> None:
     for unit in UNITS:
         assert {call.name for call in taking(unit)} == {
             "move_absolute",
@@ -49,7 +49,9 @@ def test_all_of_them_are_here() -> None:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", UNITS)
-def test_what_is_no_number_too_much_or_too_little_makes_no_byte(unit: str, side: Side) -> None:
+def test_invalid_and_out_of_range_numbers_are_refused_before_anything_is_sent(
+    unit: str, side: Side
+) -> None:
     far = Axes()
     draw = random.Random(unit)
     wrong: list[str] = []
@@ -76,7 +78,9 @@ def test_what_is_no_number_too_much_or_too_little_makes_no_byte(unit: str, side:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", UNITS)
-def test_none_of_two_values_or_both_make_no_byte(unit: str, side: Side) -> None:
+def test_a_missing_or_duplicate_value_is_refused_before_anything_is_sent(
+    unit: str, side: Side
+) -> None:
     far = Axes()
     draw = random.Random(unit)
 
@@ -89,7 +93,7 @@ def test_none_of_two_values_or_both_make_no_byte(unit: str, side: Side) -> None:
                     await settled(method(device, call)())
                 for keyword, _ in in_units(call, draw, NAME):
                     both = {**arguments(call, draw, NAME), keyword: 1}
-                    with pytest.raises(StagewireError, match="are the same value"):
+                    with pytest.raises(StagewireError, match="set the same value"):
                         await settled(method(device, call)(**both))
             assert far.raw == b""
 
@@ -97,8 +101,7 @@ def test_none_of_two_values_or_both_make_no_byte(unit: str, side: Side) -> None:
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_the_outermost_values_are_taken(unit: str) -> None:
-    """So that what is refused above is refused for its value."""
+def test_the_minimum_and_the_maximum_are_accepted(unit: str) -> None:
     far = Axes()
 
     async def scenario(bench: Any) -> None:
@@ -124,8 +127,8 @@ def test_the_outermost_values_are_taken(unit: str) -> None:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", UNITS)
-def test_outside_the_travel_nothing_moves(unit: str, side: Side) -> None:
-    """10 mm either way: places and distances that are sent make no byte, stored ones are asked for."""
+def test_nothing_moves_outside_the_travel(unit: str, side: Side) -> None:
+    """The travel is 10 mm each way. Nothing is sent for arguments outside it; stored distances are read."""
     far = Axes()
 
     async def scenario(bench: Any) -> None:
@@ -152,7 +155,9 @@ def test_outside_the_travel_nothing_moves(unit: str, side: Side) -> None:
                     far.forget()
             far.fix(c.ReadIncrementValueReply, increment=160000)
             far.fix(c.ReadMotorPositionAndStatusReply, position=0, status=0)
-            with pytest.raises(LimitError, match=r"\+16 or -16 mm is outside the travel"):
+            with pytest.raises(
+                LimitError, match=r"\+16 or -16 mm from the position 0 mm is outside"
+            ):
                 await settled(axis.increment_move_down())
             assert far.moves() == 0
             far.fix(c.ReadIncrementValueReply, increment=90000)

@@ -1,4 +1,4 @@
-"""Commands and text, each in its mode alone, and the block that enters and leaves one."""
+"""Modes of the MS-2000: commands and text are only sent in their own mode, and ``low_level`` blocks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stagewire.errors import ReplyTimeoutError, TransportLostError, WrongModeErr
 
 @asynccontextmanager
 async def low_level(device: Any) -> AsyncIterator[Any]:
-    """The block of a device of either side."""
+    """Return the block of a device for threads or asyncio."""
     block = device.low_level()
     if hasattr(block, "__aenter__"):
         async with block as same:
@@ -29,7 +29,7 @@ async def low_level(device: Any) -> AsyncIterator[Any]:
 
 
 async def refuses_commands(device: Any, far: Axes, unit: str) -> None:
-    """Expect that no call of an axis makes a byte, but a stop, which brings the switch with it."""
+    """Check that no call of an axis sends anything, except a stop, which also switches the mode."""
     far.forget()
     draw = random.Random(unit)
     for call in axis_calls(unit):
@@ -44,8 +44,8 @@ async def refuses_commands(device: Any, far: Axes, unit: str) -> None:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", UNITS)
-def test_no_command_but_in_its_mode(unit: str, side: Side) -> None:
-    """Not before the mode is known, nor in text mode, nor behind a reset; and no text among commands."""
+def test_commands_and_text_are_refused_in_the_wrong_mode(unit: str, side: Side) -> None:
+    """Commands require low-level mode. The mode is unknown at first and after a reset."""
     far = Axes()
 
     async def scenario(bench: Any) -> None:
@@ -84,7 +84,7 @@ async def question(device: Any, far: Axes) -> None:
 
 
 async def unanswered(device: Any, far: Axes) -> None:
-    """A question whose reply comes after the block."""
+    """Make a request whose reply arrives after the block."""
     far.say_so = lambda reply: [(0.4, reply)]
     with pytest.raises(ReplyTimeoutError):
         await settled(device.axis("X").read_motor_position(timeout=0.2))
@@ -100,7 +100,9 @@ ENDS = [None, ValueError, KeyboardInterrupt, asyncio.CancelledError, GeneratorEx
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("end", ENDS, ids=lambda end: "well" if end is None else end.__name__)
 @pytest.mark.parametrize("within", [nothing, question, unanswered, motion])
-def test_a_block_is_left_however_it_ends(within: Any, end: type[BaseException], side: Side) -> None:
+def test_a_block_switches_back_however_it_ends(
+    within: Any, end: type[BaseException], side: Side
+) -> None:
     far = Axes()
 
     async def block(device: Any) -> None:
@@ -133,7 +135,7 @@ def test_a_block_is_left_however_it_ends(within: Any, end: type[BaseException], 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("error", [ValueError, None])
-def test_a_block_on_a_line_that_is_lost_raises_what_was_raised_within(
+def test_a_block_on_a_lost_line_raises_the_error_from_inside_the_block(
     error: type[Exception] | None, side: Side
 ) -> None:
     far = Axes()
@@ -154,7 +156,7 @@ def test_a_block_on_a_line_that_is_lost_raises_what_was_raised_within(
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_behind_a_block_within_a_block_commands_are_refused(side: Side) -> None:
+def test_commands_are_refused_after_a_nested_block(side: Side) -> None:
     far = Axes()
 
     async def scenario(bench: Any) -> None:
@@ -169,5 +171,5 @@ def test_behind_a_block_within_a_block_commands_are_refused(side: Side) -> None:
     side.run(far, scenario)
 
 
-def test_the_bytes_that_switch_are_those_of_the_document() -> None:
+def test_the_mode_switches_have_the_documented_bytes() -> None:
     assert (LOW, HIGH) == (b"\xff\x42", b"\xff\x41")

@@ -1,4 +1,4 @@
-"""A stop is written at once, whatever is waited for: a reply, a line that has to be silent, a move."""
+"""A stop is written immediately, even while a call waits for a reply, for silence, or for a move."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ MOVE = c.WriteTargetPosition(7).pack(0x18)
 
 
 class Holding(Axes):
-    """Holds its replies back until a stop has come; its moves never end.
+    """A controller that holds its replies back until it receives a stop; its moves never end.
 
-    :param answers: whether a status is answered at once.
+    :param answers: whether it answers a status request immediately.
     """
 
     def __init__(self, answers: bool = False) -> None:
@@ -51,12 +51,12 @@ class Holding(Axes):
         return held + said
 
     def wait_for(self, raw: bytes) -> None:
-        """Wait until these bytes have come."""
+        """Wait until these bytes have been received."""
         with self.came:
             assert self.came.wait_for(lambda: raw in self.raw, 30)
 
 
-# Threads, in real time: where a stop waits for a reply that only comes behind it, nothing goes on.
+# Threads, in real time: a stop that waited for a reply would deadlock.
 
 
 @contextmanager
@@ -72,7 +72,7 @@ def threads(far: Holding, background: bool) -> Iterator[tuple[Any, ThreadPoolExe
 
 
 @pytest.mark.parametrize("background", [True, False])
-def test_during_a_read(background: bool) -> None:
+def test_a_stop_is_written_during_a_read(background: bool) -> None:
     far = Holding()
     with threads(far, background) as (axis, pool):
         reads = [pool.submit(axis.read_motor_position) for _ in range(3)]
@@ -86,13 +86,13 @@ def test_during_a_read(background: bool) -> None:
 
 @pytest.mark.parametrize("answers", [True, False], ids=["between polls", "during a poll"])
 @pytest.mark.parametrize("background", [True, False])
-def test_during_a_move(background: bool, answers: bool) -> None:
+def test_a_stop_is_written_during_a_move(background: bool, answers: bool) -> None:
     far = Holding(answers)
     with threads(far, background) as (axis, pool):
         move = pool.submit(axis.move_absolute, counts=7)
         far.wait_for(MOVE + STATUS)
         assert axis.stop() is None
-        assert STOP in far.raw  # nothing else has come to end this
+        assert STOP in far.raw  # only the stop can end the move
         with pytest.raises(MotionStoppedError):
             move.result(30)
         assert not axis.is_moving()
@@ -100,7 +100,7 @@ def test_during_a_move(background: bool, answers: bool) -> None:
 
 
 @pytest.mark.parametrize("background", [True, False])
-def test_a_motion_that_is_waited_for_by_another_thread(background: bool) -> None:
+def test_a_stop_ends_a_motion_for_which_another_thread_waits(background: bool) -> None:
     far = Holding()
     with threads(far, background) as (axis, pool):
         motion = axis.start_move_absolute(counts=7)
@@ -113,7 +113,7 @@ def test_a_motion_that_is_waited_for_by_another_thread(background: bool) -> None
     assert far.moves() == 1
 
 
-# asyncio, in stepped time: the very instant.
+# asyncio, in simulated time: the stop is written without any delay.
 
 
 def stepping(far: Holding, scenario: Any) -> None:
@@ -128,7 +128,7 @@ def stepping(far: Holding, scenario: Any) -> None:
     stepped.run(main())
 
 
-def test_during_a_read_with_asyncio() -> None:
+def test_a_stop_is_written_during_a_read_in_asyncio() -> None:
     far = Holding()
 
     async def scenario(axis: Any) -> None:
@@ -148,8 +148,8 @@ def test_during_a_read_with_asyncio() -> None:
 
 @pytest.mark.parametrize("after", [0.0, 0.001, 0.05, 0.1, 0.1001, 0.25, 5.0])
 @pytest.mark.parametrize("answers", [True, False])
-def test_during_a_move_with_asyncio(after: float, answers: bool) -> None:
-    """Before its first poll, during one, between two."""
+def test_a_stop_is_written_during_a_move_in_asyncio(after: float, answers: bool) -> None:
+    """The stop is sent before the first poll, during a poll, and between two polls."""
     far = Holding(answers)
 
     async def scenario(axis: Any) -> None:
@@ -168,7 +168,7 @@ def test_during_a_move_with_asyncio(after: float, answers: bool) -> None:
     assert far.raw.startswith(MOVE)
 
 
-def test_while_the_line_has_to_be_silent() -> None:
+def test_a_stop_is_written_while_a_read_waits_for_silence() -> None:
     far = Holding()
 
     async def scenario(axis: Any) -> None:
@@ -190,10 +190,10 @@ CUT_OFF = bytes.fromhex("18 54 03 a0 86 01 3a")
 
 @pytest.mark.parametrize("cut", range(1, len(CUT_OFF)))
 @pytest.mark.parametrize("closes", [False, True], ids=["stop", "close"])
-def test_after_a_command_that_was_cut_off_by_a_loss(
+def test_a_stop_works_after_a_command_that_was_cut_off(
     cut: int, closes: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The controller holds half a command, and takes the bytes of a stop for its rest."""
+    """The controller holds half a command, and reads the first stop as the rest of it."""
     controller = virtual.MS2000(strategies={"power_on_mode": "low"})
 
     def open_link(url: str, settings: object) -> SteppedLink:

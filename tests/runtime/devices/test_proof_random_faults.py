@@ -1,6 +1,6 @@
-"""Random faults with fixed seeds: never a wrong value, each failure documented, the session usable after it.
+"""Random faults with fixed seeds: no wrong values, only documented errors, and a usable session afterwards.
 
-``proof_faults.py`` is the experiment; as a program it makes 100,000 requests of each kind, with any seed.
+The experiment is in ``proof_faults.py``, which makes 100,000 requests with any seed when run as a program.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from stagewire import Frame
 from stagewire.errors import ReplyTimeoutError
 from stagewire_apt import messages as m
 
-REQUESTS = 10_000  # ten times: five seeds, two sides
+REQUESTS = 10_000  # for each of five seeds and two sides
 SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.matrix) for seed in range(1, 5))]
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_no_wrong_value_ever(side: Side, seed: int) -> None:
+def test_a_wrong_value_is_never_returned(side: Side, seed: int) -> None:
     tally = run(side, REQUESTS, seed)
     assert tally.wrong == []
     assert tally.spoilt == 0
@@ -33,8 +33,8 @@ def test_no_wrong_value_ever(side: Side, seed: int) -> None:
 
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
-def test_damage_in_a_packet_is_seen_by_nobody_and_never_affects_a_later_answer(side: Side) -> None:
-    """There is no checksum: such values are counted apart, and are no more than the damaged packets."""
+def test_damage_in_a_packet_does_not_affect_later_answers(side: Side) -> None:
+    """Packets have no checksum. Damaged values are counted separately, and at most one per damaged packet."""
     tally = run(side, REQUESTS, 3, (*FAULTS, "packet"))
     assert tally.wrong == []
     assert 0 < tally.spoilt <= tally.faults["packet"]
@@ -42,14 +42,14 @@ def test_damage_in_a_packet_is_seen_by_nobody_and_never_affects_a_later_answer(s
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("fault", FAULTS)
-def test_each_fault_alone(side: Side, fault: str) -> None:
-    tally = run(side, 500, 4, (fault,) * 20)  # each frame is hit with a probability of a fifth
+def test_no_single_kind_of_fault_causes_a_wrong_value(side: Side, fault: str) -> None:
+    tally = run(side, 500, 4, (fault,) * 20)  # about every fifth frame is hit
     assert tally.wrong == []
     assert tally.faults[fault] > 100
 
 
 class Twice(Controller):
-    """Says its first reply twice, the second time with a damaged header, and answers on."""
+    """A controller that sends its first reply twice, the second time with a damaged header."""
 
     def __init__(self, bit: int) -> None:
         super().__init__()
@@ -66,8 +66,8 @@ class Twice(Controller):
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("bit", range(48))
-def test_what_began_before_a_request_does_not_answer_it(bit: int, side: Side) -> None:
-    """A copy whose header promises too much waits for bytes, and takes them from the next reply."""
+def test_a_frame_that_began_before_a_request_is_not_matched_to_it(bit: int, side: Side) -> None:
+    """A copy whose header declares too many bytes is completed by bytes of the next reply."""
     controller = Twice(bit)
 
     async def scenario(bench: Any) -> None:
@@ -82,7 +82,7 @@ def test_what_began_before_a_request_does_not_answer_it(bit: int, side: Side) ->
     side.run(controller, scenario)
 
 
-def test_the_judge_sees_what_is_stale_and_what_is_another_kind() -> None:
+def test_the_judge_detects_stale_replies_and_replies_of_another_kind() -> None:
     controller = Noisy(1, ())
     five, six = number_of(5), number_of(6)
     controller.kinds = {five: m.MotGetPosCounter, six: m.MotGetEncCounter}

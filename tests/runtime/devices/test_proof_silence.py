@@ -1,4 +1,4 @@
-"""A controller that says nothing: every call of every unit ends in time, with a documented error."""
+"""Calls to a silent controller: every call of every unit ends within its timeout with a documented error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNITS = [(protocol, unit) for protocol in PACKAGES for unit in units(protocol)]
 
 
 class Silent(FarEnd):
-    """Takes everything and says nothing."""
+    """A controller that receives everything and sends nothing."""
 
     def take(self, data: bytes) -> tuple[()]:
         return ()
@@ -66,14 +66,14 @@ def timeout_of(call: Call) -> dict[str, float]:
 
 
 def unanswered(call: Call) -> bool:
-    """Whether nothing comes after a stop, as the document has it."""
+    """Return whether the document lists no message after a stop."""
     ends = call.table.ends.completed if call.kind == "_halt" and call.table.ends else ()
     return call.kind == "_halt" and not any(
         cls.layout.message in facts_of(call.unit)["messages"] for cls in ends
     )
 
 
-def test_the_error_says_what_was_sent_and_what_was_awaited() -> None:
+def test_the_timeout_error_names_the_request_and_the_expected_reply() -> None:
     async def scenario(bench: Any) -> str:
         async with bench.open("TDC001", identify=False) as device:
             with pytest.raises(ReplyTimeoutError) as caught:

@@ -1,4 +1,4 @@
-"""Eight threads at one device: every reply meets the call that asked for it."""
+"""Eight threads use one device: every reply is matched to its own call."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ QUERIES: dict[str, Any] = {
 
 
 class Counting(Controller):
-    """Answers with the number of the request of this kind, in every field that can hold it."""
+    """A controller that answers with the count of requests of this kind, in every field that can hold it."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -46,8 +46,8 @@ class Counting(Controller):
         return [(0.0, Frame(cls(chan_ident=1, **values), HOST, frame.dest).encode())]
 
 
-def test_no_reply_meets_another_call() -> None:
-    """Each kind is asked for by two of the eight threads; a reply is newer than the one before."""
+def test_no_reply_is_matched_to_another_call() -> None:
+    """Two of the eight threads make each kind of request; each reply must be newer than the previous one."""
     controller = Counting()
     wrong: list[str] = []
     with TDC001.open(QueueLink(controller), identify=False, on_close="leave", timeout=10) as tdc:

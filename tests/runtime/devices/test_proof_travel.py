@@ -1,7 +1,7 @@
-"""Distances and stored targets against the travel, of every unit with a stage: nothing is sent that moves.
+"""Distances and stored targets outside the travel never start a motion, on every unit with a stage.
 
-A distance that is longer than the travel makes no byte. For one that may lead out of it the position is
-asked, and for what is stored in the controller what is stored; nothing else is.
+For a distance longer than the travel, nothing is sent. For other distances only the position is read, and for
+stored values also the stored value.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ CASES = {
 
 
 class Standing(Parrot):
-    """Says that it stands somewhere, and that a target is stored in it.
+    """A controller with a given position and a given stored target.
 
-    :ivar says: the values of fields, in counts.
+    :ivar says: values of fields, in counts.
     """
 
     def __init__(self) -> None:
@@ -94,9 +94,9 @@ class Scene:
         mode: JogMode = JogMode.SINGLE_STEP,
         **given: str,
     ) -> None:
-        """Make a call where it stands at ``here`` mm, and hold what is sent against what is expected.
+        """Make a call at the position ``here`` mm, and compare the sent messages with those expected.
 
-        :param expected: the messages that are asked, and ``sent`` or ``refused``.
+        :param expected: the names of the requests, and ``sent`` or ``refused``.
         """
         far = Standing()
 
@@ -121,10 +121,10 @@ class Scene:
         happened = " ".join([*("STATUS" if name in STATUS else name for name in names), end])
         if happened != expected:
             where = f"at {here} mm with {stored} mm stored"
-            self.wrong.append(f"{call}({given}) {where}: {happened}, and not {expected}")
+            self.wrong.append(f"{call}({given}) {where}: {happened}, expected {expected}")
 
     def _others(self, call: Call, given: dict[str, str]) -> dict[str, Any]:
-        """All arguments but those that are given."""
+        """Return random arguments, except those given."""
         others = arguments(call, self._draw)
         for entry in givens(call):
             if not given.keys().isdisjoint(way[0] for way in entry.ways):
@@ -133,7 +133,7 @@ class Scene:
 
 
 def distances(unit: str, kinds: tuple[str, ...]) -> list[tuple[Call, str]]:
-    """The calls that take a distance, with the keyword in mm."""
+    """Return the calls with a distance, with its keyword in mm."""
     return [
         (call, given.ways[0][0])
         for call in calls(unit)
@@ -145,7 +145,7 @@ def distances(unit: str, kinds: tuple[str, ...]) -> list[tuple[Call, str]]:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", MOVERS)
-def test_a_distance_that_is_sent(unit: str, side: Side) -> None:
+def test_a_distance_outside_the_travel_is_refused(unit: str, side: Side) -> None:
     moves = distances(unit, ("_act", "_start"))
     assert {call.name for call, _ in moves} == {"move_relative", "start_move_relative"}
 
@@ -163,8 +163,10 @@ def test_a_distance_that_is_sent(unit: str, side: Side) -> None:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", MOVERS)
-def test_a_distance_that_is_stored_for_later(unit: str, side: Side) -> None:
-    """Longer than the travel it is refused before anything is asked; else nobody knows where it begins."""
+def test_a_distance_to_store_is_refused_if_it_is_longer_than_the_travel(
+    unit: str, side: Side
+) -> None:
+    """Shorter distances are accepted, because the start of the later move is unknown."""
     stores = distances(unit, ("_set", "_change", "_tell"))
     assert {call.name for call, _ in stores} >= {"set_move_rel_params", "set_jog_params"}
 
@@ -179,8 +181,8 @@ def test_a_distance_that_is_stored_for_later(unit: str, side: Side) -> None:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize("unit", MOVERS)
-def test_what_is_stored_decides_where_it_goes(unit: str, side: Side) -> None:
-    """A distance with its sign; a step of a jog is refused only if it leads out both ways."""
+def test_a_stored_target_or_distance_outside_the_travel_is_refused(unit: str, side: Side) -> None:
+    """A stored distance has a sign. A jog is refused only if both directions leave the travel."""
     by_name = {call.name: call for call in calls(unit)}
 
     scene = Scene(unit, side)

@@ -1,6 +1,7 @@
-"""What a user writes for the worked examples of the documents puts the documents' bytes on the wire.
+"""Calls for the worked examples of the documents send exactly the bytes in the documents.
 
-``worked_calls/`` has the calls, ``spec/*/examples.yaml`` the bytes, which nothing of ours has made.
+The calls are in ``worked_calls/``, and the bytes, transcribed from the documents, in
+``spec/*/examples.yaml``.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def all_entries(**having: Any) -> list[Any]:
 @pytest.mark.parametrize(
     ("protocol", "name", "entry"), all_entries(counts=False, keep_alive=False, unasked=False)
 )
-def test_the_call_puts_the_bytes_of_the_example_on_the_wire(
+def test_the_call_sends_the_bytes_of_the_example(
     side: Side, protocol: str, name: str, entry: Any
 ) -> None:
     _, _, heard = perform(side, protocol, entry, *replies(protocol, name, entry))
@@ -68,7 +69,7 @@ def test_the_call_sends_the_counts_that_the_prose_states(
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize(("protocol", "name", "entry"), all_entries(gives=True))
-def test_the_answer_gives_the_values_that_the_example_states(
+def test_the_answer_has_the_values_that_the_example_states(
     side: Side, protocol: str, name: str, entry: Any
 ) -> None:
     values, _, _ = perform(side, protocol, entry, *replies(protocol, name, entry))
@@ -89,7 +90,7 @@ def test_the_answer_gives_the_values_that_the_example_states(
 
 
 def tolerance(values: Any, attribute: str, entry: Any) -> Fraction:
-    """Half the digit that the document rounds to; half a count where it does not say."""
+    """Return half the last digit of a rounded value in the document, or else half a count."""
     if "rounded_to" in entry:
         return Fraction(str(entry["rounded_to"])) / 2
     field = vars(type(values))[attribute].field
@@ -99,7 +100,7 @@ def tolerance(values: Any, attribute: str, entry: Any) -> Fraction:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize(("protocol", "name", "entry"), all_entries(keep_alive=True))
-def test_an_open_device_keeps_its_session_alive_with_the_bytes_of_the_example(
+def test_an_open_device_sends_the_keep_alive_message_of_the_example(
     side: Side, protocol: str, name: str, entry: Any
 ) -> None:
     _, far, _ = perform(side, protocol, entry, wait=0.99)
@@ -108,7 +109,7 @@ def test_an_open_device_keeps_its_session_alive_with_the_bytes_of_the_example(
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize(("protocol", "name", "entry"), all_entries(unasked=True))
-def test_what_comes_unasked_goes_to_who_subscribed(
+def test_an_unsolicited_message_is_delivered_to_a_subscription(
     side: Side, protocol: str, name: str, entry: Any
 ) -> None:
     said = correct(protocol, name)
@@ -117,7 +118,7 @@ def test_what_comes_unasked_goes_to_who_subscribed(
 
 
 def read_back() -> list[Any]:
-    """The entries that write what their unit can be asked for."""
+    """Return the entries that write values which can also be read."""
     messages = {unit["name"]: unit["messages"] for unit in registry()["units"]}
     found = []
     for entry in entries("thorlabs_apt", answer=False, counts=False, ends=False, keep_alive=False):
@@ -130,10 +131,10 @@ def read_back() -> list[Any]:
 
 @pytest.mark.parametrize("side", SIDES, ids=repr)
 @pytest.mark.parametrize(("protocol", "name", "entry"), read_back())
-def test_what_was_set_reads_back_as_it_was_written(
+def test_a_written_value_reads_back_unchanged(
     side: Side, protocol: str, name: str, entry: Any
 ) -> None:
-    """The packet of an example, said by the controller as its GET, gives what the call was given."""
+    """The packet of a SET example, sent back as the GET message, has the values of the call."""
     call = ast.parse(entry["call"].strip(), mode="eval").body
     assert isinstance(call, ast.Call)
     example = examples(protocol)[name]
@@ -155,11 +156,11 @@ def test_what_was_set_reads_back_as_it_was_written(
             assert value == given, keyword.arg
 
 
-# The table itself
+# The table of calls
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
-def test_every_example_has_its_call_or_a_reason_why_it_has_none(protocol: str) -> None:
+def test_every_example_has_a_call_or_a_reason_for_having_none(protocol: str) -> None:
     table = read(CALLS, protocol)
     others = [name for group in table["others"] for name in group["examples"]]
     assert all(group["reason"] for group in table["others"])
@@ -169,7 +170,7 @@ def test_every_example_has_its_call_or_a_reason_why_it_has_none(protocol: str) -
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
-def test_every_example_with_values_in_units_has_its_call(protocol: str) -> None:
+def test_every_example_with_values_in_units_has_a_call(protocol: str) -> None:
     table = read(CALLS, protocol)["calls"]
     assert [
         name
@@ -179,7 +180,7 @@ def test_every_example_with_values_in_units_has_its_call(protocol: str) -> None:
 
 
 def differences(entry: Any) -> dict[str, int]:
-    """By how much the exact counts of an example differ from those that the document computes."""
+    """Return the differences between the exact counts of an example and those in the document."""
     stated = entry.get("stated", {})
     found = (
         {}
@@ -190,14 +191,14 @@ def differences(entry: Any) -> dict[str, int]:
 
 
 @pytest.mark.parametrize(("protocol", "name", "entry"), all_entries())
-def test_where_the_document_used_a_rounded_factor_the_difference_is_stated(
+def test_the_difference_caused_by_a_rounded_factor_is_stated(
     protocol: str, name: str, entry: Any
 ) -> None:
     assert entry.get("difference", {}) == differences(examples(protocol)[name])
 
 
-def test_the_counts_of_a_difference_are_those_on_the_wire() -> None:
-    """So that 99 mm/s are 13,287,555 counts here, and not the 13,287,582 of the rounded factor."""
+def test_the_exact_counts_are_sent() -> None:
+    """99 mm/s are 13,287,555 counts, not the 13,287,582 of the rounded factor."""
     _, _, [event] = perform(
         SIDES[0], "thorlabs_apt", read(CALLS, "thorlabs_apt")["calls"]["velparams-set"]
     )

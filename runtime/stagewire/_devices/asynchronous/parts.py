@@ -31,7 +31,7 @@ class Motion:
 
     @property
     def done(self) -> bool:
-        """Whether the motion has ended or timed out; :meth:`wait` then returns or raises immediately.
+        """Whether the motion has ended or timed out; :meth:`wait` returns its end or raises the error.
 
         If the controller has to be polled, this is False until :meth:`wait` has seen the end. ``is_moving()``
         asks the controller.

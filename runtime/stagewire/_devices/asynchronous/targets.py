@@ -170,8 +170,8 @@ async def checked(
     The status is requested if the end message has no position. It is requested again if the position is off
     the target while the status bits show motion, until they show rest or the deadline has passed.
 
-    Raise :class:`~stagewire.errors.TargetNotReachedError`, and
-    :class:`~stagewire.errors.ReplyTimeoutError` if a status request is not answered.
+    Raise :class:`~stagewire.errors.TargetNotReachedError`, and :class:`~stagewire.errors.ReplyTimeoutError`
+    if a status request is not answered.
     """
     said, asked = end.values, False
     tolerance = _tolerance(endpoint)
