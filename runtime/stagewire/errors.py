@@ -124,13 +124,13 @@ class OutOfRangeError(EncodeError, ValueError):
 
 
 class BadValueError(EncodeError, TypeError):
-    """A value has the wrong type, such as text instead of a number."""
+    """A value is invalid, such as text instead of a number."""
 
     code = "bad_value"
 
 
 class UnsupportedError(CodecError):
-    """The operation is not supported, such as encoding a message whose layout is not documented."""
+    """The operation is not supported, for example because a layout is undocumented or NumPy is missing."""
 
     code = "unsupported"
 

@@ -164,7 +164,7 @@ def test_without_a_terminal_and_without_yes_nothing_is_opened(
         ([], "give one of --to"),
         (["--to", "0.5", "--counts"], "whole numbers"),
         (["--to", "1"], "--stage and --counts"),
-        (["--to", "1", "--stage", "Z9"], "no stage Z9"),
+        (["--to", "1", "--stage", "Z9"], "unknown stage Z9"),
         (["--to", "13", "--stage", "Z8", "--travel", "12"], "outside the travel"),
         (["--to", "1", "--stage", "Z8", "--channel", "2"], "has no channel 2"),
         (["--to", "1", "--stage", "Z8", "--axis", "X"], "has no axis X"),
