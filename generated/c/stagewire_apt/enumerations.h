@@ -71,7 +71,7 @@ enum apt_bay_state {
 enum apt_button_mode {
     /** Buttons jog with the settings of MOT_SET_JOGPARAMS. */
     APT_BUTTON_MODE_JOG = 1,
-    /** Each button moves to a position of its own. */
+    /** Each button moves to its own position. */
     APT_BUTTON_MODE_GO_TO_POSITION = 2
 };
 
@@ -79,7 +79,7 @@ enum apt_button_mode {
  * Values of channel (page 17).
  *
  * Channel within one module. Single-channel controllers, and every bay of a BBD10x, use CHAN1.
- * Pages 27 and 93 also name CHANBOTH_ID for dual-channel units, without a value.
+ * Pages 27 and 93 also name CHANBOTH_ID for dual-channel units, but give no value.
  */
 enum apt_channel {
     /** Channel 1. */
@@ -119,7 +119,7 @@ enum apt_display_mode {
 /**
  * Values of enable_state (page 17).
  *
- * Whether a drive channel is switched on.
+ * Whether a drive channel is enabled.
  */
 enum apt_enable_state {
     /** Enable the channel. */
@@ -131,11 +131,11 @@ enum apt_enable_state {
 /**
  * Values of hard_limit (page 39).
  *
- * How a hardware limit switch works. One of the values 1 to 6, with SWAPPED added (bitwise OR) when
- * the clockwise and the counterclockwise switch are exchanged.
+ * Behaviour of a hardware limit switch. One of the values 1 to 6, with SWAPPED added (bitwise OR)
+ * when the clockwise and counterclockwise switches are swapped.
  */
 enum apt_hard_limit {
-    /** Switch ignored or not there. */
+    /** Switch ignored or not present. */
     APT_HARD_LIMIT_IGNORE = 1,
     /** Switch makes on contact. */
     APT_HARD_LIMIT_MAKES = 2,
@@ -166,7 +166,7 @@ enum apt_hardware_type {
 /**
  * Values of hub_analogue_input (page 115).
  *
- * Way by which the feedback signal of a TSG001 comes to a TPZ001.
+ * Path of the feedback signal from a TSG001 to a TPZ001.
  */
 enum apt_hub_analogue_input {
     /** Through all bays of the hub. */
@@ -180,7 +180,7 @@ enum apt_hub_analogue_input {
 /**
  * Values of hub_analogue_output (page 127).
  *
- * Way by which a TSG001 sends its feedback signal to a TPZ001.
+ * Path by which a TSG001 sends its feedback signal to a TPZ001.
  */
 enum apt_hub_analogue_output {
     /** Through all bays of the hub. */
@@ -192,7 +192,7 @@ enum apt_hub_analogue_output {
 /**
  * Values of hub_bay (page 24).
  *
- * Bay of the T-Cube hub that a T-Cube sits in.
+ * Bay of the T-Cube hub that holds the T-Cube.
  */
 enum apt_hub_bay {
     /** Not on a hub; printed as -0x01. */
@@ -240,20 +240,21 @@ enum apt_lut_value_type {
 /**
  * Values of move_direction (page 47).
  *
- * Direction of a jog or of a move at constant velocity (page 48). Whether the position counter
- * rises or falls in it is not documented and may depend on the controller.
+ * Direction of a jog or of a move at constant velocity (page 48). The document does not say whether
+ * the position counter rises or falls in this direction; it may depend on the controller.
  */
 enum apt_move_direction {
-    /** Forward, clockwise (CW) by page 77. */
+    /** Forward, clockwise (CW) according to page 77. */
     APT_MOVE_DIRECTION_FORWARD = 1,
-    /** Reverse, counterclockwise (CCW) by page 77. */
+    /** Reverse, counterclockwise (CCW) according to page 77. */
     APT_MOVE_DIRECTION_REVERSE = 2
 };
 
 /**
  * Values of position_control_mode (page 94).
  *
- * Whether the position feedback of the actuator is used, and how the controller changes over.
+ * Whether the position feedback of the actuator is used, and how the controller switches between
+ * modes.
  */
 enum apt_position_control_mode {
     /** No feedback. */
@@ -326,7 +327,7 @@ enum apt_software_limit_mode {
 /**
  * Values of solenoid_interlock_mode (page 89).
  *
- * Whether the hardware interlock plug is needed.
+ * Whether the hardware interlock plug is required.
  */
 enum apt_solenoid_interlock_mode {
     /** The interlock must be fitted before the unit works. */
@@ -342,7 +343,7 @@ enum apt_solenoid_interlock_mode {
  */
 enum apt_solenoid_operating_mode {
     /**
-     * The ENABLE button of the front panel or the output buttons of the GUI switch the solenoid.
+     * The ENABLE button on the front panel or the output buttons of the GUI switch the solenoid.
      */
     APT_SOLENOID_OPERATING_MODE_SOLENOID_MANUAL = 1,
     /**
@@ -351,8 +352,7 @@ enum apt_solenoid_operating_mode {
      */
     APT_SOLENOID_OPERATING_MODE_SOLENOID_SINGLE = 2,
     /**
-     * After such a press it opens and closes over and over, with the times and number of cycles
-     * set.
+     * After such a press it opens and closes repeatedly, with the set times and number of cycles.
      */
     APT_SOLENOID_OPERATING_MODE_SOLENOID_AUTO = 3,
     /**
@@ -389,7 +389,7 @@ enum apt_stage_axis {
 /**
  * Values of stop_mode (page 32).
  *
- * How a movement ends; page 49 has the same values for MOT_MOVE_STOP.
+ * How a movement ends. Page 49 has the same values for MOT_MOVE_STOP.
  */
 enum apt_stop_mode {
     /** Abrupt stop. */

@@ -12,8 +12,8 @@
 /**
  * @name Bits of bpc_status_bits (page 102)
  *
- * Status of a channel of a BPC controller; the table of page 104 has the same bits without 12 to
- * 14. Bits not named are for future use.
+ * Status of a channel of a BPC controller; the table on page 104 has the same bits except 12 to 14.
+ * Bits not named are for future use.
  * @{
  */
 /** Bit 0: a piezo actuator is connected. */
@@ -24,7 +24,7 @@
 #define APT_BPC_STATUS_BITS_ZEROING UINT32_C(0x00000020)
 /** Bit 8: strain gauge feedback is connected. */
 #define APT_BPC_STATUS_BITS_STRAIN_GAUGE_CONNECTED UINT32_C(0x00000100)
-/** Bit 10: position control mode, 1 for closed loop. */
+/** Bit 10: position control mode; 1 is closed loop. */
 #define APT_BPC_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000400)
 /** Bit 12: hardware set to 75 V maximum output, BPC30x only. */
 #define APT_BPC_STATUS_BITS_HARDWARE_75V UINT32_C(0x00001000)
@@ -57,7 +57,7 @@
 /**
  * @name Bits of dc_status_bits (page 79)
  *
- * Status of a DC servo channel. The bits from homed on stand on page 80, which says that further
+ * Status of a DC servo channel. The bits from homed onwards are on page 80, which says that further
  * bits exist. Pages 62, 64, 66 and 73 number bits of this register from one.
  * @{
  */
@@ -65,21 +65,21 @@
 #define APT_DC_STATUS_BITS_FORWARD_HARDWARE_LIMIT UINT32_C(0x00000001)
 /** Bit 1: reverse hardware limit switch is active. */
 #define APT_DC_STATUS_BITS_REVERSE_HARDWARE_LIMIT UINT32_C(0x00000002)
-/** Bit 4: in motion forward. */
+/** Bit 4: moving forward. */
 #define APT_DC_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
-/** Bit 5: in motion in reverse. */
+/** Bit 5: moving in reverse. */
 #define APT_DC_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
 /** Bit 6: jogging forward. */
 #define APT_DC_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
 /** Bit 7: jogging in reverse. */
 #define APT_DC_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
-/** Bit 9: in motion for homing. */
+/** Bit 9: homing. */
 #define APT_DC_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_DC_STATUS_BITS_HOMED UINT32_C(0x00000400)
 /** Bit 12: position error is within the track window (bit 13 on page 66). */
 #define APT_DC_STATUS_BITS_TRACKING UINT32_C(0x00001000)
-/** Bit 13: axis is settled at the demanded position (bit 14 on pages 66 and 73). */
+/** Bit 13: axis has settled at the demanded position (bit 14 on pages 66 and 73). */
 #define APT_DC_STATUS_BITS_SETTLED UINT32_C(0x00002000)
 /** Bit 14: excessive position error (bit 15 on page 62). */
 #define APT_DC_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
@@ -92,8 +92,8 @@
 /**
  * @name Bits of input_volts_source (page 98)
  *
- * Inputs that are added to the voltage that the software sets. No bit set (0x00) means software
- * only; the software source is always part of the sum.
+ * Inputs that are added to the voltage set by software. No bit set (0x00) means software only; the
+ * software source is always part of the sum.
  * @{
  */
 /** Bit 0: differential signal at EXT IN on the rear panel. */
@@ -119,21 +119,21 @@
 /**
  * @name Bits of lut_output_mode (page 108)
  *
- * Way in which the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001.
- * Continued on page 109.
+ * How the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001. Continued
+ * on page 109.
  * @{
  */
 /** Bit 0: output repeatedly until PZ_STOP_LUTOUTPUT. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_CONTINUOUS 0x0001U
-/** Bit 1: output the number of cycles in num_cycles. */
+/** Bit 1: output num_cycles cycles. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_FIXED 0x0002U
-/** Bit 2: output trigger pulses as op_trig_start and the fields after it say. */
+/** Bit 2: output trigger pulses as set by op_trig_start and the fields after it. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_OUTPUTTRIG 0x0004U
-/** Bit 3: a start only arms the output; it begins when the trigger input becomes active. */
+/** Bit 3: a start only arms the output, which begins when the trigger input becomes active. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_INPUTTRIG 0x0008U
-/** Bit 4: output trigger on the rising edge, 0 to 5 V; falling if not set. */
+/** Bit 4: output trigger on the rising edge, 0 to 5 V; if clear, on the falling edge. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_OUTPUTTRIG_SENSE_HI 0x0010U
-/** Bit 5: input trigger on the rising edge, 0 to 5 V; falling if not set. */
+/** Bit 5: input trigger on the rising edge, 0 to 5 V; if clear, on the falling edge. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_INPUTTRIG_SENSE_HI 0x0020U
 /** Bit 6: the input acts as a gate instead of a trigger. */
 #define APT_LUT_OUTPUT_MODE_OUTPUTLUT_LUTGATED 0x0040U
@@ -151,14 +151,14 @@
 #define APT_OUTPUT_MAX_VOLTS_FLAGS_VOLTAGELIMIT_75V 0x0002U
 /** Bit 2: limit of 100 V. */
 #define APT_OUTPUT_MAX_VOLTS_FLAGS_VOLTAGELIMIT_100V 0x0004U
-/** Bit 3: limit of 150 V; 0x08 as in the example of the page. */
+/** Bit 3: limit of 150 V; 0x08 as in the example on the page. */
 #define APT_OUTPUT_MAX_VOLTS_FLAGS_VOLTAGELIMIT_150V 0x0008U
 /** @} */
 
 /**
  * @name Bits of rack_digital_outputs (page 26)
  *
- * State of the digital outputs on the USER IO connector, 1 for logic high.
+ * State of the digital outputs on the USER IO connector; 1 is logic high.
  * @{
  */
 /** Bit 0: digital output 1 is high. */
@@ -174,7 +174,7 @@
 /**
  * @name Bits of rack_status_bits (page 25)
  *
- * State of the digital inputs on the USER IO connector, 1 for logic high.
+ * State of the digital inputs on the USER IO connector; 1 is logic high.
  * @{
  */
 /** Bit 0: digital input 1 is high. */
@@ -190,7 +190,7 @@
 /**
  * @name Bits of stepper_status_bits (page 77)
  *
- * Status of a stepper channel, 1 for active. The document says on page 78 that further bits exist.
+ * Status of a stepper channel; 1 is active. Page 78 says that further bits exist.
  * @{
  */
 /** Bit 0: forward (CW) hardware limit switch is active. */
@@ -201,9 +201,9 @@
 #define APT_STEPPER_STATUS_BITS_FORWARD_SOFTWARE_LIMIT UINT32_C(0x00000004)
 /** Bit 3: reverse (CCW) software limit is active. */
 #define APT_STEPPER_STATUS_BITS_REVERSE_SOFTWARE_LIMIT UINT32_C(0x00000008)
-/** Bit 4: in motion forward (CW). */
+/** Bit 4: moving forward (CW). */
 #define APT_STEPPER_STATUS_BITS_MOVING_FORWARD UINT32_C(0x00000010)
-/** Bit 5: in motion in reverse (CCW). */
+/** Bit 5: moving in reverse (CCW). */
 #define APT_STEPPER_STATUS_BITS_MOVING_REVERSE UINT32_C(0x00000020)
 /** Bit 6: jogging forward (CW). */
 #define APT_STEPPER_STATUS_BITS_JOGGING_FORWARD UINT32_C(0x00000040)
@@ -211,11 +211,11 @@
 #define APT_STEPPER_STATUS_BITS_JOGGING_REVERSE UINT32_C(0x00000080)
 /** Bit 8: a motor is connected. */
 #define APT_STEPPER_STATUS_BITS_MOTOR_CONNECTED UINT32_C(0x00000100)
-/** Bit 9: in motion for homing. */
+/** Bit 9: homing. */
 #define APT_STEPPER_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_STEPPER_STATUS_BITS_HOMED UINT32_C(0x00000400)
-/** Bit 12: interlock state, 1 for enabled. */
+/** Bit 12: interlock state; 1 is enabled. */
 #define APT_STEPPER_STATUS_BITS_INTERLOCK_ENABLED UINT32_C(0x00001000)
 /** @} */
 
@@ -233,7 +233,7 @@
 #define APT_TPZ_STATUS_BITS_ZEROING UINT32_C(0x00000020)
 /** Bit 8: strain gauge feedback is connected. */
 #define APT_TPZ_STATUS_BITS_STRAIN_GAUGE_CONNECTED UINT32_C(0x00000100)
-/** Bit 10: position control mode, 1 for closed loop. */
+/** Bit 10: position control mode; 1 is closed loop. */
 #define APT_TPZ_STATUS_BITS_CLOSED_LOOP UINT32_C(0x00000400)
 /** @} */
 

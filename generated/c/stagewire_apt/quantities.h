@@ -280,7 +280,7 @@ static inline apt_status apt_to_counts_int32(
 /* The scales: initialisers of a const apt_scale, such as APT_SCALE_DISPLAY_BRIGHTNESS */
 
 /**
- * Brightness of the display, 255 at its brightest, in percent (page 114): counts_per_percent 51/20;
+ * Brightness of the display; 255 is brightest, in percent (page 114): counts_per_percent 51/20;
  * printed as “0 (Off) to 255 (brightest)”.
  */
 #define APT_SCALE_DISPLAY_BRIGHTNESS APT_BRACED(INT64_C(51), INT64_C(20))
@@ -388,8 +388,8 @@ static inline apt_status apt_to_counts_int32(
 #define APT_SCALE_APT_STEPPER_STEPPER_POSITION APT_BRACED(INT64_C(25600), INT64_C(1))
 
 /*
- * encoder_position of APT_STEPPER on STEPPER, in mm (page 77): there is no scale. The encoder of
- * the stage decides and the document gives no figure.
+ * encoder_position of APT_STEPPER on STEPPER, in mm (page 77): there is no scale. It depends on the
+ * encoder of the stage, and the document gives no figure.
  */
 
 /*
@@ -404,8 +404,8 @@ static inline apt_status apt_to_counts_int32(
 #define APT_SCALE_APT_STEPPER_STEPPER_2048_POSITION APT_BRACED(INT64_C(409600), INT64_C(1))
 
 /*
- * encoder_position of APT_STEPPER on STEPPER_2048, in mm (page 77): there is no scale. The encoder
- * of the stage decides and the document gives no figure.
+ * encoder_position of APT_STEPPER on STEPPER_2048, in mm (page 77): there is no scale. It depends
+ * on the encoder of the stage, and the document gives no figure.
  */
 
 /**
@@ -566,7 +566,7 @@ static inline apt_status apt_to_counts_int32(
 
 /*
  * acceleration of Z8 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
- * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
 
 /* Z806: Z806 actuator of the Z8 series. TDC001: TDC001, KDC101. */
@@ -597,7 +597,7 @@ static inline apt_status apt_to_counts_int32(
 
 /*
  * acceleration of Z806 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
- * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
 
 /* Z812: Z812 actuator of the Z8 series. TDC001: TDC001, KDC101. */
@@ -628,7 +628,7 @@ static inline apt_status apt_to_counts_int32(
 
 /*
  * acceleration of Z812 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
- * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
 
 /* Z825: Z825 actuator of the Z8 series. TDC001: TDC001, KDC101. */
@@ -659,7 +659,7 @@ static inline apt_status apt_to_counts_int32(
 
 /*
  * acceleration of Z825 on TDC001, in mm/s^2 (page 56): there is no scale. Issue 3 gives none; later
- * issues print 263 per mm/s^2 where counts and cycle give 261.93, so no figure is taken.
+ * issues print 263 per mm/s^2, but counts and cycle give 261.93, so neither figure is used.
  */
 
 /* Scales by a setting */
@@ -750,7 +750,7 @@ static inline apt_status apt_scale_piezo_position(
 }
 
 /**
- * Slew rate; a count is the maximum output voltage divided by 19000, in V/ms (page 123): 19000
+ * Slew rate; one count is the maximum output voltage divided by 19000, in V/ms (page 123): 19000
  * counts are the setting maximum_volts, given in V; printed as “Value x Max Voltage / 19000”.
  *
  * Refuses as apt_scale_of_share() does.

@@ -12,8 +12,8 @@
 /**
  * Values of axis (section Low level format).
  *
- * The first byte of a command, which axis or function it is for. A controller can be given other
- * identifiers than these, so any byte but 255 and the colon is possible there.
+ * The first byte of a command: the axis or function it addresses. A controller can be configured
+ * with other identifiers, so any byte except 255 and the colon is possible.
  */
 enum ms2000_axis {
     /** X axis. */
@@ -29,7 +29,7 @@ enum ms2000_axis {
     /** The controller itself; reserved for the future. */
     MS2000_AXIS_CONTROLLER = 3,
     /**
-     * Scanning; reserved for the future. On a serial line with software flow control the byte is
+     * Scanning; reserved for the future. On a serial line with software flow control this byte is
      * XOFF.
      */
     MS2000_AXIS_SCAN = 19
@@ -41,7 +41,7 @@ enum ms2000_axis {
  * Whether an axis is busy, as a letter.
  */
 enum ms2000_busy {
-    /** There is a motor signal, or a command is being carried out on an enabled axis. */
+    /** There is a motor signal, or an enabled axis is executing a command. */
     MS2000_BUSY_BUSY = 66,
     /** The axis is idle. */
     MS2000_BUSY_NOT_BUSY = 98

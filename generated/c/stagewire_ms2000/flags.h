@@ -15,17 +15,17 @@
  * State of one axis.
  * @{
  */
-/** Bit 0: there is a motor signal: the axis moves. */
+/** Bit 0: there is a motor signal: the axis is moving. */
 #define MS2000_STATUS_BITS_MOTOR_SIGNAL 0x01U
 /** Bit 1: always set, since a servo cannot be switched off. */
 #define MS2000_STATUS_BITS_SERVO 0x02U
 /** Bit 2: pulses are on. */
 #define MS2000_STATUS_BITS_PULSES 0x04U
-/** Bit 3: joystick or knob is enabled. */
+/** Bit 3: the joystick or knob is enabled. */
 #define MS2000_STATUS_BITS_JOYSTICK_ENABLED 0x08U
 /** Bit 4: the motor is ramping. */
 #define MS2000_STATUS_BITS_RAMPING 0x10U
-/** Bit 5: a ramp goes down; not set, it goes up. Without `ramping` it says nothing. */
+/** Bit 5: the ramp goes down; if clear, it goes up. Only meaningful with `ramping`. */
 #define MS2000_STATUS_BITS_RAMPING_DOWN 0x20U
 /** Bit 6: the upper limit switch is closed. */
 #define MS2000_STATUS_BITS_UPPER_LIMIT 0x40U

@@ -99,16 +99,16 @@ class ButtonMode(Enumeration):
     JOG = 0x01
     """Buttons jog with the settings of MOT_SET_JOGPARAMS."""
     GO_TO_POSITION = 0x02
-    """Each button moves to a position of its own."""
+    """Each button moves to its own position."""
 
 
 class Channel(Enumeration):
     """Values of ``channel`` (page 17).
 
     Channel within one module. Single-channel controllers, and every bay of a BBD10x, use CHAN1.
-    Pages 27 and 93 also name CHANBOTH_ID for dual-channel units, without a value.
+    Pages 27 and 93 also name CHANBOTH_ID for dual-channel units, but give no value.
 
-    The list may be incomplete: Pages 27 and 93 name CHANBOTH_ID for dual-channel units, without a
+    The list may be incomplete: Pages 27 and 93 name CHANBOTH_ID for dual-channel units, but give no
     value.
     """
 
@@ -149,7 +149,7 @@ class DisplayMode(Enumeration):
 class EnableState(Enumeration):
     """Values of ``enable_state`` (page 17).
 
-    Whether a drive channel is switched on.
+    Whether a drive channel is enabled.
     """
 
     ENABLE = 0x01
@@ -161,12 +161,12 @@ class EnableState(Enumeration):
 class HardLimit(Enumeration):
     """Values of ``hard_limit`` (page 39).
 
-    How a hardware limit switch works. One of the values 1 to 6, with SWAPPED added (bitwise OR)
-    when the clockwise and the counterclockwise switch are exchanged.
+    Behaviour of a hardware limit switch. One of the values 1 to 6, with SWAPPED added (bitwise OR)
+    when the clockwise and counterclockwise switches are swapped.
     """
 
     IGNORE = 0x01
-    """Switch ignored or not there."""
+    """Switch ignored or not present."""
     MAKES = 0x02
     """Switch makes on contact."""
     BREAKS = 0x03
@@ -186,7 +186,7 @@ class HardwareType(Enumeration):
 
     Kind of hardware that answers; the document lists two.
 
-    The list may be incomplete: The document lists two of the values in use.
+    The list may be incomplete: The document lists only two of the values in use.
     """
 
     BRUSHLESS_DC_CONTROLLER = 0x2C
@@ -198,7 +198,7 @@ class HardwareType(Enumeration):
 class HubAnalogueInput(Enumeration):
     """Values of ``hub_analogue_input`` (page 115).
 
-    Way by which the feedback signal of a TSG001 comes to a TPZ001.
+    Path of the feedback signal from a TSG001 to a TPZ001.
     """
 
     HUB_ANALOGUEIN_A = 0x01
@@ -212,7 +212,7 @@ class HubAnalogueInput(Enumeration):
 class HubAnalogueOutput(Enumeration):
     """Values of ``hub_analogue_output`` (page 127).
 
-    Way by which a TSG001 sends its feedback signal to a TPZ001.
+    Path by which a TSG001 sends its feedback signal to a TPZ001.
     """
 
     HUB_ANALOGUEOUT_1 = 0x01
@@ -224,7 +224,7 @@ class HubAnalogueOutput(Enumeration):
 class HubBay(Enumeration):
     """Values of ``hub_bay`` (page 24).
 
-    Bay of the T-Cube hub that a T-Cube sits in.
+    Bay of the T-Cube hub that holds the T-Cube.
     """
 
     STANDALONE = 0xFF
@@ -272,20 +272,21 @@ class LutValueType(Enumeration):
 class MoveDirection(Enumeration):
     """Values of ``move_direction`` (page 47).
 
-    Direction of a jog or of a move at constant velocity (page 48). Whether the position counter
-    rises or falls in it is not documented and may depend on the controller.
+    Direction of a jog or of a move at constant velocity (page 48). The document does not say
+    whether the position counter rises or falls in this direction; it may depend on the controller.
     """
 
     FORWARD = 0x01
-    """Forward, clockwise (CW) by page 77."""
+    """Forward, clockwise (CW) according to page 77."""
     REVERSE = 0x02
-    """Reverse, counterclockwise (CCW) by page 77."""
+    """Reverse, counterclockwise (CCW) according to page 77."""
 
 
 class PositionControlMode(Enumeration):
     """Values of ``position_control_mode`` (page 94).
 
-    Whether the position feedback of the actuator is used, and how the controller changes over.
+    Whether the position feedback of the actuator is used, and how the controller switches between
+    modes.
     """
 
     OPEN_LOOP = 0x01
@@ -358,7 +359,7 @@ class SoftwareLimitMode(Enumeration):
 class SolenoidInterlockMode(Enumeration):
     """Values of ``solenoid_interlock_mode`` (page 89).
 
-    Whether the hardware interlock plug is needed.
+    Whether the hardware interlock plug is required.
     """
 
     SOLENOID_ENABLED = 0x01
@@ -374,12 +375,12 @@ class SolenoidOperatingMode(Enumeration):
     """
 
     SOLENOID_MANUAL = 0x01
-    """The ENABLE button of the front panel or the output buttons of the GUI switch the solenoid."""
+    """The ENABLE button on the front panel or the output buttons of the GUI switch the solenoid."""
     SOLENOID_SINGLE = 0x02
     """Each press of ENABLE or of Output ON in the GUI opens and closes it once, with the times of
     MOT_SET_SOL_CYCLEPARAMS."""
     SOLENOID_AUTO = 0x03
-    """After such a press it opens and closes over and over, with the times and number of cycles set."""
+    """After such a press it opens and closes repeatedly, with the set times and number of cycles."""
     SOLENOID_TRIGGER = 0x04
     """A rising edge at TRIG IN starts the cycles; the unit must have been primed with its ENABLE
     button."""
@@ -402,8 +403,8 @@ class StageAxis(Enumeration):
 
     Stage and axis that a channel drives.
 
-    The list may be incomplete: The document lists the axes of one stage; the values of other stages
-    are not known.
+    The list may be incomplete: The document lists the axes of one stage; the values for other
+    stages are not known.
     """
 
     MLS203_X_AXIS = 0x10
@@ -415,7 +416,7 @@ class StageAxis(Enumeration):
 class StopMode(Enumeration):
     """Values of ``stop_mode`` (page 32).
 
-    How a movement ends; page 49 has the same values for MOT_MOVE_STOP.
+    How a movement ends. Page 49 has the same values for MOT_MOVE_STOP.
     """
 
     IMMEDIATE = 0x01

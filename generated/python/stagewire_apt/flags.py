@@ -22,7 +22,7 @@ __all__ = [
 class BpcStatusBits(Flags):
     """Bits of ``bpc_status_bits`` (page 102).
 
-    Status of a channel of a BPC controller; the table of page 104 has the same bits without 12 to
+    Status of a channel of a BPC controller; the table on page 104 has the same bits except 12 to
     14. Bits not named are for future use.
 
     The list may be incomplete: The other bits are for future use (page 102).
@@ -33,7 +33,7 @@ class BpcStatusBits(Flags):
     zeroed = Bit(0x00000010, "the channel has been zeroed")
     zeroing = Bit(0x00000020, "the channel is being zeroed")
     strain_gauge_connected = Bit(0x00000100, "strain gauge feedback is connected")
-    closed_loop = Bit(0x00000400, "position control mode, 1 for closed loop")
+    closed_loop = Bit(0x00000400, "position control mode; 1 is closed loop")
     hardware_75v = Bit(0x00001000, "hardware set to 75 V maximum output, BPC30x only")
     hardware_100v = Bit(0x00002000, "hardware set to 100 V maximum output, BPC30x only")
     hardware_150v = Bit(0x00004000, "hardware set to 150 V maximum output, BPC30x only")
@@ -52,8 +52,8 @@ class BpcStatusBits(Flags):
 class DcStatusBits(Flags):
     """Bits of ``dc_status_bits`` (page 79).
 
-    Status of a DC servo channel. The bits from homed on stand on page 80, which says that further
-    bits exist. Pages 62, 64, 66 and 73 number bits of this register from one.
+    Status of a DC servo channel. The bits from homed onwards are on page 80, which says that
+    further bits exist. Pages 62, 64, 66 and 73 number bits of this register from one.
 
     The list may be incomplete: Page 80 says that further bits exist.
     """
@@ -61,16 +61,16 @@ class DcStatusBits(Flags):
     __slots__ = ()
     forward_hardware_limit = Bit(0x00000001, "forward hardware limit switch is active")
     reverse_hardware_limit = Bit(0x00000002, "reverse hardware limit switch is active")
-    moving_forward = Bit(0x00000010, "in motion forward")
-    moving_reverse = Bit(0x00000020, "in motion in reverse")
+    moving_forward = Bit(0x00000010, "moving forward")
+    moving_reverse = Bit(0x00000020, "moving in reverse")
     jogging_forward = Bit(0x00000040, "jogging forward")
     jogging_reverse = Bit(0x00000080, "jogging in reverse")
-    homing = Bit(0x00000200, "in motion for homing")
+    homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
     tracking = Bit(0x00001000, "position error is within the track window (bit 13 on page 66)")
     settled = Bit(
         0x00002000,
-        "axis is settled at the demanded position (bit 14 on pages 66 and 73)",
+        "axis has settled at the demanded position (bit 14 on pages 66 and 73)",
     )
     motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
     motor_current_limit = Bit(0x01000000, "motor current limit reached (bit 25 on page 64)")
@@ -80,8 +80,8 @@ class DcStatusBits(Flags):
 class InputVoltsSource(Flags):
     """Bits of ``input_volts_source`` (page 98).
 
-    Inputs that are added to the voltage that the software sets. No bit set (0x00) means software
-    only; the software source is always part of the sum.
+    Inputs that are added to the voltage set by software. No bit set (0x00) means software only; the
+    software source is always part of the sum.
     """
 
     __slots__ = ()
@@ -104,28 +104,28 @@ class LedMode(Flags):
 class LutOutputMode(Flags):
     """Bits of ``lut_output_mode`` (page 108).
 
-    Way in which the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001.
+    How the waveform table is output. The trigger bits (2 to 7) do not apply to the TPZ001.
     Continued on page 109.
     """
 
     __slots__ = ()
     outputlut_continuous = Bit(0x0001, "output repeatedly until PZ_STOP_LUTOUTPUT")
-    outputlut_fixed = Bit(0x0002, "output the number of cycles in num_cycles")
+    outputlut_fixed = Bit(0x0002, "output num_cycles cycles")
     outputlut_outputtrig = Bit(
         0x0004,
-        "output trigger pulses as op_trig_start and the fields after it say",
+        "output trigger pulses as set by op_trig_start and the fields after it",
     )
     outputlut_inputtrig = Bit(
         0x0008,
-        "a start only arms the output; it begins when the trigger input becomes active",
+        "a start only arms the output, which begins when the trigger input becomes active",
     )
     outputlut_outputtrig_sense_hi = Bit(
         0x0010,
-        "output trigger on the rising edge, 0 to 5 V; falling if not set",
+        "output trigger on the rising edge, 0 to 5 V; if clear, on the falling edge",
     )
     outputlut_inputtrig_sense_hi = Bit(
         0x0020,
-        "input trigger on the rising edge, 0 to 5 V; falling if not set",
+        "input trigger on the rising edge, 0 to 5 V; if clear, on the falling edge",
     )
     outputlut_lutgated = Bit(0x0040, "the input acts as a gate instead of a trigger")
     outputlut_outputtrig_repeat = Bit(
@@ -145,13 +145,13 @@ class OutputMaxVoltsFlags(Flags):
     __slots__ = ()
     voltagelimit_75v = Bit(0x0002, "limit of 75 V")
     voltagelimit_100v = Bit(0x0004, "limit of 100 V")
-    voltagelimit_150v = Bit(0x0008, "limit of 150 V; 0x08 as in the example of the page")
+    voltagelimit_150v = Bit(0x0008, "limit of 150 V; 0x08 as in the example on the page")
 
 
 class RackDigitalOutputs(Flags):
     """Bits of ``rack_digital_outputs`` (page 26).
 
-    State of the digital outputs on the USER IO connector, 1 for logic high.
+    State of the digital outputs on the USER IO connector; 1 is logic high.
     """
 
     __slots__ = ()
@@ -164,9 +164,9 @@ class RackDigitalOutputs(Flags):
 class RackStatusBits(Flags):
     """Bits of ``rack_status_bits`` (page 25).
 
-    State of the digital inputs on the USER IO connector, 1 for logic high.
+    State of the digital inputs on the USER IO connector; 1 is logic high.
 
-    The list may be incomplete: What further bits mean depends on the controller (page 25).
+    The list may be incomplete: The meaning of further bits depends on the controller (page 25).
     """
 
     __slots__ = ()
@@ -179,7 +179,7 @@ class RackStatusBits(Flags):
 class StepperStatusBits(Flags):
     """Bits of ``stepper_status_bits`` (page 77).
 
-    Status of a stepper channel, 1 for active. The document says on page 78 that further bits exist.
+    Status of a stepper channel; 1 is active. Page 78 says that further bits exist.
 
     The list may be incomplete: Page 78 says that further bits exist.
     """
@@ -189,14 +189,14 @@ class StepperStatusBits(Flags):
     reverse_hardware_limit = Bit(0x00000002, "reverse (CCW) hardware limit switch is active")
     forward_software_limit = Bit(0x00000004, "forward (CW) software limit is active")
     reverse_software_limit = Bit(0x00000008, "reverse (CCW) software limit is active")
-    moving_forward = Bit(0x00000010, "in motion forward (CW)")
-    moving_reverse = Bit(0x00000020, "in motion in reverse (CCW)")
+    moving_forward = Bit(0x00000010, "moving forward (CW)")
+    moving_reverse = Bit(0x00000020, "moving in reverse (CCW)")
     jogging_forward = Bit(0x00000040, "jogging forward (CW)")
     jogging_reverse = Bit(0x00000080, "jogging in reverse (CCW)")
     motor_connected = Bit(0x00000100, "a motor is connected")
-    homing = Bit(0x00000200, "in motion for homing")
+    homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
-    interlock_enabled = Bit(0x00001000, "interlock state, 1 for enabled")
+    interlock_enabled = Bit(0x00001000, "interlock state; 1 is enabled")
 
 
 class TpzStatusBits(Flags):
@@ -212,4 +212,4 @@ class TpzStatusBits(Flags):
     zeroed = Bit(0x00000010, "the channel has been zeroed")
     zeroing = Bit(0x00000020, "the channel is being zeroed")
     strain_gauge_connected = Bit(0x00000100, "strain gauge feedback is connected")
-    closed_loop = Bit(0x00000400, "position control mode, 1 for closed loop")
+    closed_loop = Bit(0x00000400, "position control mode; 1 is closed loop")

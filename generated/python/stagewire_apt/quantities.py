@@ -18,7 +18,7 @@ __all__ = [
 ]
 
 DISPLAY_BRIGHTNESS = Scale.counts_per("percent", 51, 20, printed="0 (Off) to 255 (brightest)")
-"""Brightness of the display, 255 at its brightest (page 114)."""
+"""Brightness of the display; 255 is brightest (page 114)."""
 
 FORCE_CALIBRATION = Scale.unit_per("N", 1, 1000, printed="steps of 0.001 N")
 """Full-scale force of the sensor in steps of 0.001 N (page 128)."""

@@ -16,7 +16,7 @@ APT_STEPPER = Stage(
             "position": Scale.counts_per("mm", 25600, 1, printed="25,600 counts per mm"),
             "encoder_position": UnknownScale(
                 "mm",
-                "the encoder of the stage decides and the document gives no figure",
+                "it depends on the encoder of the stage, and the document gives no figure",
             ),
         },
         "STEPPER_2048": {
@@ -28,7 +28,7 @@ APT_STEPPER = Stage(
             ),
             "encoder_position": UnknownScale(
                 "mm",
-                "the encoder of the stage decides and the document gives no figure",
+                "it depends on the encoder of the stage, and the document gives no figure",
             ),
             "velocity": Scale.counts_per(
                 "mm/s",
@@ -84,7 +84,7 @@ MLS203 = Stage(
         "BBD10x": ("BBD101", "BBD102", "BBD103", "BBD201", "BBD202", "BBD203"),
     },
     limits={
-        "travel": UnknownLimit("the two axes differ; give stage MLS203_X or MLS203_Y"),
+        "travel": UnknownLimit("the two axes differ; specify stage MLS203_X or MLS203_Y"),
         "max_velocity": Limit.of("200", "mm/s", source="page 76 of the document"),
         "max_acceleration": Limit.of("2000", "mm/s^2", source="page 76 of the document"),
     },
@@ -173,8 +173,8 @@ Z8 = Stage(
             "acceleration": UnknownScale(
                 "mm/s^2",
                 (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2 where counts and cycle"
-                    " give 261.93, so no figure is taken"
+                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
+                    "give 261.93, so neither figure is used"
                 ),
             ),
         },
@@ -184,7 +184,7 @@ Z8 = Stage(
     },
     limits={
         "travel": UnknownLimit(
-            "the series has actuators of 6, 12 and 25 mm; give stage Z806, Z812 or Z825",
+            "the series has actuators of 6, 12 and 25 mm; specify stage Z806, Z812 or Z825",
         ),
         "max_velocity": Limit.of(
             "2.6",
@@ -234,8 +234,8 @@ Z806 = Stage(
             "acceleration": UnknownScale(
                 "mm/s^2",
                 (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2 where counts and cycle"
-                    " give 261.93, so no figure is taken"
+                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
+                    "give 261.93, so neither figure is used"
                 ),
             ),
         },
@@ -293,8 +293,8 @@ Z812 = Stage(
             "acceleration": UnknownScale(
                 "mm/s^2",
                 (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2 where counts and cycle"
-                    " give 261.93, so no figure is taken"
+                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
+                    "give 261.93, so neither figure is used"
                 ),
             ),
         },
@@ -356,8 +356,8 @@ Z825 = Stage(
             "acceleration": UnknownScale(
                 "mm/s^2",
                 (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2 where counts and cycle"
-                    " give 261.93, so no figure is taken"
+                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
+                    "give 261.93, so neither figure is used"
                 ),
             ),
         },

@@ -11,10 +11,10 @@ __all__ = ["Axis", "Busy"]
 class Axis(Enumeration):
     """Values of ``axis`` (section Low level format).
 
-    The first byte of a command, which axis or function it is for. A controller can be given other
-    identifiers than these, so any byte but 255 and the colon is possible there.
+    The first byte of a command: the axis or function it addresses. A controller can be configured
+    with other identifiers, so any byte except 255 and the colon is possible.
 
-    The list may be incomplete: A controller can be given other identifiers.
+    The list may be incomplete: A controller can be configured with other identifiers.
     """
 
     X = 0x18
@@ -30,7 +30,8 @@ class Axis(Enumeration):
     CONTROLLER = 0x03
     """The controller itself; reserved for the future."""
     SCAN = 0x13
-    """Scanning; reserved for the future. On a serial line with software flow control the byte is XOFF."""
+    """Scanning; reserved for the future. On a serial line with software flow control this byte is
+    XOFF."""
 
 
 class Busy(Enumeration):
@@ -40,6 +41,6 @@ class Busy(Enumeration):
     """
 
     BUSY = 0x42
-    """There is a motor signal, or a command is being carried out on an enabled axis."""
+    """There is a motor signal, or an enabled axis is executing a command."""
     NOT_BUSY = 0x62
     """The axis is idle."""

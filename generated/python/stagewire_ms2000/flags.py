@@ -15,14 +15,14 @@ class StatusBits(Flags):
     """
 
     __slots__ = ()
-    motor_signal = Bit(0x01, "there is a motor signal: the axis moves")
+    motor_signal = Bit(0x01, "there is a motor signal: the axis is moving")
     servo = Bit(0x02, "always set, since a servo cannot be switched off")
     pulses = Bit(0x04, "pulses are on")
-    joystick_enabled = Bit(0x08, "joystick or knob is enabled")
+    joystick_enabled = Bit(0x08, "the joystick or knob is enabled")
     ramping = Bit(0x10, "the motor is ramping")
     ramping_down = Bit(
         0x20,
-        "a ramp goes down; not set, it goes up. Without `ramping` it says nothing.",
+        "the ramp goes down; if clear, it goes up. Only meaningful with `ramping`.",
     )
     upper_limit = Bit(0x40, "the upper limit switch is closed")
     lower_limit = Bit(0x80, "the lower limit switch is closed")

@@ -20,7 +20,7 @@
  * MOT_SET_ENCCOUNTER (0x0409), to the controller, 6 bytes of data; page 29.
  *
  * Sets the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
- * after power-up makes the counter show the true position.
+ * after power-up sets the counter to the true position.
  *
  * Setting it moves nothing; afterwards, the encoder counts from the new zero.
  *
@@ -96,7 +96,7 @@ static inline apt_status apt_mot_set_enccounter_decode(
  * MOT_REQ_ENCCOUNTER (0x040A), to the controller, header only; page 29.
  *
  * Requests the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
- * after power-up makes the counter show the true position.
+ * after power-up sets the counter to the true position.
  *
  * Answered by MOT_GET_ENCCOUNTER.
  *
@@ -168,7 +168,7 @@ static inline apt_status apt_mot_req_enccounter_decode(
  * MOT_GET_ENCCOUNTER (0x040B), to the host, 6 bytes of data; page 29.
  *
  * Reports the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
- * after power-up makes the counter show the true position.
+ * after power-up sets the counter to the true position.
  */
 typedef struct apt_mot_get_enccounter {
     /** See enum apt_channel; from 0 to 65535. */
@@ -240,9 +240,9 @@ static inline apt_status apt_mot_get_enccounter_decode(
  * MOT_SET_POSCOUNTER (0x0410), to the controller, 6 bytes of data; page 28.
  *
  * Sets the position counter. Live position count. Rarely set on brushless DC controllers, where
- * homing after power-up makes the counter show the true position.
+ * homing after power-up sets the counter to the true position.
  *
- * Setting it moves nothing; afterwards, every position counts from the new zero.
+ * Setting it moves nothing; afterwards, all positions are counted from the new zero.
  *
  * Erratum apt-counter-examples-200000: printed 04 0D 03 00; encoded 40 0D 03 00.
  */
@@ -316,7 +316,7 @@ static inline apt_status apt_mot_set_poscounter_decode(
  * MOT_REQ_POSCOUNTER (0x0411), to the controller, header only; page 28.
  *
  * Requests the position counter. Live position count. Rarely set on brushless DC controllers, where
- * homing after power-up makes the counter show the true position.
+ * homing after power-up sets the counter to the true position.
  *
  * Answered by MOT_GET_POSCOUNTER.
  */
@@ -386,7 +386,7 @@ static inline apt_status apt_mot_req_poscounter_decode(
  * MOT_GET_POSCOUNTER (0x0412), to the host, 6 bytes of data; page 28.
  *
  * Reports the position counter. Live position count. Rarely set on brushless DC controllers, where
- * homing after power-up makes the counter show the true position.
+ * homing after power-up sets the counter to the true position.
  */
 typedef struct apt_mot_get_poscounter {
     /** See enum apt_channel; from 0 to 65535. */
@@ -457,8 +457,8 @@ static inline apt_status apt_mot_get_poscounter_decode(
 /**
  * MOT_SET_VELPARAMS (0x0413), to the controller, 14 bytes of data; page 30.
  *
- * Sets the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on stepper
- * controllers, encoder counts on DC servos.
+ * Sets the velocity parameters. Trapezoidal velocity profile of one channel, in micro-steps on
+ * stepper controllers and encoder counts on DC servos.
  *
  * Erratum apt-summary-velparams-id: printed 0x0414; encoded 0x0413.
  *
@@ -478,7 +478,7 @@ typedef struct apt_mot_set_velparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * Start velocity; currently always zero; in counts; the scale to mm/s depends on the stage;
      * from -2147483648 to 2147483647; by default 0.
      */
     int32_t min_velocity;
@@ -554,8 +554,8 @@ static inline apt_status apt_mot_set_velparams_decode(
 /**
  * MOT_REQ_VELPARAMS (0x0414), to the controller, header only; pages 30, 31.
  *
- * Requests the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
- * stepper controllers, encoder counts on DC servos.
+ * Requests the velocity parameters. Trapezoidal velocity profile of one channel, in micro-steps on
+ * stepper controllers and encoder counts on DC servos.
  *
  * Answered by MOT_GET_VELPARAMS.
  */
@@ -624,14 +624,14 @@ static inline apt_status apt_mot_req_velparams_decode(
 /**
  * MOT_GET_VELPARAMS (0x0415), to the host, 14 bytes of data; pages 30, 31.
  *
- * Reports the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
- * stepper controllers, encoder counts on DC servos.
+ * Reports the velocity parameters. Trapezoidal velocity profile of one channel, in micro-steps on
+ * stepper controllers and encoder counts on DC servos.
  */
 typedef struct apt_mot_get_velparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * Start velocity; currently always zero; in counts; the scale to mm/s depends on the stage;
      * from -2147483648 to 2147483647; by default 0.
      */
     int32_t min_velocity;
@@ -729,7 +729,7 @@ typedef struct apt_mot_set_jogparams {
      */
     int32_t jog_step_size;
     /**
-     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * Start velocity; currently always zero; in counts; the scale to mm/s depends on the stage;
      * from -2147483648 to 2147483647; by default 0.
      */
     int32_t jog_min_velocity;
@@ -900,7 +900,7 @@ typedef struct apt_mot_get_jogparams {
      */
     int32_t jog_step_size;
     /**
-     * Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage;
+     * Start velocity; currently always zero; in counts; the scale to mm/s depends on the stage;
      * from -2147483648 to 2147483647; by default 0.
      */
     int32_t jog_min_velocity;
@@ -1004,23 +1004,24 @@ static inline apt_status apt_mot_get_jogparams_decode(
 typedef struct apt_mot_set_limswitchparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Clockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535. */
+    /** Clockwise switch; may include the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535. */
     uint16_t cw_hard_limit;
     /**
-     * Counterclockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535.
+     * Counterclockwise switch; may include the SWAPPED bit; see enum apt_hard_limit; from 0 to
+     * 65535.
      */
     uint16_t ccw_hard_limit;
     /**
-     * Clockwise limit in position steps. The page takes 134218 per mm for it, which is the MLS203's
-     * factor for velocities; in counts; the scale to mm depends on the stage; from 0 to 4294967295.
+     * Clockwise limit in position steps. The page uses 134218 per mm, which is the MLS203's
+     * velocity factor; in counts; the scale to mm depends on the stage; from 0 to 4294967295.
      */
     uint32_t cw_soft_limit;
     /**
-     * Counterclockwise limit; scaled as the clockwise one; in counts; the scale to mm depends on
-     * the stage; from -2147483648 to 2147483647.
+     * Counterclockwise limit; same scale as the clockwise one; in counts; the scale to mm depends
+     * on the stage; from -2147483648 to 2147483647.
      */
     int32_t ccw_soft_limit;
-    /** May carry the ROTATION_STAGE bit; see enum apt_software_limit_mode; from 0 to 65535. */
+    /** May include the ROTATION_STAGE bit; see enum apt_software_limit_mode; from 0 to 65535. */
     uint16_t software_limit_mode;
 } apt_mot_set_limswitchparams;
 
@@ -1179,23 +1180,24 @@ static inline apt_status apt_mot_req_limswitchparams_decode(
 typedef struct apt_mot_get_limswitchparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Clockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535. */
+    /** Clockwise switch; may include the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535. */
     uint16_t cw_hard_limit;
     /**
-     * Counterclockwise switch; may carry the SWAPPED bit; see enum apt_hard_limit; from 0 to 65535.
+     * Counterclockwise switch; may include the SWAPPED bit; see enum apt_hard_limit; from 0 to
+     * 65535.
      */
     uint16_t ccw_hard_limit;
     /**
-     * Clockwise limit in position steps. The page takes 134218 per mm for it, which is the MLS203's
-     * factor for velocities; in counts; the scale to mm depends on the stage; from 0 to 4294967295.
+     * Clockwise limit in position steps. The page uses 134218 per mm, which is the MLS203's
+     * velocity factor; in counts; the scale to mm depends on the stage; from 0 to 4294967295.
      */
     uint32_t cw_soft_limit;
     /**
-     * Counterclockwise limit; scaled as the clockwise one; in counts; the scale to mm depends on
-     * the stage; from -2147483648 to 2147483647.
+     * Counterclockwise limit; same scale as the clockwise one; in counts; the scale to mm depends
+     * on the stage; from -2147483648 to 2147483647.
      */
     int32_t ccw_soft_limit;
-    /** May carry the ROTATION_STAGE bit; see enum apt_software_limit_mode; from 0 to 65535. */
+    /** May include the ROTATION_STAGE bit; see enum apt_software_limit_mode; from 0 to 65535. */
     uint16_t software_limit_mode;
 } apt_mot_get_limswitchparams;
 
@@ -1270,7 +1272,7 @@ static inline apt_status apt_mot_get_limswitchparams_decode(
 /**
  * MOT_REQ_STATUSBITS (0x0429), to the controller, header only; page 81.
  *
- * Requests the motor status bits. Status bits alone, without position and velocity.
+ * Requests the motor status bits. Status bits without position and velocity.
  *
  * Answered by MOT_GET_STATUSBITS.
  */
@@ -1339,15 +1341,15 @@ static inline apt_status apt_mot_req_statusbits_decode(
 /**
  * MOT_GET_STATUSBITS (0x042A), to the host, 6 bytes of data; page 81.
  *
- * Reports the motor status bits. Status bits alone, without position and velocity.
+ * Reports the motor status bits. Status bits without position and velocity.
  */
 typedef struct apt_mot_get_statusbits {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On steppers rely only on
-     * the bits that MOT_GET_STATUSUPDATE has under the same names: page 77 gives bit 12 another
-     * meaning; bits APT_DC_STATUS_BITS_...; from 0 to 4294967295.
+     * The bits of MOT_GET_DCSTATUSUPDATE on every unit, according to page 81. On steppers, rely
+     * only on the bits that MOT_GET_STATUSUPDATE has under the same names: page 77 gives bit 12
+     * another meaning; bits APT_DC_STATUS_BITS_...; from 0 to 4294967295.
      */
     uint32_t status_bits;
 } apt_mot_get_statusbits;
@@ -1414,7 +1416,7 @@ static inline apt_status apt_mot_get_statusbits_decode(
 /**
  * MOT_SET_GENMOVEPARAMS (0x043A), to the controller, 6 bytes of data; page 34.
  *
- * Sets the general move parameters. General move settings; at present only the backlash distance.
+ * Sets the general move parameters. General move settings; currently only the backlash distance.
  */
 typedef struct apt_mot_set_genmoveparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1489,7 +1491,7 @@ static inline apt_status apt_mot_set_genmoveparams_decode(
 /**
  * MOT_REQ_GENMOVEPARAMS (0x043B), to the controller, header only; page 34.
  *
- * Requests the general move parameters. General move settings; at present only the backlash
+ * Requests the general move parameters. General move settings; currently only the backlash
  * distance.
  *
  * Answered by MOT_GET_GENMOVEPARAMS.
@@ -1559,8 +1561,7 @@ static inline apt_status apt_mot_req_genmoveparams_decode(
 /**
  * MOT_GET_GENMOVEPARAMS (0x043C), to the host, 6 bytes of data; page 34.
  *
- * Reports the general move parameters. General move settings; at present only the backlash
- * distance.
+ * Reports the general move parameters. General move settings; currently only the backlash distance.
  */
 typedef struct apt_mot_get_genmoveparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -1635,8 +1636,8 @@ static inline apt_status apt_mot_get_genmoveparams_decode(
 /**
  * MOT_SET_HOMEPARAMS (0x0440), to the controller, 14 bytes of data; page 37.
  *
- * Sets the homing parameters. Homing settings of a channel; they belong to the stage, and the
- * MLS203 uses the velocity only.
+ * Sets the homing parameters. Homing settings of a channel. They belong to the stage; the MLS203
+ * uses only the velocity.
  *
  * Erratum apt-homeparams-example-velocity: printed 33 33 33 00 for 24 mm/s (3355443/134218);
  * encoded E9 26 31 00.
@@ -1650,13 +1651,13 @@ typedef struct apt_mot_set_homeparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Ignored for the MLS203, which homes in positive direction; no values are given; from 0 to
-     * 65535.
+     * Ignored for the MLS203, which homes in the positive direction; no values are documented; from
+     * 0 to 65535.
      */
     uint16_t home_direction;
     /**
-     * Ignored for the MLS203, which homes without limit switches; no values are given; from 0 to
-     * 65535.
+     * Ignored for the MLS203, which homes without limit switches; no values are documented; from 0
+     * to 65535.
      */
     uint16_t limit_switch;
     /** In counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */
@@ -1736,8 +1737,8 @@ static inline apt_status apt_mot_set_homeparams_decode(
 /**
  * MOT_REQ_HOMEPARAMS (0x0441), to the controller, header only; pages 37, 38.
  *
- * Requests the homing parameters. Homing settings of a channel; they belong to the stage, and the
- * MLS203 uses the velocity only.
+ * Requests the homing parameters. Homing settings of a channel. They belong to the stage; the
+ * MLS203 uses only the velocity.
  *
  * Answered by MOT_GET_HOMEPARAMS.
  */
@@ -1806,20 +1807,20 @@ static inline apt_status apt_mot_req_homeparams_decode(
 /**
  * MOT_GET_HOMEPARAMS (0x0442), to the host, 14 bytes of data; pages 37, 38.
  *
- * Reports the homing parameters. Homing settings of a channel; they belong to the stage, and the
- * MLS203 uses the velocity only.
+ * Reports the homing parameters. Homing settings of a channel. They belong to the stage; the MLS203
+ * uses only the velocity.
  */
 typedef struct apt_mot_get_homeparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Ignored for the MLS203, which homes in positive direction; no values are given; from 0 to
-     * 65535.
+     * Ignored for the MLS203, which homes in the positive direction; no values are documented; from
+     * 0 to 65535.
      */
     uint16_t home_direction;
     /**
-     * Ignored for the MLS203, which homes without limit switches; no values are given; from 0 to
-     * 65535.
+     * Ignored for the MLS203, which homes without limit switches; no values are documented; from 0
+     * to 65535.
      */
     uint16_t limit_switch;
     /** In counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */
@@ -1967,7 +1968,7 @@ static inline apt_status apt_mot_move_home_decode(
 /**
  * MOT_MOVE_HOMED (0x0444), to the host, header only; page 41.
  *
- * Homing has been completed.
+ * Reports that homing is complete.
  *
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
  */
@@ -2036,7 +2037,7 @@ static inline apt_status apt_mot_move_homed_decode(
  * MOT_SET_MOVERELPARAMS (0x0445), to the controller, 6 bytes of data; page 35.
  *
  * Sets the stored relative distance. Distance that the controller stores for the next relative move
- * started with the short MOT_MOVE_RELATIVE.
+ * started with the short form of MOT_MOVE_RELATIVE.
  */
 typedef struct apt_mot_set_moverelparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2109,7 +2110,7 @@ static inline apt_status apt_mot_set_moverelparams_decode(
  * MOT_REQ_MOVERELPARAMS (0x0446), to the controller, header only; page 35.
  *
  * Requests the stored relative distance. Distance that the controller stores for the next relative
- * move started with the short MOT_MOVE_RELATIVE.
+ * move started with the short form of MOT_MOVE_RELATIVE.
  *
  * Answered by MOT_GET_MOVERELPARAMS.
  */
@@ -2179,7 +2180,7 @@ static inline apt_status apt_mot_req_moverelparams_decode(
  * MOT_GET_MOVERELPARAMS (0x0447), to the host, 6 bytes of data; page 35.
  *
  * Reports the stored relative distance. Distance that the controller stores for the next relative
- * move started with the short MOT_MOVE_RELATIVE.
+ * move started with the short form of MOT_MOVE_RELATIVE.
  */
 typedef struct apt_mot_get_moverelparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2251,7 +2252,7 @@ static inline apt_status apt_mot_get_moverelparams_decode(
 /**
  * MOT_MOVE_RELATIVE (0x0448), to the controller, header only; page 42.
  *
- * Starts a move by a distance; the short form uses the stored distance, the long form carries its
+ * Starts a move by a distance. The short form uses the stored distance; the long form carries its
  * own.
  *
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
@@ -2321,7 +2322,7 @@ static inline apt_status apt_mot_move_relative_header_decode(
 /**
  * MOT_MOVE_RELATIVE (0x0448), to the controller, 6 bytes of data; page 42.
  *
- * Starts a move by a distance; the short form uses the stored distance, the long form carries its
+ * Starts a move by a distance. The short form uses the stored distance; the long form carries its
  * own.
  *
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
@@ -2397,7 +2398,7 @@ static inline apt_status apt_mot_move_relative_decode(
  * MOT_SET_MOVEABSPARAMS (0x0450), to the controller, 6 bytes of data; page 36.
  *
  * Sets the stored absolute position. Position that the controller stores for the next absolute move
- * started with the short MOT_MOVE_ABSOLUTE.
+ * started with the short form of MOT_MOVE_ABSOLUTE.
  */
 typedef struct apt_mot_set_moveabsparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2470,7 +2471,7 @@ static inline apt_status apt_mot_set_moveabsparams_decode(
  * MOT_REQ_MOVEABSPARAMS (0x0451), to the controller, header only; page 36.
  *
  * Requests the stored absolute position. Position that the controller stores for the next absolute
- * move started with the short MOT_MOVE_ABSOLUTE.
+ * move started with the short form of MOT_MOVE_ABSOLUTE.
  *
  * Answered by MOT_GET_MOVEABSPARAMS.
  */
@@ -2540,7 +2541,7 @@ static inline apt_status apt_mot_req_moveabsparams_decode(
  * MOT_GET_MOVEABSPARAMS (0x0452), to the host, 6 bytes of data; page 36.
  *
  * Reports the stored absolute position. Position that the controller stores for the next absolute
- * move started with the short MOT_MOVE_ABSOLUTE.
+ * move started with the short form of MOT_MOVE_ABSOLUTE.
  */
 typedef struct apt_mot_get_moveabsparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -2612,7 +2613,7 @@ static inline apt_status apt_mot_get_moveabsparams_decode(
 /**
  * MOT_MOVE_ABSOLUTE (0x0453), to the controller, header only; page 45.
  *
- * Starts a move to a position; the short form uses the stored position, the long form carries its
+ * Starts a move to a position. The short form uses the stored position; the long form carries its
  * own.
  *
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
@@ -2682,7 +2683,7 @@ static inline apt_status apt_mot_move_absolute_header_decode(
 /**
  * MOT_MOVE_ABSOLUTE (0x0453), to the controller, 6 bytes of data; page 45.
  *
- * Starts a move to a position; the short form uses the stored position, the long form carries its
+ * Starts a move to a position. The short form uses the stored position; the long form carries its
  * own.
  *
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
@@ -2760,15 +2761,15 @@ static inline apt_status apt_mot_move_absolute_decode(
 /**
  * MOT_MOVE_VELOCITY (0x0457), to the controller, header only; page 48.
  *
- * Moves in one direction, with the velocity that, by the document, MOT_SET_MOVEVELPARAMS sets,
- * until a stop command or a limit switch.
+ * Moves in one direction until a stop command or a limit switch. According to the document,
+ * MOT_SET_MOVEVELPARAMS sets the velocity.
  *
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
  * MOT_SUSPEND_ENDOFMOVEMSGS.
  *
  * No page says whether the position counter rises or falls in the direction FORWARD, which page 77
- * calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a slow move,
- * far from both ends of the travel, first.
+ * calls clockwise (CW). In two public drivers it falls on TDC001 and KDC101, so first try a slow
+ * move far from both ends of the travel.
  *
  * Erratum apt-clockwise-without-sign: printed 1 is forward and 2 reverse; page 77 calls forward
  * clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD and 2
@@ -2847,12 +2848,12 @@ static inline apt_status apt_mot_move_velocity_decode(
 /**
  * MOT_MOVE_COMPLETED (0x0464), to the host, header only; page 44.
  *
- * A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
- * the channel at that moment.
+ * Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+ * the status of the channel at that moment.
  *
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
  *
- * Without the status, as the byte table prints it; the lines around the table want the data form.
+ * Without the status, as in the byte table; the lines around the table require the data form.
  *
  * Erratum apt-move-completed-length: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
  *
@@ -2924,8 +2925,8 @@ static inline apt_status apt_mot_move_completed_header_decode(
 /**
  * MOT_MOVE_COMPLETED (0x0464), to the host, 14 bytes of data; page 44.
  *
- * A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
- * the channel at that moment.
+ * Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+ * the status of the channel at that moment.
  *
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS. This layout: status dc.
  *
@@ -2950,7 +2951,7 @@ typedef struct apt_mot_move_completed_dc {
      * -32768 to 32767.
      */
     int16_t velocity;
-    /** Not used at present; reserved, sent as zero; from 0 to 65535. */
+    /** Currently unused; reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved;
     /** Bits APT_DC_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
@@ -3022,8 +3023,8 @@ static inline apt_status apt_mot_move_completed_dc_decode(
 /**
  * MOT_MOVE_COMPLETED (0x0464), to the host, 14 bytes of data; page 44.
  *
- * A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
- * the channel at that moment.
+ * Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+ * the status of the channel at that moment.
  *
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS. This layout: status stepper.
  *
@@ -3125,7 +3126,7 @@ static inline apt_status apt_mot_move_completed_stepper_decode(
 /**
  * MOT_MOVE_STOP (0x0465), to the controller, header only; page 49.
  *
- * Stops any movement of a channel, be it relative, absolute, at constant velocity or homing.
+ * Stops any movement of a channel: relative, absolute, at constant velocity or homing.
  *
  * Completes with MOT_MOVE_STOPPED. Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
  *
@@ -3199,12 +3200,13 @@ static inline apt_status apt_mot_move_stop_decode(
 /**
  * MOT_MOVE_STOPPED (0x0466), to the host, header only; page 50.
  *
- * A stop command has brought the channel to rest; the data packet is the status of the channel at
- * that moment.
+ * Reports that a stop command has brought the channel to rest; the data packet is the status of the
+ * channel at that moment.
  *
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
  *
- * Without the status. The table is headed so, but its third byte is the length of the data form.
+ * Without the status. The heading of the table says so, but its third byte is the length of the
+ * data form.
  *
  * Erratum apt-lists-against-chapters: printed TPZ001 without status bits and slew rates, TSG001
  * with the display settings of the TPZ, BPC20x and TPZ001 without a server-alive message, TSC001
@@ -3275,8 +3277,8 @@ static inline apt_status apt_mot_move_stopped_header_decode(
 /**
  * MOT_MOVE_STOPPED (0x0466), to the host, 14 bytes of data; page 50.
  *
- * A stop command has brought the channel to rest; the data packet is the status of the channel at
- * that moment.
+ * Reports that a stop command has brought the channel to rest; the data packet is the status of the
+ * channel at that moment.
  *
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS. This layout: status dc.
  *
@@ -3300,7 +3302,7 @@ typedef struct apt_mot_move_stopped_dc {
      * -32768 to 32767.
      */
     int16_t velocity;
-    /** Not used at present; reserved, sent as zero; from 0 to 65535. */
+    /** Currently unused; reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved;
     /** Bits APT_DC_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
@@ -3371,8 +3373,8 @@ static inline apt_status apt_mot_move_stopped_dc_decode(
 /**
  * MOT_MOVE_STOPPED (0x0466), to the host, 14 bytes of data; page 50.
  *
- * A stop command has brought the channel to rest; the data packet is the status of the channel at
- * that moment.
+ * Reports that a stop command has brought the channel to rest; the data packet is the status of the
+ * channel at that moment.
  *
  * Muted by MOT_SUSPEND_ENDOFMOVEMSGS. This layout: status stepper.
  *
@@ -3472,11 +3474,11 @@ static inline apt_status apt_mot_move_stopped_stepper_decode(
  * Completes with MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by
  * MOT_SUSPEND_ENDOFMOVEMSGS.
  *
- * The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
- * nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but says
- * any type of motor move. No page says whether the position counter rises or falls in the direction
- * FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101,
- * so try a small step first.
+ * Only in SINGLE_STEP mode does the axis move by the stored step; for CONTINUOUS mode (page 32) the
+ * document does not say how far it moves. Page 49 says that MOT_MOVE_STOP stops any type of motor
+ * move, but does not list jogs. No page says whether the position counter rises or falls in the
+ * direction FORWARD, which page 77 calls clockwise (CW). In two public drivers it falls on TDC001
+ * and KDC101, so try a small step first.
  *
  * Erratum apt-clockwise-without-sign: printed 1 is forward and 2 reverse; page 77 calls forward
  * clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD and 2
@@ -3551,8 +3553,8 @@ static inline apt_status apt_mot_move_jog_decode(
 /**
  * MOT_SUSPEND_ENDOFMOVEMSGS (0x046B), to the controller, header only; page 82.
  *
- * Switches the unsolicited end-of-move and error messages off, for clients that cannot take them at
- * any time.
+ * Switches off the unsolicited end-of-move and error messages, for clients that cannot accept them
+ * at any time.
  *
  * Stops MOT_MOVE_STOPPED, MOT_MOVE_COMPLETED, MOT_MOVE_HOMED, HW_RESPONSE, HW_RICHRESPONSE.
  */
@@ -3621,7 +3623,7 @@ static inline apt_status apt_mot_suspend_endofmovemsgs_decode(
 /**
  * MOT_RESUME_ENDOFMOVEMSGS (0x046C), to the controller, header only; page 83.
  *
- * Switches the unsolicited end-of-move and error messages on again; they are on after power-up.
+ * Switches the unsolicited end-of-move and error messages back on; they are on after power-up.
  *
  * Starts MOT_MOVE_STOPPED, MOT_MOVE_COMPLETED, MOT_MOVE_HOMED, HW_RESPONSE, HW_RICHRESPONSE.
  *
@@ -3693,7 +3695,7 @@ static inline apt_status apt_mot_resume_endofmovemsgs_decode(
 /**
  * MOT_REQ_STATUSUPDATE (0x0480), to the controller, header only; page 78.
  *
- * Asks for one status update, for clients that do not want them periodically.
+ * Requests one status update, for clients that do not want periodic updates.
  *
  * Answered by MOT_GET_STATUSUPDATE.
  *
@@ -3853,7 +3855,7 @@ static inline apt_status apt_mot_get_statusupdate_decode(
 /**
  * MOT_REQ_DCSTATUSUPDATE (0x0490), to the controller, header only; page 80.
  *
- * Asks for one DC status update, for clients that do not want them periodically.
+ * Requests one DC status update, for clients that do not want periodic updates.
  *
  * Answered by MOT_GET_DCSTATUSUPDATE.
  */
@@ -3948,7 +3950,7 @@ typedef struct apt_mot_get_dcstatusupdate {
      * -32768 to 32767.
      */
     int16_t velocity;
-    /** Not used at present; reserved, sent as zero; from 0 to 65535. */
+    /** Currently unused; reserved, sent as zero; from 0 to 65535. */
     uint16_t reserved;
     /** Bits APT_DC_STATUS_BITS_...; from 0 to 4294967295. */
     uint32_t status_bits;
@@ -4023,8 +4025,8 @@ static inline apt_status apt_mot_get_dcstatusupdate_decode(
 /**
  * MOT_ACK_DCSTATUSUPDATE (0x0492), to the controller, header only; page 80.
  *
- * Server alive. USB only; due at least once a second, or the controller stops sending after about
- * 50 status messages, completed moves included. There is no answer.
+ * Server alive. USB only. Send it at least once a second, or the controller stops sending after
+ * about 50 status messages, including completed moves. It has no answer.
  *
  * Erratum apt-ack-dcstatusupdate-table-id: printed 62 06; encoded 92 04.
  *
@@ -4097,9 +4099,9 @@ static inline apt_status apt_mot_ack_dcstatusupdate_decode(
  * MOT_SET_DCPIDPARAMS (0x04A0), to the controller, 20 bytes of data; page 51.
  *
  * Sets the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so far
- * the TDC001 only; the data sheet of that chip has the details.
+ * only the TDC001. See the data sheet of that chip for details.
  *
- * Setting them starts no move; a channel that holds its position uses the new values at once.
+ * Setting them starts no move; a channel that holds its position uses the new values immediately.
  *
  * Erratum apt-dcpidparams-example-short: printed 41 00 AF 00 58 02: gains of two bytes, 14 bytes of
  * packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes of packet.
@@ -4116,8 +4118,8 @@ typedef struct apt_mot_set_dcpidparams {
     /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     int32_t integral_limit;
     /**
-     * One bit for each of the four parameters above, set if it is applied; the document does not
-     * say which bit belongs to which; from 0 to 65535; by default 15.
+     * One bit for each of the four parameters above, set if the parameter is applied. The document
+     * does not say which bit belongs to which parameter; from 0 to 65535; by default 15.
      */
     uint16_t filter_control;
 } apt_mot_set_dcpidparams;
@@ -4201,7 +4203,7 @@ static inline apt_status apt_mot_set_dcpidparams_decode(
  * MOT_REQ_DCPIDPARAMS (0x04A1), to the controller, header only; pages 51, 52.
  *
  * Requests the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
- * far the TDC001 only; the data sheet of that chip has the details.
+ * far only the TDC001. See the data sheet of that chip for details.
  *
  * Answered by MOT_GET_DCPIDPARAMS.
  *
@@ -4273,7 +4275,7 @@ static inline apt_status apt_mot_req_dcpidparams_decode(
  * MOT_GET_DCPIDPARAMS (0x04A2), to the host, 20 bytes of data; pages 51, 52.
  *
  * Reports the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
- * far the TDC001 only; the data sheet of that chip has the details.
+ * far only the TDC001. See the data sheet of that chip for details.
  *
  * Erratum apt-dcpidparams-table-ids: printed A0 04 in both; encoded A1 04 and A2 04.
  */
@@ -4289,8 +4291,8 @@ typedef struct apt_mot_get_dcpidparams {
     /** Cap on the integral sum; 0 switches the integral term off; from 0 to 32767. */
     int32_t integral_limit;
     /**
-     * One bit for each of the four parameters above, set if it is applied; the document does not
-     * say which bit belongs to which; from 0 to 65535; by default 15.
+     * One bit for each of the four parameters above, set if the parameter is applied. The document
+     * does not say which bit belongs to which parameter; from 0 to 65535; by default 15.
      */
     uint16_t filter_control;
 } apt_mot_get_dcpidparams;
@@ -4693,7 +4695,7 @@ static inline apt_status apt_mot_get_potparams_decode(
  * MOT_SET_AVMODES (0x04B3), to the controller, 4 bytes of data; page 53.
  *
  * Sets the keypad LED modes. Events that the LED on the control keypad shows, for rooms where stray
- * light disturbs.
+ * light is a problem.
  *
  * Erratum apt-avmodes-decimal: printed the hex value; '11' for all modes; encoded 0x0B.
  */
@@ -4767,7 +4769,7 @@ static inline apt_status apt_mot_set_avmodes_decode(
  * MOT_REQ_AVMODES (0x04B4), to the controller, header only; pages 53, 54.
  *
  * Requests the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
- * stray light disturbs.
+ * stray light is a problem.
  *
  * Answered by MOT_GET_AVMODES.
  *
@@ -4839,7 +4841,7 @@ static inline apt_status apt_mot_req_avmodes_decode(
  * MOT_GET_AVMODES (0x04B5), to the host, 4 bytes of data; pages 53, 54.
  *
  * Reports the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
- * stray light disturbs.
+ * stray light is a problem.
  */
 typedef struct apt_mot_get_avmodes {
     /** See enum apt_channel; from 0 to 65535. */
@@ -4939,8 +4941,8 @@ typedef struct apt_mot_set_buttonparams {
      */
     int32_t position2;
     /**
-     * How long both buttons are held to home, or one to store the present position, in either mode;
-     * in counts of 1 ms; from 0 to 65535.
+     * How long both buttons must be held to home, or one button to store the present position;
+     * applies in either mode; in counts of 1 ms; from 0 to 65535.
      */
     uint16_t time_out;
     /** Reserved, sent as zero; from 0 to 65535. */
@@ -5112,8 +5114,8 @@ typedef struct apt_mot_get_buttonparams {
      */
     int32_t position2;
     /**
-     * How long both buttons are held to home, or one to store the present position, in either mode;
-     * in counts of 1 ms; from 0 to 65535.
+     * How long both buttons must be held to home, or one button to store the present position;
+     * applies in either mode; in counts of 1 ms; from 0 to 65535.
      */
     uint16_t time_out;
     /** Reserved, sent as zero; from 0 to 65535. */
@@ -5191,8 +5193,8 @@ static inline apt_status apt_mot_get_buttonparams_decode(
 /**
  * MOT_SET_EEPROMPARAMS (0x04B9), to the controller, 4 bytes of data; page 60.
  *
- * Sets the parameters in EEPROM. Saves the parameters that one message has set, in the EEPROM as
- * the name says.
+ * Sets the parameters in EEPROM. Saves the parameters set by one message to the EEPROM, as the name
+ * implies.
  */
 typedef struct apt_mot_set_eepromparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -5266,7 +5268,8 @@ static inline apt_status apt_mot_set_eepromparams_decode(
  *
  * Sets the current loop parameters. PI current loop of the phase windings on the BBD controllers.
  *
- * Setting them starts no move; the currents of an enabled channel follow the new values at once.
+ * Setting them starts no move; the currents of an enabled channel follow the new values
+ * immediately.
  */
 typedef struct apt_mot_set_pmdcurrentloopparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -5573,7 +5576,7 @@ static inline apt_status apt_mot_get_pmdcurrentloopparams_decode(
  *
  * Sets the position loop parameters. PID position loop of the BBD controllers.
  *
- * Setting them starts no move; a channel that holds its position uses the new values at once.
+ * Setting them starts no move; a channel that holds its position uses the new values immediately.
  *
  * Erratum apt-pmdpositionloop-example-short: printed 26 bytes of packet, one unused word; encoded
  * 28 bytes, two unused words.
@@ -5592,8 +5595,8 @@ typedef struct apt_mot_set_pmdpositionloopparams {
     /** Differential gain; from 0 to 32767. */
     uint16_t differential;
     /**
-     * The derivative term is computed once in this number of servo cycles; in counts of 512/5 us;
-     * from 1 to 32767.
+     * The derivative term is computed once in this many servo cycles; in counts of 512/5 us; from 1
+     * to 32767.
      */
     uint16_t kd_time_pos;
     /** Scales the output of the loop; in counts, 13107/20 per percent; from 0 to 65535. */
@@ -5603,7 +5606,7 @@ typedef struct apt_mot_set_pmdpositionloopparams {
     /** Acceleration feed-forward; from 0 to 32767. */
     uint16_t kaff_pos;
     /**
-     * A greater position error stops the axis and sets motion_error; the maximum is printed as
+     * A greater position error stops the axis and sets motion_error. The maximum is printed as
      * 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to 2147483647.
      */
     uint32_t pos_err_lim;
@@ -5803,8 +5806,8 @@ typedef struct apt_mot_get_pmdpositionloopparams {
     /** Differential gain; from 0 to 32767. */
     uint16_t differential;
     /**
-     * The derivative term is computed once in this number of servo cycles; in counts of 512/5 us;
-     * from 1 to 32767.
+     * The derivative term is computed once in this many servo cycles; in counts of 512/5 us; from 1
+     * to 32767.
      */
     uint16_t kd_time_pos;
     /** Scales the output of the loop; in counts, 13107/20 per percent; from 0 to 65535. */
@@ -5814,7 +5817,7 @@ typedef struct apt_mot_get_pmdpositionloopparams {
     /** Acceleration feed-forward; from 0 to 32767. */
     uint16_t kaff_pos;
     /**
-     * A greater position error stops the axis and sets motion_error; the maximum is printed as
+     * A greater position error stops the axis and sets motion_error. The maximum is printed as
      * 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to 2147483647.
      */
     uint32_t pos_err_lim;
@@ -5925,8 +5928,8 @@ static inline apt_status apt_mot_get_pmdpositionloopparams_decode(
  *
  * Sets the motor output parameters. Limits and bias of the motor drive signal.
  *
- * Setting them changes the motor drive signal: the bias is output at once, and a lower limit may
- * let a load sink.
+ * Setting them changes the motor drive signal: the bias is output immediately, and a lower limit
+ * may let a load sink.
  *
  * Erratum apt-motor-bias-range: printed -32767 to 32768, format word; encoded -32767 to 32767, two
  * bytes signed.
@@ -5939,23 +5942,23 @@ typedef struct apt_mot_set_pmdmotoroutputparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Continuous current as a share of the maximum peak current; the maximum is set in the factory
-     * and cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
+     * Continuous current as a share of the maximum peak current, which is set in the factory and
+     * cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
      */
     uint16_t cont_current_lim;
     /**
-     * Accumulated excess energy, as a share of the factory maximum, above which the current is held
-     * to cont_current_lim and motor_current_limit is set, until the energy is down to 0 again; in
-     * counts, 32767/100 per percent; from 0 to 32767.
+     * Accumulated excess energy as a share of the factory maximum. Above it, the current is held to
+     * cont_current_lim and motor_current_limit is set until the energy has dropped to 0; in counts,
+     * 32767/100 per percent; from 0 to 32767.
      */
     uint16_t energy_lim;
     /**
-     * The drive signal is cut to plus or minus this; in counts, 32767/100 per percent; from 0 to
-     * 32767.
+     * The drive signal is limited to plus or minus this value; in counts, 32767/100 per percent;
+     * from 0 to 32767.
      */
     uint16_t motor_lim;
     /**
-     * Constant added to the output against a constant force such as gravity; applied while the
+     * Constant added to the output to counter a constant force such as gravity; applied while the
      * position loop is on; from -32767 to 32767; by default 0.
      */
     int16_t motor_bias;
@@ -6132,23 +6135,23 @@ typedef struct apt_mot_get_pmdmotoroutputparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
     /**
-     * Continuous current as a share of the maximum peak current; the maximum is set in the factory
-     * and cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
+     * Continuous current as a share of the maximum peak current, which is set in the factory and
+     * cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
      */
     uint16_t cont_current_lim;
     /**
-     * Accumulated excess energy, as a share of the factory maximum, above which the current is held
-     * to cont_current_lim and motor_current_limit is set, until the energy is down to 0 again; in
-     * counts, 32767/100 per percent; from 0 to 32767.
+     * Accumulated excess energy as a share of the factory maximum. Above it, the current is held to
+     * cont_current_lim and motor_current_limit is set until the energy has dropped to 0; in counts,
+     * 32767/100 per percent; from 0 to 32767.
      */
     uint16_t energy_lim;
     /**
-     * The drive signal is cut to plus or minus this; in counts, 32767/100 per percent; from 0 to
-     * 32767.
+     * The drive signal is limited to plus or minus this value; in counts, 32767/100 per percent;
+     * from 0 to 32767.
      */
     uint16_t motor_lim;
     /**
-     * Constant added to the output against a constant force such as gravity; applied while the
+     * Constant added to the output to counter a constant force such as gravity; applied while the
      * position loop is on; from -32767 to 32767; by default 0.
      */
     int16_t motor_bias;
@@ -6242,9 +6245,9 @@ static inline apt_status apt_mot_get_pmdmotoroutputparams_decode(
 /**
  * MOT_SET_PMDTRACKSETTLEPARAMS (0x04E0), to the controller, 12 bytes of data; pages 66, 67.
  *
- * Sets the tracking and settling parameters. When an axis counts as settled and as tracking. A move
- * ends only when the axis has settled, so a window that the loop cannot reach holds it up for ever;
- * a settle time of 0 ends it with the profile.
+ * Sets the tracking and settling parameters. Conditions under which an axis counts as settled and
+ * as tracking. A move ends only when the axis has settled, so a window that the loop cannot reach
+ * delays the end forever. A settle time of 0 ends the move with the profile.
  *
  * Erratum apt-tracksettle-example-long: printed 14 bytes of packet; encoded 12 bytes.
  *
@@ -6351,9 +6354,9 @@ static inline apt_status apt_mot_set_pmdtracksettleparams_decode(
 /**
  * MOT_REQ_PMDTRACKSETTLEPARAMS (0x04E1), to the controller, header only; pages 66, 68.
  *
- * Requests the tracking and settling parameters. When an axis counts as settled and as tracking. A
- * move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
- * ever; a settle time of 0 ends it with the profile.
+ * Requests the tracking and settling parameters. Conditions under which an axis counts as settled
+ * and as tracking. A move ends only when the axis has settled, so a window that the loop cannot
+ * reach delays the end forever. A settle time of 0 ends the move with the profile.
  *
  * Answered by MOT_GET_PMDTRACKSETTLEPARAMS.
  */
@@ -6430,9 +6433,9 @@ static inline apt_status apt_mot_req_pmdtracksettleparams_decode(
 /**
  * MOT_GET_PMDTRACKSETTLEPARAMS (0x04E2), to the host, 12 bytes of data; pages 66, 68.
  *
- * Reports the tracking and settling parameters. When an axis counts as settled and as tracking. A
- * move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
- * ever; a settle time of 0 ends it with the profile.
+ * Reports the tracking and settling parameters. Conditions under which an axis counts as settled
+ * and as tracking. A move ends only when the axis has settled, so a window that the loop cannot
+ * reach delays the end forever. A settle time of 0 ends the move with the profile.
  *
  * Erratum apt-contents-get-tracksettle-id: printed 0x04E1; encoded 0x04E2.
  */
@@ -6804,7 +6807,7 @@ static inline apt_status apt_mot_get_pmdprofilemodeparams_decode(
  * MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS (0x04E9), to the controller, 18 bytes of data; page 73.
  *
  * Sets the current loop parameters of a settled axis. Current loop settings that apply only while
- * the axis is settled, against noise and vibration at the demanded position.
+ * the axis is settled, to reduce noise and vibration at the demanded position.
  */
 typedef struct apt_mot_set_pmdsettledcurrentloopparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -6917,7 +6920,7 @@ static inline apt_status apt_mot_set_pmdsettledcurrentloopparams_decode(
  * MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS (0x04EA), to the controller, header only; pages 73, 74.
  *
  * Requests the current loop parameters of a settled axis. Current loop settings that apply only
- * while the axis is settled, against noise and vibration at the demanded position.
+ * while the axis is settled, to reduce noise and vibration at the demanded position.
  *
  * Answered by MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS.
  *
@@ -6997,7 +7000,7 @@ static inline apt_status apt_mot_req_pmdsettledcurrentloopparams_decode(
  * MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS (0x04EB), to the host, 18 bytes of data; pages 73, 74.
  *
  * Reports the current loop parameters of a settled axis. Current loop settings that apply only
- * while the axis is settled, against noise and vibration at the demanded position.
+ * while the axis is settled, to reduce noise and vibration at the demanded position.
  */
 typedef struct apt_mot_get_pmdsettledcurrentloopparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -7110,7 +7113,7 @@ static inline apt_status apt_mot_get_pmdsettledcurrentloopparams_decode(
  * MOT_SET_PMDSTAGEAXISPARAMS (0x04F0), to the controller, 74 bytes of data; page 75.
  *
  * Sets the stage axis parameters. Data of the stage that the controller drives. Most of it is
- * fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
+ * fixed; a set can only raise the minimum and lower the maximum position to shorten the travel.
  */
 typedef struct apt_mot_set_pmdstageaxisparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -7136,19 +7139,19 @@ typedef struct apt_mot_set_pmdstageaxisparams {
      */
     int32_t max_pos;
     /**
-     * Maximum acceleration. Printed as counts per cycle per cycle; the example's numbers are those
-     * times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
+     * Maximum acceleration. Printed as counts per cycle per cycle; the numbers in the example are
+     * those times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
      * 2147483647.
      */
     int32_t max_accn;
     /**
-     * Maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends on the
+     * Maximum deceleration; same scale as max_accn; in counts; the scale to mm/s^2 depends on the
      * stage; from -2147483648 to 2147483647.
      */
     int32_t max_dec;
     /**
-     * Maximum velocity. Printed as counts per cycle; the example's number is that times 65536; in
-     * counts; the scale to mm/s depends on the stage; from -2147483648 to 2147483647.
+     * Maximum velocity. Printed as counts per cycle; the number in the example is that times 65536;
+     * in counts; the scale to mm/s depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t max_vel;
     /** Reserved, sent as zero; from 0 to 65535. */
@@ -7274,7 +7277,7 @@ static inline apt_status apt_mot_set_pmdstageaxisparams_decode(
  * MOT_REQ_PMDSTAGEAXISPARAMS (0x04F1), to the controller, header only; page 75.
  *
  * Requests the stage axis parameters. Data of the stage that the controller drives. Most of it is
- * fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
+ * fixed; a set can only raise the minimum and lower the maximum position to shorten the travel.
  *
  * Answered by MOT_GET_PMDSTAGEAXISPARAMS.
  */
@@ -7350,7 +7353,7 @@ static inline apt_status apt_mot_req_pmdstageaxisparams_decode(
  * MOT_GET_PMDSTAGEAXISPARAMS (0x04F2), to the host, 74 bytes of data; page 75.
  *
  * Reports the stage axis parameters. Data of the stage that the controller drives. Most of it is
- * fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
+ * fixed; a set can only raise the minimum and lower the maximum position to shorten the travel.
  *
  * Erratum apt-stage-id-order: printed 00, 10 and 00, 11; encoded 10 00 and 11 00.
  *
@@ -7390,19 +7393,19 @@ typedef struct apt_mot_get_pmdstageaxisparams {
      */
     int32_t max_pos;
     /**
-     * Maximum acceleration. Printed as counts per cycle per cycle; the example's numbers are those
-     * times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
+     * Maximum acceleration. Printed as counts per cycle per cycle; the numbers in the example are
+     * those times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
      * 2147483647.
      */
     int32_t max_accn;
     /**
-     * Maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends on the
+     * Maximum deceleration; same scale as max_accn; in counts; the scale to mm/s^2 depends on the
      * stage; from -2147483648 to 2147483647.
      */
     int32_t max_dec;
     /**
-     * Maximum velocity. Printed as counts per cycle; the example's number is that times 65536; in
-     * counts; the scale to mm/s depends on the stage; from -2147483648 to 2147483647.
+     * Maximum velocity. Printed as counts per cycle; the number in the example is that times 65536;
+     * in counts; the scale to mm/s depends on the stage; from -2147483648 to 2147483647.
      */
     int32_t max_vel;
     /** Reserved, sent as zero; from 0 to 65535. */

@@ -2,7 +2,7 @@
  * @file
  * Setup control commands (document section Setup control commands).
  *
- * Two bytes to the controller as a whole, 255 and a capital letter; no axis, no size, no colon, no
+ * Two bytes to the controller as a whole: 255 and a capital letter, without axis, size, colon or
  * reply. Four of the five letters are also command bytes of the low-level set; only the 255 before
  * them makes the difference.
  *
@@ -18,10 +18,10 @@
 /**
  * SWITCH_TO_HIGH_LEVEL (0xFF 0x41), to the controller, two bytes.
  *
- * Leaves the low-level format; commands are ASCII text from then on.
+ * Leave the low-level format; commands are ASCII text from then on.
  *
  * The letter must be a capital. A controller that looks for 255 anywhere may find these two bytes
- * in the data of a command; `refuse_prefix_bytes` keeps such values from being sent.
+ * in the data of a command; `refuse_prefix_bytes` refuses such values before they are sent.
  *
  * Section Setup control commands. Typed as A after the prefix.
  */
@@ -49,9 +49,9 @@ static inline ms2000_status ms2000_switch_to_high_level_decode(const uint8_t *by
 /**
  * SWITCH_TO_LOW_LEVEL (0xFF 0x42), to the controller, two bytes.
  *
- * Enters the low-level format; there is no other way into it.
+ * Enter the low-level format; there is no other way to enter it.
  *
- * Without it the controller expects ASCII text and does not understand a low-level command.
+ * Until then the controller expects ASCII text and does not understand low-level commands.
  *
  * Section Setup control commands. Typed as B after the prefix.
  */
@@ -79,9 +79,9 @@ static inline ms2000_status ms2000_switch_to_low_level_decode(const uint8_t *byt
 /**
  * WHERE_IN_HUNDREDTHS (0xFF 0x48), to the controller, two bytes.
  *
- * Makes WHERE, a command of the high-level format, answer in hundredths of a micrometre.
+ * Set WHERE, a command of the high-level format, to answer in hundredths of a micrometre.
  *
- * Positions of the low-level format stay tenths of a micrometre.
+ * Positions in the low-level format remain tenths of a micrometre.
  *
  * Section Setup control commands. Typed as H after the prefix.
  */
@@ -109,9 +109,9 @@ static inline ms2000_status ms2000_where_in_hundredths_decode(const uint8_t *byt
 /**
  * RESET_CONTROLLER (0xFF 0x52), to the controller, two bytes.
  *
- * Resets the controller.
+ * Reset the controller.
  *
- * The document does not say which format is in force afterwards; send SWITCH_TO_LOW_LEVEL again.
+ * The document does not say which format is active afterwards; send SWITCH_TO_LOW_LEVEL again.
  *
  * Section Setup control commands. Typed as R after the prefix.
  */
@@ -139,9 +139,9 @@ static inline ms2000_status ms2000_reset_controller_decode(const uint8_t *bytes,
 /**
  * WHERE_IN_TENTHS (0xFF 0x54), to the controller, two bytes.
  *
- * Makes WHERE, a command of the high-level format, answer in tenths of a micrometre.
+ * Set WHERE, a command of the high-level format, to answer in tenths of a micrometre.
  *
- * Positions of the low-level format are tenths of a micrometre in any case.
+ * Positions in the low-level format are always tenths of a micrometre.
  *
  * Section Setup control commands. Typed as T after the prefix.
  */

@@ -117,11 +117,11 @@ class BBD101(
 ):
     """One-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD101, page 27. Its messages are its family's, brushless_dc_single: No list is printed. As
-    brushless_dc, without the digital inputs and outputs of the motherboard, which pages 25 and 26
-    grant to card slot systems with two or three channels only.
+    BBD101, page 27. Its messages are its family's, brushless_dc_single: No list is printed. Like
+    brushless_dc, except the digital inputs and outputs of the motherboard, which pages 25 and 26
+    assign only to card slot systems with two or three channels.
 
-    Page 7 counts the BBD10x among the card slot systems and gives this one no prefix.
+    Page 7 counts the BBD10x among the card slot systems but gives this one no prefix.
     """
 
     facts = FACTS
@@ -184,10 +184,10 @@ class BBD102(
 ):
     """Two-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD102, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
-    chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
-    limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the control
-    keypad. The motherboard answers the RACK messages.
+    BBD102, page 27. Its messages are its family's, brushless_dc: No list is printed. Assumed: the
+    generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
+    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
+    the control keypad. The motherboard answers the RACK messages.
 
     A bay system of single-channel controllers (page 17). Prefix 73 is the motherboard, 94 the card
     in a bay (page 7).
@@ -253,10 +253,10 @@ class BBD103(
 ):
     """Three-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD103, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
-    chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
-    limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the control
-    keypad. The motherboard answers the RACK messages.
+    BBD103, page 27. Its messages are its family's, brushless_dc: No list is printed. Assumed: the
+    generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
+    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
+    the control keypad. The motherboard answers the RACK messages.
 
     A bay system of single-channel controllers. Prefix 73 is the motherboard, 94 the card in a bay
     (page 7).
@@ -320,11 +320,11 @@ class BBD201(
 ):
     """One-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD201, page 27. Its messages are its family's, brushless_dc_single: No list is printed. As
-    brushless_dc, without the digital inputs and outputs of the motherboard, which pages 25 and 26
-    grant to card slot systems with two or three channels only.
+    BBD201, page 27. Its messages are its family's, brushless_dc_single: No list is printed. Like
+    brushless_dc, except the digital inputs and outputs of the motherboard, which pages 25 and 26
+    assign only to card slot systems with two or three channels.
 
-    Page 7 does not name it; taken as the BBD101, since page 14 gives one scale for BBDxxx.
+    Not named on page 7; treated like the BBD101, since page 14 gives one scale for BBDxxx.
     """
 
     facts = FACTS
@@ -387,12 +387,12 @@ class BBD202(
 ):
     """Two-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD202, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
-    chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
-    limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the control
-    keypad. The motherboard answers the RACK messages.
+    BBD202, page 27. Its messages are its family's, brushless_dc: No list is printed. Assumed: the
+    generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
+    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
+    the control keypad. The motherboard answers the RACK messages.
 
-    Page 7 does not name it; taken as the BBD102, since page 14 gives one scale for BBDxxx.
+    Not named on page 7; treated like the BBD102, since page 14 gives one scale for BBDxxx.
     """
 
     facts = FACTS
@@ -455,12 +455,12 @@ class BBD203(
 ):
     """Three-channel benchtop brushless DC motor driver for asyncio.
 
-    BBD203, page 27. Its messages are its family's, brushless_dc: No list is printed. The generic
-    chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status, without the
-    limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the control
-    keypad. The motherboard answers the RACK messages.
+    BBD203, page 27. Its messages are its family's, brushless_dc: No list is printed. Assumed: the
+    generic chapter and the motor chapter with the PMD loops (pages 61 to 76) and the DC status,
+    except the limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and
+    the control keypad. The motherboard answers the RACK messages.
 
-    Page 7 does not name it; taken as the BBD103, since page 14 gives one scale for BBDxxx.
+    Not named on page 7; treated like the BBD103, since page 14 gives one scale for BBDxxx.
     """
 
     facts = FACTS
@@ -500,12 +500,12 @@ class BMS001(
 ):
     """One-channel benchtop low power stepper driver (legacy) for asyncio.
 
-    BMS001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
-    generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
-    buttons). Two messages that the document describes with the DC status are included, because
-    their text names no family: the server-alive message, which any controller on USB must receive
-    (page 80), and MOT_REQ_STATUSBITS (page 81).
+    BMS001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. Assumed:
+    the generic chapter and the motor chapter with the stepper status, except the messages for DC
+    servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included because their
+    text names no family: the server-alive message, which any controller on USB must receive (page
+    80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -550,12 +550,12 @@ class BMS002(
 ):
     """Two-channel benchtop low power stepper driver (legacy) for asyncio.
 
-    BMS002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
-    generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
-    buttons). Two messages that the document describes with the DC status are included, because
-    their text names no family: the server-alive message, which any controller on USB must receive
-    (page 80), and MOT_REQ_STATUSBITS (page 81).
+    BMS002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. Assumed:
+    the generic chapter and the motor chapter with the stepper status, except the messages for DC
+    servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included because their
+    text names no family: the server-alive message, which any controller on USB must receive (page
+    80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -588,11 +588,11 @@ class BPC001(
     """One-channel benchtop piezo driver for asyncio.
 
     BPC001, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
-    BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
-    RACK messages, since these units are taken to have no motherboard. The BPC201 has the printed
+    BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131), without the RACK
+    messages, because these units are assumed to have no motherboard. The BPC201 has the printed
     list itself.
 
-    The document says nothing of its addressing; a unit with one USB node and no card slots is
+    The document does not describe its addressing; a unit with one USB node and no card slots is
     assumed.
     """
 
@@ -631,11 +631,11 @@ class BPC002(
     """Two-channel benchtop piezo driver for asyncio.
 
     BPC002, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
-    BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
-    RACK messages, since these units are taken to have no motherboard. The BPC201 has the printed
+    BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131), without the RACK
+    messages, because these units are assumed to have no motherboard. The BPC201 has the printed
     list itself.
 
-    The document says nothing of its addressing; a unit with one USB node and no card slots is
+    The document does not describe its addressing; a unit with one USB node and no card slots is
     assumed.
     """
 
@@ -669,11 +669,11 @@ class BPC101(
     """One-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC101, page 93. Its messages are its family's, benchtop_piezo: No list is printed for BPC001,
-    BPC002 and BPC101. That of the nearest series, the BPC20x (page 131), stands in, without the
-    RACK messages, since these units are taken to have no motherboard. The BPC201 has the printed
+    BPC002 and BPC101. They use that of the nearest series, the BPC20x (page 131), without the RACK
+    messages, because these units are assumed to have no motherboard. The BPC201 has the printed
     list itself.
 
-    The document says nothing of its addressing; taken as the BSC101 of the same years.
+    The document does not describe its addressing; treated like the BSC101 of the same years.
     """
 
     facts = FACTS
@@ -722,9 +722,10 @@ class BPC102(
     """Two-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC102, page 93. Its messages are the printed list of BPC202, page 131: The printed list of page
-    131 is that of the BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in.
+    131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use that of the nearest
+    series.
 
-    The document says nothing of its addressing; taken as the card slot BPC202.
+    The document does not describe its addressing; treated like the card slot BPC202.
     """
 
     facts = FACTS
@@ -774,9 +775,10 @@ class BPC103(
     """Three-channel benchtop piezo driver (since 2006) for asyncio.
 
     BPC103, page 93. Its messages are the printed list of BPC202, page 131: The printed list of page
-    131 is that of the BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in.
+    131 is that of the BPC20x. None is printed for BPC102 and BPC103, which use that of the nearest
+    series.
 
-    The document says nothing of its addressing; taken as the card slot BPC202.
+    The document does not describe its addressing; treated like the card slot BPC202.
     """
 
     facts = FACTS
@@ -814,8 +816,8 @@ class BPC201(
     BPC201, page 93. Its messages are the printed list, page 131.
 
     Its list has no server-alive message. The list of the series has the RACK messages, which pages
-    25 and 26 grant to two- and three-channel units; the single channel is taken as a unit without
-    card slots.
+    25 and 26 assign to two- and three-channel units; with its single channel, this one is treated
+    as a unit without card slots.
     """
 
     facts = FACTS
@@ -916,7 +918,7 @@ class BPC203(
 
     BPC203, page 93. Its messages are the printed list, page 131.
 
-    Taken as a card slot controller like the BPC202 of page 25. Its list has no server-alive
+    Treated as a card slot controller like the BPC202 of page 25. Its list has no server-alive
     message.
     """
 
@@ -956,8 +958,8 @@ class BPC301(
 
     BPC301, page 93. Its messages are the printed list, page 132.
 
-    The list of the series has the RACK messages, which pages 25 and 26 grant to two- and
-    three-channel units; the single channel is taken as a unit without card slots.
+    The list of the series has the RACK messages, which pages 25 and 26 assign to two- and
+    three-channel units; with its single channel, this one is treated as a unit without card slots.
     """
 
     facts = FACTS
@@ -996,12 +998,12 @@ class BSC001(
 ):
     """One-channel benchtop stepper driver (legacy) for asyncio.
 
-    BSC001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
-    generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
-    buttons). Two messages that the document describes with the DC status are included, because
-    their text names no family: the server-alive message, which any controller on USB must receive
-    (page 80), and MOT_REQ_STATUSBITS (page 81).
+    BSC001, page 27. Its messages are its family's, benchtop_stepper: No list is printed. Assumed:
+    the generic chapter and the motor chapter with the stepper status, except the messages for DC
+    servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included because their
+    text names no family: the server-alive message, which any controller on USB must receive (page
+    80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -1046,12 +1048,12 @@ class BSC002(
 ):
     """Two-channel benchtop stepper driver (legacy) for asyncio.
 
-    BSC002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
-    generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
-    buttons). Two messages that the document describes with the DC status are included, because
-    their text names no family: the server-alive message, which any controller on USB must receive
-    (page 80), and MOT_REQ_STATUSBITS (page 81).
+    BSC002, page 27. Its messages are its family's, benchtop_stepper: No list is printed. Assumed:
+    the generic chapter and the motor chapter with the stepper status, except the messages for DC
+    servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included because their
+    text names no family: the server-alive message, which any controller on USB must receive (page
+    80), and MOT_REQ_STATUSBITS (page 81).
     """
 
     facts = FACTS
@@ -1091,14 +1093,14 @@ class BSC101(
 ):
     """One-channel benchtop stepper driver (since 2006) for asyncio.
 
-    BSC101, page 27. Its messages are its family's, benchtop_stepper: No list is printed. The
-    generic chapter and the motor chapter, with the stepper status, without what they tie to DC
-    servos (PID of the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer,
-    buttons). Two messages that the document describes with the DC status are included, because
-    their text names no family: the server-alive message, which any controller on USB must receive
-    (page 80), and MOT_REQ_STATUSBITS (page 81).
+    BSC101, page 27. Its messages are its family's, benchtop_stepper: No list is printed. Assumed:
+    the generic chapter and the motor chapter with the stepper status, except the messages for DC
+    servos (PID of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer,
+    buttons). Two messages that the document describes with the DC status are included because their
+    text names no family: the server-alive message, which any controller on USB must receive (page
+    80), and MOT_REQ_STATUSBITS (page 81).
 
-    Page 7 lists it and does not count it among the card slot systems.
+    Page 7 lists it but does not count it among the card slot systems.
     """
 
     facts = FACTS
@@ -1154,11 +1156,11 @@ class BSC102(
 ):
     """Two-channel benchtop stepper driver (since 2006) for asyncio.
 
-    BSC102, page 27. Its messages are its family's, card_slot_stepper: No list is printed. As
-    benchtop_stepper, with the RACK messages, which the motherboard answers (pages 10 and 23; pages
+    BSC102, page 27. Its messages are its family's, card_slot_stepper: No list is printed. Like
+    benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10 and 23; pages
     25 and 26 name the BSC103).
 
-    Page 7 gives it no prefix. Taken as a card slot system because page 25 speaks of two- and
+    Page 7 gives it no prefix. Assumed to be a card slot system because page 25 mentions two- and
     three-channel card slot controllers such as the BSC103.
     """
 
@@ -1216,8 +1218,8 @@ class BSC103(
 ):
     """Three-channel benchtop stepper driver (since 2006) for asyncio.
 
-    BSC103, page 27. Its messages are its family's, card_slot_stepper: No list is printed. As
-    benchtop_stepper, with the RACK messages, which the motherboard answers (pages 10 and 23; pages
+    BSC103, page 27. Its messages are its family's, card_slot_stepper: No list is printed. Like
+    benchtop_stepper, plus the RACK messages, which the motherboard answers (pages 10 and 23; pages
     25 and 26 name the BSC103).
 
     A card slot system (page 7).
@@ -1263,9 +1265,9 @@ class MPZ601(
 
     MPZ601, page 93. Its messages are the printed list, page 135.
 
-    A module of a rack. Its list lacks PZ_SET_EEPROMPARAMS, which saves its I/O settings according
-    to page 119, and RACK_REQ_STATUSBITS, which page 25 grants to the modular rack. What its status
-    bits mean is not said.
+    A rack module. Its list lacks PZ_SET_EEPROMPARAMS, which saves its I/O settings according to
+    page 119, and RACK_REQ_STATUSBITS, which page 25 assigns to the modular rack. The meaning of its
+    status bits is not documented.
     """
 
     facts = FACTS
@@ -1313,12 +1315,12 @@ class MST601(
 ):
     """Two-channel modular stepper driver for asyncio.
 
-    MST601, page 27. Its messages are its family's, modular_stepper: No list is printed. As
-    card_slot_stepper, without HW_DISCONNECT: a module has no USB node, and the list of its piezo
-    sister, the MPZ601, leaves it out. That list leaves out RACK_REQ_STATUSBITS, too, which page 25
-    grants to the modular rack; here it stays.
+    MST601, page 27. Its messages are its family's, modular_stepper: No list is printed. Like
+    card_slot_stepper, except HW_DISCONNECT: a module has no USB node, and the list of the
+    corresponding piezo module, the MPZ601, omits it. That list also omits RACK_REQ_STATUSBITS,
+    which page 25 assigns to the modular rack; it is kept here.
 
-    A module of a rack; page 17 names it as a controller that has several channels of its own.
+    A rack module; page 17 names it as a controller with several channels of its own.
     """
 
     facts = FACTS
@@ -1361,8 +1363,8 @@ class ODC001(
 ):
     """One-channel cube DC servo driver for asyncio.
 
-    ODC001, page 27. Its messages are its family's, dc_servo_opto: No list is printed. As the
-    TDC001, without the LM628 PID (page 51: TDC001 only), with HW_DISCONNECT and
+    ODC001, page 27. Its messages are its family's, dc_servo_opto: No list is printed. Like the
+    TDC001, except the LM628 PID (page 51: TDC001 only), plus HW_DISCONNECT and
     MOT_SET_EEPROMPARAMS, which the chapters do not restrict.
 
     OptoDCDriver on page 7. The document gives no scale for it.
@@ -1407,8 +1409,8 @@ class OST001(
 ):
     """One-channel cube stepper driver for asyncio.
 
-    OST001, page 27. Its messages are its family's, opto_stepper: No list is printed. As
-    benchtop_stepper, with LED, potentiometer and buttons of the control keypad.
+    OST001, page 27. Its messages are its family's, opto_stepper: No list is printed. Like
+    benchtop_stepper, plus the LED, potentiometer and buttons of the control keypad.
 
     OptoSTDriver on page 7.
     """
@@ -1486,9 +1488,9 @@ class TPZ001(
 
     TPZ001, page 93. Its messages are the printed list, page 133.
 
-    Its list has no server-alive message. Pages 101 and 103 give its status bits, but the list has
-    no PZ_REQ_PZSTATUSBITS: they come in the status messages. It has no PZ_REQ_MAXTRAVEL either, so
-    the travel that positions are a share of must be known from elsewhere.
+    Its list has no server-alive message. Pages 101 and 103 describe its status bits, but the list
+    has no PZ_REQ_PZSTATUSBITS: the status messages contain them. It also has no PZ_REQ_MAXTRAVEL,
+    so the travel that scales positions must be known from another source.
     """
 
     facts = FACTS
@@ -1517,9 +1519,9 @@ class TSC001(
 
     TSC001, page 27. Its messages are the printed list, page 138.
 
-    A motor controller to the protocol. Its list has no server-alive message, and MOT_MOVE_STOP
-    without MOT_MOVE_STOPPED, which page 49 promises after a stop; a client should not count on
-    being told.
+    A motor controller as far as the protocol is concerned. Its list has no server-alive message,
+    and has MOT_MOVE_STOP but not MOT_MOVE_STOPPED, which page 49 promises after a stop. A client
+    should not rely on receiving it.
     """
 
     facts = FACTS
@@ -1547,8 +1549,8 @@ class TSG001(
 
     TSG001, page 93. Its messages are the printed list, page 134.
 
-    What its status bits mean is not said; page 129 has readings sampled at 500 Hz, which is not the
-    rate of the status messages.
+    The meaning of its status bits is not documented. Page 129 says that readings are sampled at 500
+    Hz, which is not the rate of the status messages.
     """
 
     facts = FACTS
@@ -1591,9 +1593,9 @@ class TST001(
 ):
     """One-channel T-Cube stepper driver for asyncio.
 
-    TST001, page 27. Its messages are its family's, cube_stepper: No list is printed. As
-    opto_stepper, with the HUB messages, by which page 24 asks a T-Cube for its bay; the lists of
-    TSC001 and TSG001 have them, those of TDC001 and TPZ001 do not.
+    TST001, page 27. Its messages are its family's, cube_stepper: No list is printed. Like
+    opto_stepper, plus the HUB messages, which read the bay of a T-Cube (page 24). The lists of
+    TSC001 and TSG001 have them; those of TDC001 and TPZ001 do not.
     """
 
     facts = FACTS

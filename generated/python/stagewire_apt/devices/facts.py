@@ -1267,26 +1267,26 @@ ALIASES: dict[str, Alias] = {
     ),
     "LTS150": Alias(
         "LTS150",
-        "long travel stage with a stepper driver inside",
+        "long travel stage with a built-in stepper driver",
         source="Issue 37 of the document, pages 18 and 33",
         prefixes=(45,),
     ),
     "LTS300": Alias(
         "LTS300",
-        "long travel stage with a stepper driver inside",
+        "long travel stage with a built-in stepper driver",
         source="Issue 37 of the document, pages 18 and 33",
         prefixes=(45,),
     ),
     "K10CR1": Alias(
         "K10CR1",
-        "rotation stage with a stepper driver inside",
+        "rotation stage with a built-in stepper driver",
         source="Issue 37 of the document, pages 13, 15 and 33",
         prefixes=(55,),
         scales={"STEPPER_2048": "Issue 37 of the document, page 41: 2048 microsteps per full step"},
     ),
     "K10CR2": Alias(
         "K10CR2",
-        "rotation stage with a stepper driver inside, second version",
+        "rotation stage with a built-in stepper driver, second version",
         source="github AlexShkarin/pyLabLib, issue 118",
         prefixes=(55,),
     ),
@@ -1298,26 +1298,26 @@ ALIASES: dict[str, Alias] = {
         prefixes=(27,),
         scales={
             "TDC001": (
-                "Issue 37 of the document, page 39: one table and one servo cycle for TDC001 and "
-                "KDC101; its 34,554.96 counts per mm of the Z8 are 0.73 % more than the figure of"
-                " Issue 3, which is kept for both"
+                "Issue 37 of the document, page 39, has one table and one servo cycle for TDC001 "
+                "and KDC101. Its 34,554.96 counts per mm of the Z8 are 0.73 % more than the "
+                "figure of Issue 3, which is kept for both"
             ),
         },
     ),
     "KVS30": Alias(
         "KVS30",
-        "vertical stage with a DC servo driver inside",
+        "vertical stage with a built-in DC servo driver",
         source="Issue 37 of the document, page 10, which has a list of messages for it alone",
     ),
     "KBD101": Alias(
         "KBD101",
-        "K-Cube brushless DC driver, no card slot system as the BBD units are",
+        "K-Cube brushless DC driver, not a card slot system like the BBD units",
         source="Issue 37 of the document, page 32",
         prefixes=(28,),
     ),
     "TBD001": Alias(
         "TBD001",
-        "T-Cube brushless DC driver, no card slot system as the BBD units are",
+        "T-Cube brushless DC driver, not a card slot system like the BBD units",
         source="Issue 37 of the document, page 33",
         prefixes=(67,),
     ),
@@ -1381,9 +1381,9 @@ UNITS: dict[str, Unit] = {
         title="One-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
-            "its family's, brushless_dc_single: No list is printed. As brushless_dc, without the "
-            "digital inputs and outputs of the motherboard, which pages 25 and 26 grant to card "
-            "slot systems with two or three channels only."
+            "its family's, brushless_dc_single: No list is printed. Like brushless_dc, except the"
+            " digital inputs and outputs of the motherboard, which pages 25 and 26 assign only to"
+            " card slot systems with two or three channels."
         ),
         kind="rack",
         address=0x11,
@@ -1438,10 +1438,10 @@ UNITS: dict[str, Unit] = {
         title="Two-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
-            "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
-            "chapter with the PMD loops (pages 61 to 76) and the DC status, without the limit "
-            "switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the "
-            "control keypad. The motherboard answers the RACK messages."
+            "its family's, brushless_dc: No list is printed. Assumed: the generic chapter and the"
+            " motor chapter with the PMD loops (pages 61 to 76) and the DC status, except the "
+            "limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and "
+            "the control keypad. The motherboard answers the RACK messages."
         ),
         kind="rack",
         address=0x11,
@@ -1499,10 +1499,10 @@ UNITS: dict[str, Unit] = {
         title="Three-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
-            "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
-            "chapter with the PMD loops (pages 61 to 76) and the DC status, without the limit "
-            "switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the "
-            "control keypad. The motherboard answers the RACK messages."
+            "its family's, brushless_dc: No list is printed. Assumed: the generic chapter and the"
+            " motor chapter with the PMD loops (pages 61 to 76) and the DC status, except the "
+            "limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and "
+            "the control keypad. The motherboard answers the RACK messages."
         ),
         kind="rack",
         address=0x11,
@@ -1560,9 +1560,9 @@ UNITS: dict[str, Unit] = {
         title="One-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
-            "its family's, brushless_dc_single: No list is printed. As brushless_dc, without the "
-            "digital inputs and outputs of the motherboard, which pages 25 and 26 grant to card "
-            "slot systems with two or three channels only."
+            "its family's, brushless_dc_single: No list is printed. Like brushless_dc, except the"
+            " digital inputs and outputs of the motherboard, which pages 25 and 26 assign only to"
+            " card slot systems with two or three channels."
         ),
         kind="rack",
         address=0x11,
@@ -1617,10 +1617,10 @@ UNITS: dict[str, Unit] = {
         title="Two-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
-            "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
-            "chapter with the PMD loops (pages 61 to 76) and the DC status, without the limit "
-            "switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the "
-            "control keypad. The motherboard answers the RACK messages."
+            "its family's, brushless_dc: No list is printed. Assumed: the generic chapter and the"
+            " motor chapter with the PMD loops (pages 61 to 76) and the DC status, except the "
+            "limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and "
+            "the control keypad. The motherboard answers the RACK messages."
         ),
         kind="rack",
         address=0x11,
@@ -1675,10 +1675,10 @@ UNITS: dict[str, Unit] = {
         title="Three-channel benchtop brushless DC motor driver",
         page=27,
         messages_from=(
-            "its family's, brushless_dc: No list is printed. The generic chapter and the motor "
-            "chapter with the PMD loops (pages 61 to 76) and the DC status, without the limit "
-            "switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and the "
-            "control keypad. The motherboard answers the RACK messages."
+            "its family's, brushless_dc: No list is printed. Assumed: the generic chapter and the"
+            " motor chapter with the PMD loops (pages 61 to 76) and the DC status, except the "
+            "limit switches (page 39: not for BBD10x), the LM628 PID (page 51: TDC001 only) and "
+            "the control keypad. The motherboard answers the RACK messages."
         ),
         kind="rack",
         address=0x11,
@@ -1733,10 +1733,10 @@ UNITS: dict[str, Unit] = {
         title="One-channel benchtop low power stepper driver (legacy)",
         page=27,
         messages_from=(
-            "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
-            "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
-            "buttons). Two messages that the document describes with the DC status are included, "
+            "its family's, benchtop_stepper: No list is printed. Assumed: the generic chapter and"
+            " the motor chapter with the stepper status, except the messages for DC servos (PID "
+            "of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included "
             "because their text names no family: the server-alive message, which any controller "
             "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
@@ -1774,10 +1774,10 @@ UNITS: dict[str, Unit] = {
         title="Two-channel benchtop low power stepper driver (legacy)",
         page=27,
         messages_from=(
-            "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
-            "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
-            "buttons). Two messages that the document describes with the DC status are included, "
+            "its family's, benchtop_stepper: No list is printed. Assumed: the generic chapter and"
+            " the motor chapter with the stepper status, except the messages for DC servos (PID "
+            "of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included "
             "because their text names no family: the server-alive message, which any controller "
             "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
@@ -1815,10 +1815,10 @@ UNITS: dict[str, Unit] = {
         title="One-channel benchtop piezo driver",
         page=93,
         messages_from=(
-            "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. That"
-            " of the nearest series, the BPC20x (page 131), stands in, without the RACK messages,"
-            " since these units are taken to have no motherboard. The BPC201 has the printed list"
-            " itself."
+            "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. They"
+            " use that of the nearest series, the BPC20x (page 131), without the RACK messages, "
+            "because these units are assumed to have no motherboard. The BPC201 has the printed "
+            "list itself."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1850,10 +1850,10 @@ UNITS: dict[str, Unit] = {
         title="Two-channel benchtop piezo driver",
         page=93,
         messages_from=(
-            "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. That"
-            " of the nearest series, the BPC20x (page 131), stands in, without the RACK messages,"
-            " since these units are taken to have no motherboard. The BPC201 has the printed list"
-            " itself."
+            "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. They"
+            " use that of the nearest series, the BPC20x (page 131), without the RACK messages, "
+            "because these units are assumed to have no motherboard. The BPC201 has the printed "
+            "list itself."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1885,10 +1885,10 @@ UNITS: dict[str, Unit] = {
         title="One-channel benchtop piezo driver (since 2006)",
         page=93,
         messages_from=(
-            "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. That"
-            " of the nearest series, the BPC20x (page 131), stands in, without the RACK messages,"
-            " since these units are taken to have no motherboard. The BPC201 has the printed list"
-            " itself."
+            "its family's, benchtop_piezo: No list is printed for BPC001, BPC002 and BPC101. They"
+            " use that of the nearest series, the BPC20x (page 131), without the RACK messages, "
+            "because these units are assumed to have no motherboard. The BPC201 has the printed "
+            "list itself."
         ),
         kind="generic_usb",
         address=0x50,
@@ -1922,7 +1922,7 @@ UNITS: dict[str, Unit] = {
         page=93,
         messages_from=(
             "the printed list of BPC202, page 131: The printed list of page 131 is that of the "
-            "BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in."
+            "BPC20x. None is printed for BPC102 and BPC103, which use that of the nearest series."
         ),
         kind="rack",
         address=0x11,
@@ -1956,7 +1956,7 @@ UNITS: dict[str, Unit] = {
         page=93,
         messages_from=(
             "the printed list of BPC202, page 131: The printed list of page 131 is that of the "
-            "BPC20x. None is printed for BPC102 and BPC103; the nearest series stands in."
+            "BPC20x. None is printed for BPC102 and BPC103, which use that of the nearest series."
         ),
         kind="rack",
         address=0x11,
@@ -2118,10 +2118,10 @@ UNITS: dict[str, Unit] = {
         title="One-channel benchtop stepper driver (legacy)",
         page=27,
         messages_from=(
-            "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
-            "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
-            "buttons). Two messages that the document describes with the DC status are included, "
+            "its family's, benchtop_stepper: No list is printed. Assumed: the generic chapter and"
+            " the motor chapter with the stepper status, except the messages for DC servos (PID "
+            "of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included "
             "because their text names no family: the server-alive message, which any controller "
             "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
@@ -2159,10 +2159,10 @@ UNITS: dict[str, Unit] = {
         title="Two-channel benchtop stepper driver (legacy)",
         page=27,
         messages_from=(
-            "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
-            "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
-            "buttons). Two messages that the document describes with the DC status are included, "
+            "its family's, benchtop_stepper: No list is printed. Assumed: the generic chapter and"
+            " the motor chapter with the stepper status, except the messages for DC servos (PID "
+            "of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included "
             "because their text names no family: the server-alive message, which any controller "
             "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
@@ -2200,10 +2200,10 @@ UNITS: dict[str, Unit] = {
         title="One-channel benchtop stepper driver (since 2006)",
         page=27,
         messages_from=(
-            "its family's, benchtop_stepper: No list is printed. The generic chapter and the "
-            "motor chapter, with the stepper status, without what they tie to DC servos (PID of "
-            "the LM628, PMD loops, DC status) and to a control keypad (LED, potentiometer, "
-            "buttons). Two messages that the document describes with the DC status are included, "
+            "its family's, benchtop_stepper: No list is printed. Assumed: the generic chapter and"
+            " the motor chapter with the stepper status, except the messages for DC servos (PID "
+            "of the LM628, PMD loops, DC status) and for a control keypad (LED, potentiometer, "
+            "buttons). Two messages that the document describes with the DC status are included "
             "because their text names no family: the server-alive message, which any controller "
             "on USB must receive (page 80), and MOT_REQ_STATUSBITS (page 81)."
         ),
@@ -2241,9 +2241,9 @@ UNITS: dict[str, Unit] = {
         title="Two-channel benchtop stepper driver (since 2006)",
         page=27,
         messages_from=(
-            "its family's, card_slot_stepper: No list is printed. As benchtop_stepper, with the "
-            "RACK messages, which the motherboard answers (pages 10 and 23; pages 25 and 26 name "
-            "the BSC103)."
+            "its family's, card_slot_stepper: No list is printed. Like benchtop_stepper, plus the"
+            " RACK messages, which the motherboard answers (pages 10 and 23; pages 25 and 26 name"
+            " the BSC103)."
         ),
         kind="rack",
         address=0x11,
@@ -2278,9 +2278,9 @@ UNITS: dict[str, Unit] = {
         title="Three-channel benchtop stepper driver (since 2006)",
         page=27,
         messages_from=(
-            "its family's, card_slot_stepper: No list is printed. As benchtop_stepper, with the "
-            "RACK messages, which the motherboard answers (pages 10 and 23; pages 25 and 26 name "
-            "the BSC103)."
+            "its family's, card_slot_stepper: No list is printed. Like benchtop_stepper, plus the"
+            " RACK messages, which the motherboard answers (pages 10 and 23; pages 25 and 26 name"
+            " the BSC103)."
         ),
         kind="rack",
         address=0x11,
@@ -2342,10 +2342,10 @@ UNITS: dict[str, Unit] = {
         title="Two-channel modular stepper driver",
         page=27,
         messages_from=(
-            "its family's, modular_stepper: No list is printed. As card_slot_stepper, without "
-            "HW_DISCONNECT: a module has no USB node, and the list of its piezo sister, the "
-            "MPZ601, leaves it out. That list leaves out RACK_REQ_STATUSBITS, too, which page 25 "
-            "grants to the modular rack; here it stays."
+            "its family's, modular_stepper: No list is printed. Like card_slot_stepper, except "
+            "HW_DISCONNECT: a module has no USB node, and the list of the corresponding piezo "
+            "module, the MPZ601, omits it. That list also omits RACK_REQ_STATUSBITS, which page "
+            "25 assigns to the modular rack; it is kept here."
         ),
         kind="bay",
         address=0x11,
@@ -2381,8 +2381,8 @@ UNITS: dict[str, Unit] = {
         title="One-channel cube DC servo driver",
         page=27,
         messages_from=(
-            "its family's, dc_servo_opto: No list is printed. As the TDC001, without the LM628 "
-            "PID (page 51: TDC001 only), with HW_DISCONNECT and MOT_SET_EEPROMPARAMS, which the "
+            "its family's, dc_servo_opto: No list is printed. Like the TDC001, except the LM628 "
+            "PID (page 51: TDC001 only), plus HW_DISCONNECT and MOT_SET_EEPROMPARAMS, which the "
             "chapters do not restrict."
         ),
         kind="generic_usb",
@@ -2438,8 +2438,8 @@ UNITS: dict[str, Unit] = {
         title="One-channel cube stepper driver",
         page=27,
         messages_from=(
-            "its family's, opto_stepper: No list is printed. As benchtop_stepper, with LED, "
-            "potentiometer and buttons of the control keypad."
+            "its family's, opto_stepper: No list is printed. Like benchtop_stepper, plus the LED,"
+            " potentiometer and buttons of the control keypad."
         ),
         kind="generic_usb",
         address=0x50,
@@ -2654,9 +2654,9 @@ UNITS: dict[str, Unit] = {
         title="One-channel T-Cube stepper driver",
         page=27,
         messages_from=(
-            "its family's, cube_stepper: No list is printed. As opto_stepper, with the HUB "
-            "messages, by which page 24 asks a T-Cube for its bay; the lists of TSC001 and TSG001"
-            " have them, those of TDC001 and TPZ001 do not."
+            "its family's, cube_stepper: No list is printed. Like opto_stepper, plus the HUB "
+            "messages, which read the bay of a T-Cube (page 24). The lists of TSC001 and TSG001 "
+            "have them; those of TDC001 and TPZ001 do not."
         ),
         kind="generic_usb",
         address=0x50,

@@ -124,7 +124,7 @@ class MotSetEncCounter(FramedMessage):
     """``MOT_SET_ENCCOUNTER`` (0x0409), to the controller, 6 bytes of data; page 29.
 
     Sets the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
-    after power-up makes the counter show the true position.
+    after power-up sets the counter to the true position.
 
     Setting it moves nothing; afterwards, the encoder counts from the new zero.
 
@@ -199,7 +199,7 @@ class MotReqEncCounter(FramedMessage):
     """``MOT_REQ_ENCCOUNTER`` (0x040A), to the controller, header only; page 29.
 
     Requests the encoder counter. Encoder count. Rarely set on brushless DC controllers, where
-    homing after power-up makes the counter show the true position.
+    homing after power-up sets the counter to the true position.
 
     Answered by ``MOT_GET_ENCCOUNTER``.
 
@@ -261,7 +261,7 @@ class MotGetEncCounter(FramedMessage):
     """``MOT_GET_ENCCOUNTER`` (0x040B), to the host, 6 bytes of data; page 29.
 
     Reports the encoder counter. Encoder count. Rarely set on brushless DC controllers, where homing
-    after power-up makes the counter show the true position.
+    after power-up sets the counter to the true position.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param encoder_count: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -332,9 +332,9 @@ class MotSetPosCounter(FramedMessage):
     """``MOT_SET_POSCOUNTER`` (0x0410), to the controller, 6 bytes of data; page 28.
 
     Sets the position counter. Live position count. Rarely set on brushless DC controllers, where
-    homing after power-up makes the counter show the true position.
+    homing after power-up sets the counter to the true position.
 
-    Setting it moves nothing; afterwards, every position counts from the new zero.
+    Setting it moves nothing; afterwards, all positions are counted from the new zero.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param position: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -401,7 +401,7 @@ class MotReqPosCounter(FramedMessage):
     """``MOT_REQ_POSCOUNTER`` (0x0411), to the controller, header only; page 28.
 
     Requests the position counter. Live position count. Rarely set on brushless DC controllers,
-    where homing after power-up makes the counter show the true position.
+    where homing after power-up sets the counter to the true position.
 
     Answered by ``MOT_GET_POSCOUNTER``.
 
@@ -461,7 +461,7 @@ class MotGetPosCounter(FramedMessage):
     """``MOT_GET_POSCOUNTER`` (0x0412), to the host, 6 bytes of data; page 28.
 
     Reports the position counter. Live position count. Rarely set on brushless DC controllers, where
-    homing after power-up makes the counter show the true position.
+    homing after power-up sets the counter to the true position.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param position: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -525,12 +525,12 @@ _MOT_SET_VEL_PARAMS = Struct("<LBBHlLL")
 class MotSetVelParams(FramedMessage):
     """``MOT_SET_VELPARAMS`` (0x0413), to the controller, 14 bytes of data; page 30.
 
-    Sets the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
-    stepper controllers, encoder counts on DC servos.
+    Sets the velocity parameters. Trapezoidal velocity profile of one channel, in micro-steps on
+    stepper controllers and encoder counts on DC servos.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param min_velocity: Start velocity; always zero at present; in counts; the scale to mm/s
-        depends on the stage; from -2147483648 to 2147483647; by default 0.
+    :param min_velocity: Start velocity; currently always zero; in counts; the scale to mm/s depends
+        on the stage; from -2147483648 to 2147483647; by default 0.
     :param acceleration: in counts; the scale to mm/s^2 depends on the stage; from 0 to 4294967295.
     :param max_velocity: Final velocity; in counts; the scale to mm/s depends on the stage; from 0
         to 4294967295.
@@ -630,8 +630,8 @@ _MOT_REQ_VEL_PARAMS = Struct("<HBBBB")
 class MotReqVelParams(FramedMessage):
     """``MOT_REQ_VELPARAMS`` (0x0414), to the controller, header only; pages 30, 31.
 
-    Requests the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
-    stepper controllers, encoder counts on DC servos.
+    Requests the velocity parameters. Trapezoidal velocity profile of one channel, in micro-steps on
+    stepper controllers and encoder counts on DC servos.
 
     Answered by ``MOT_GET_VELPARAMS``.
 
@@ -690,12 +690,12 @@ _MOT_GET_VEL_PARAMS = Struct("<LBBHlLL")
 class MotGetVelParams(FramedMessage):
     """``MOT_GET_VELPARAMS`` (0x0415), to the host, 14 bytes of data; pages 30, 31.
 
-    Reports the velocity parameters. Trapezoidal velocity profile of one channel; micro-steps on
-    stepper controllers, encoder counts on DC servos.
+    Reports the velocity parameters. Trapezoidal velocity profile of one channel, in micro-steps on
+    stepper controllers and encoder counts on DC servos.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param min_velocity: Start velocity; always zero at present; in counts; the scale to mm/s
-        depends on the stage; from -2147483648 to 2147483647; by default 0.
+    :param min_velocity: Start velocity; currently always zero; in counts; the scale to mm/s depends
+        on the stage; from -2147483648 to 2147483647; by default 0.
     :param acceleration: in counts; the scale to mm/s^2 depends on the stage; from 0 to 4294967295.
     :param max_velocity: Final velocity; in counts; the scale to mm/s depends on the stage; from 0
         to 4294967295.
@@ -791,7 +791,7 @@ class MotSetJogParams(FramedMessage):
     :param jog_mode: :class:`~.JogMode`; from 0 to 65535.
     :param jog_step_size: length of a step in SINGLE_STEP mode; in counts; the scale to mm depends
         on the stage; from -2147483648 to 2147483647.
-    :param jog_min_velocity: start velocity; always zero at present; in counts; the scale to mm/s
+    :param jog_min_velocity: start velocity; currently always zero; in counts; the scale to mm/s
         depends on the stage; from -2147483648 to 2147483647; by default 0.
     :param jog_acceleration: in counts; the scale to mm/s^2 depends on the stage; from -2147483648
         to 2147483647.
@@ -1022,7 +1022,7 @@ class MotGetJogParams(FramedMessage):
     :param jog_mode: :class:`~.JogMode`; from 0 to 65535.
     :param jog_step_size: length of a step in SINGLE_STEP mode; in counts; the scale to mm depends
         on the stage; from -2147483648 to 2147483647.
-    :param jog_min_velocity: start velocity; always zero at present; in counts; the scale to mm/s
+    :param jog_min_velocity: start velocity; currently always zero; in counts; the scale to mm/s
         depends on the stage; from -2147483648 to 2147483647; by default 0.
     :param jog_acceleration: in counts; the scale to mm/s^2 depends on the stage; from -2147483648
         to 2147483647.
@@ -1183,17 +1183,17 @@ class MotSetLimSwitchParams(FramedMessage):
     units.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; from 0
-        to 65535.
-    :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`;
-        from 0 to 65535.
-    :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for it,
-        which is the MLS203's factor for velocities; in counts; the scale to mm depends on the
-        stage; from 0 to 4294967295.
-    :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; in counts; the scale
-        to mm depends on the stage; from -2147483648 to 2147483647.
-    :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; from
+    :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`; from
         0 to 65535.
+    :param ccw_hard_limit: counterclockwise switch; may include the SWAPPED bit;
+        :class:`~.HardLimit`; from 0 to 65535.
+    :param cw_soft_limit: Clockwise limit in position steps. The page uses 134218 per mm, which is
+        the MLS203's velocity factor; in counts; the scale to mm depends on the stage; from 0 to
+        4294967295.
+    :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts; the
+        scale to mm depends on the stage; from -2147483648 to 2147483647.
+    :param software_limit_mode: may include the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`;
+        from 0 to 65535.
 
     Erratum ``apt-limswitch-bbd10x``: printed not applicable to BBD10x units; encoded no BBD unit
         has the messages.
@@ -1389,17 +1389,17 @@ class MotGetLimSwitchParams(FramedMessage):
     units.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; from 0
-        to 65535.
-    :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`;
-        from 0 to 65535.
-    :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for it,
-        which is the MLS203's factor for velocities; in counts; the scale to mm depends on the
-        stage; from 0 to 4294967295.
-    :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; in counts; the scale
-        to mm depends on the stage; from -2147483648 to 2147483647.
-    :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; from
+    :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`; from
         0 to 65535.
+    :param ccw_hard_limit: counterclockwise switch; may include the SWAPPED bit;
+        :class:`~.HardLimit`; from 0 to 65535.
+    :param cw_soft_limit: Clockwise limit in position steps. The page uses 134218 per mm, which is
+        the MLS203's velocity factor; in counts; the scale to mm depends on the stage; from 0 to
+        4294967295.
+    :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts; the
+        scale to mm depends on the stage; from -2147483648 to 2147483647.
+    :param software_limit_mode: may include the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`;
+        from 0 to 65535.
 
     Erratum ``apt-get-limswitchparams-size``: printed Response structure (20 bytes); encoded 22
         bytes.
@@ -1525,7 +1525,7 @@ _MOT_REQ_STATUS_BITS = Struct("<HBBBB")
 class MotReqStatusBits(FramedMessage):
     """``MOT_REQ_STATUSBITS`` (0x0429), to the controller, header only; page 81.
 
-    Requests the motor status bits. Status bits alone, without position and velocity.
+    Requests the motor status bits. Status bits without position and velocity.
 
     Answered by ``MOT_GET_STATUSBITS``.
 
@@ -1584,11 +1584,11 @@ _MOT_GET_STATUS_BITS = Struct("<LBBHL")
 class MotGetStatusBits(FramedMessage):
     """``MOT_GET_STATUSBITS`` (0x042A), to the host, 6 bytes of data; page 81.
 
-    Reports the motor status bits. Status bits alone, without position and velocity.
+    Reports the motor status bits. Status bits without position and velocity.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param status_bits: The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On
-        steppers rely only on the bits that MOT_GET_STATUSUPDATE has under the same names: page 77
+    :param status_bits: The bits of MOT_GET_DCSTATUSUPDATE on every unit, according to page 81. On
+        steppers, rely only on the bits that MOT_GET_STATUSUPDATE has under the same names: page 77
         gives bit 12 another meaning; :class:`~.DcStatusBits`; from 0 to 4294967295.
     """
 
@@ -1654,7 +1654,7 @@ _MOT_SET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 class MotSetGenMoveParams(FramedMessage):
     """``MOT_SET_GENMOVEPARAMS`` (0x043A), to the controller, 6 bytes of data; page 34.
 
-    Sets the general move parameters. General move settings; at present only the backlash distance.
+    Sets the general move parameters. General move settings; currently only the backlash distance.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param backlash_distance: relative distance of the backlash correction; in counts; the scale to
@@ -1727,7 +1727,7 @@ _MOT_REQ_GEN_MOVE_PARAMS = Struct("<HBBBB")
 class MotReqGenMoveParams(FramedMessage):
     """``MOT_REQ_GENMOVEPARAMS`` (0x043B), to the controller, header only; page 34.
 
-    Requests the general move parameters. General move settings; at present only the backlash
+    Requests the general move parameters. General move settings; currently only the backlash
     distance.
 
     Answered by ``MOT_GET_GENMOVEPARAMS``.
@@ -1787,7 +1787,7 @@ _MOT_GET_GEN_MOVE_PARAMS = Struct("<LBBHl")
 class MotGetGenMoveParams(FramedMessage):
     """``MOT_GET_GENMOVEPARAMS`` (0x043C), to the host, 6 bytes of data; page 34.
 
-    Reports the general move parameters. General move settings; at present only the backlash
+    Reports the general move parameters. General move settings; currently only the backlash
     distance.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
@@ -1861,14 +1861,14 @@ _MOT_SET_HOME_PARAMS = Struct("<LBBHHHLl")
 class MotSetHomeParams(FramedMessage):
     """``MOT_SET_HOMEPARAMS`` (0x0440), to the controller, 14 bytes of data; page 37.
 
-    Sets the homing parameters. Homing settings of a channel; they belong to the stage, and the
-    MLS203 uses the velocity only.
+    Sets the homing parameters. Homing settings of a channel. They belong to the stage; the MLS203
+    uses only the velocity.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param home_direction: ignored for the MLS203, which homes in positive direction; no values are
-        given; from 0 to 65535.
+    :param home_direction: ignored for the MLS203, which homes in the positive direction; no values
+        are documented; from 0 to 65535.
     :param limit_switch: ignored for the MLS203, which homes without limit switches; no values are
-        given; from 0 to 65535.
+        documented; from 0 to 65535.
     :param home_velocity: in counts; the scale to mm/s depends on the stage; from 0 to 4294967295.
     :param offset_distance: not used for the MLS203; in counts; the scale to mm depends on the
         stage; from -2147483648 to 2147483647.
@@ -1971,8 +1971,8 @@ _MOT_REQ_HOME_PARAMS = Struct("<HBBBB")
 class MotReqHomeParams(FramedMessage):
     """``MOT_REQ_HOMEPARAMS`` (0x0441), to the controller, header only; pages 37, 38.
 
-    Requests the homing parameters. Homing settings of a channel; they belong to the stage, and the
-    MLS203 uses the velocity only.
+    Requests the homing parameters. Homing settings of a channel. They belong to the stage; the
+    MLS203 uses only the velocity.
 
     Answered by ``MOT_GET_HOMEPARAMS``.
 
@@ -2031,14 +2031,14 @@ _MOT_GET_HOME_PARAMS = Struct("<LBBHHHLl")
 class MotGetHomeParams(FramedMessage):
     """``MOT_GET_HOMEPARAMS`` (0x0442), to the host, 14 bytes of data; pages 37, 38.
 
-    Reports the homing parameters. Homing settings of a channel; they belong to the stage, and the
-    MLS203 uses the velocity only.
+    Reports the homing parameters. Homing settings of a channel. They belong to the stage; the
+    MLS203 uses only the velocity.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param home_direction: ignored for the MLS203, which homes in positive direction; no values are
-        given; from 0 to 65535.
+    :param home_direction: ignored for the MLS203, which homes in the positive direction; no values
+        are documented; from 0 to 65535.
     :param limit_switch: ignored for the MLS203, which homes without limit switches; no values are
-        given; from 0 to 65535.
+        documented; from 0 to 65535.
     :param home_velocity: in counts; the scale to mm/s depends on the stage; from 0 to 4294967295.
     :param offset_distance: not used for the MLS203; in counts; the scale to mm depends on the
         stage; from -2147483648 to 2147483647.
@@ -2195,7 +2195,7 @@ _MOT_MOVE_HOMED = Struct("<HBBBB")
 class MotMoveHomed(FramedMessage):
     """``MOT_MOVE_HOMED`` (0x0444), to the host, header only; page 41.
 
-    Homing has been completed.
+    Reports that homing is complete.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
@@ -2256,7 +2256,7 @@ class MotSetMoveRelParams(FramedMessage):
     """``MOT_SET_MOVERELPARAMS`` (0x0445), to the controller, 6 bytes of data; page 35.
 
     Sets the stored relative distance. Distance that the controller stores for the next relative
-    move started with the short MOT_MOVE_RELATIVE.
+    move started with the short form of MOT_MOVE_RELATIVE.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param relative_distance: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -2330,7 +2330,7 @@ class MotReqMoveRelParams(FramedMessage):
     """``MOT_REQ_MOVERELPARAMS`` (0x0446), to the controller, header only; page 35.
 
     Requests the stored relative distance. Distance that the controller stores for the next relative
-    move started with the short MOT_MOVE_RELATIVE.
+    move started with the short form of MOT_MOVE_RELATIVE.
 
     Answered by ``MOT_GET_MOVERELPARAMS``.
 
@@ -2390,7 +2390,7 @@ class MotGetMoveRelParams(FramedMessage):
     """``MOT_GET_MOVERELPARAMS`` (0x0447), to the host, 6 bytes of data; page 35.
 
     Reports the stored relative distance. Distance that the controller stores for the next relative
-    move started with the short MOT_MOVE_RELATIVE.
+    move started with the short form of MOT_MOVE_RELATIVE.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param relative_distance: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -2463,7 +2463,7 @@ _MOT_MOVE_RELATIVE_HEADER = Struct("<HBBBB")
 class MotMoveRelativeHeader(FramedMessage):
     """``MOT_MOVE_RELATIVE`` (0x0448), to the controller, header only; page 42.
 
-    Starts a move by a distance; the short form uses the stored distance, the long form carries its
+    Starts a move by a distance. The short form uses the stored distance; the long form carries its
     own.
 
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
@@ -2526,7 +2526,7 @@ _MOT_MOVE_RELATIVE = Struct("<LBBHl")
 class MotMoveRelative(FramedMessage):
     """``MOT_MOVE_RELATIVE`` (0x0448), to the controller, 6 bytes of data; page 42.
 
-    Starts a move by a distance; the short form uses the stored distance, the long form carries its
+    Starts a move by a distance. The short form uses the stored distance; the long form carries its
     own.
 
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
@@ -2604,7 +2604,7 @@ class MotSetMoveAbsParams(FramedMessage):
     """``MOT_SET_MOVEABSPARAMS`` (0x0450), to the controller, 6 bytes of data; page 36.
 
     Sets the stored absolute position. Position that the controller stores for the next absolute
-    move started with the short MOT_MOVE_ABSOLUTE.
+    move started with the short form of MOT_MOVE_ABSOLUTE.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param absolute_position: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -2678,7 +2678,7 @@ class MotReqMoveAbsParams(FramedMessage):
     """``MOT_REQ_MOVEABSPARAMS`` (0x0451), to the controller, header only; page 36.
 
     Requests the stored absolute position. Position that the controller stores for the next absolute
-    move started with the short MOT_MOVE_ABSOLUTE.
+    move started with the short form of MOT_MOVE_ABSOLUTE.
 
     Answered by ``MOT_GET_MOVEABSPARAMS``.
 
@@ -2738,7 +2738,7 @@ class MotGetMoveAbsParams(FramedMessage):
     """``MOT_GET_MOVEABSPARAMS`` (0x0452), to the host, 6 bytes of data; page 36.
 
     Reports the stored absolute position. Position that the controller stores for the next absolute
-    move started with the short MOT_MOVE_ABSOLUTE.
+    move started with the short form of MOT_MOVE_ABSOLUTE.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param absolute_position: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -2811,7 +2811,7 @@ _MOT_MOVE_ABSOLUTE_HEADER = Struct("<HBBBB")
 class MotMoveAbsoluteHeader(FramedMessage):
     """``MOT_MOVE_ABSOLUTE`` (0x0453), to the controller, header only; page 45.
 
-    Starts a move to a position; the short form uses the stored position, the long form carries its
+    Starts a move to a position. The short form uses the stored position; the long form carries its
     own.
 
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
@@ -2874,7 +2874,7 @@ _MOT_MOVE_ABSOLUTE = Struct("<LBBHl")
 class MotMoveAbsolute(FramedMessage):
     """``MOT_MOVE_ABSOLUTE`` (0x0453), to the controller, 6 bytes of data; page 45.
 
-    Starts a move to a position; the short form uses the stored position, the long form carries its
+    Starts a move to a position. The short form uses the stored position; the long form carries its
     own.
 
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
@@ -2951,15 +2951,15 @@ _MOT_MOVE_VELOCITY = Struct("<HBBBB")
 class MotMoveVelocity(FramedMessage):
     """``MOT_MOVE_VELOCITY`` (0x0457), to the controller, header only; page 48.
 
-    Moves in one direction, with the velocity that, by the document, MOT_SET_MOVEVELPARAMS sets,
-    until a stop command or a limit switch.
+    Moves in one direction until a stop command or a limit switch. According to the document,
+    MOT_SET_MOVEVELPARAMS sets the velocity.
 
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
     No page says whether the position counter rises or falls in the direction FORWARD, which page 77
-    calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a slow move,
-    far from both ends of the travel, first.
+    calls clockwise (CW). In two public drivers it falls on TDC001 and KDC101, so first try a slow
+    move far from both ends of the travel.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param direction: :class:`~.MoveDirection`; from 0 to 255.
@@ -3025,12 +3025,12 @@ _MOT_MOVE_COMPLETED_HEADER = Struct("<HBBBB")
 class MotMoveCompletedHeader(FramedMessage):
     """``MOT_MOVE_COMPLETED`` (0x0464), to the host, header only; page 44.
 
-    A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
-    the channel at that moment.
+    Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+    the status of the channel at that moment.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    Without the status, as the byte table prints it; the lines around the table want the data form.
+    Without the status, as in the byte table; the lines around the table require the data form.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
@@ -3095,8 +3095,8 @@ _MOT_MOVE_COMPLETED_DC = Struct("<LBBHlhHL")
 class MotMoveCompletedDc(FramedMessage):
     """``MOT_MOVE_COMPLETED`` (0x0464), to the host, 14 bytes of data; page 44.
 
-    A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
-    the channel at that moment.
+    Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+    the status of the channel at that moment.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status dc.
 
@@ -3106,7 +3106,7 @@ class MotMoveCompletedDc(FramedMessage):
         -2147483648 to 2147483647.
     :param velocity: actual velocity; negative in reverse; in counts; the scale to mm/s depends on
         the stage; from -32768 to 32767.
-    :param reserved: not used at present; reserved, sent as zero; from 0 to 65535.
+    :param reserved: currently unused; reserved, sent as zero; from 0 to 65535.
     :param status_bits: :class:`~.DcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-move-completed-length``: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E
@@ -3211,8 +3211,8 @@ _MOT_MOVE_COMPLETED_STEPPER = Struct("<LBBHllL")
 class MotMoveCompletedStepper(FramedMessage):
     """``MOT_MOVE_COMPLETED`` (0x0464), to the host, 14 bytes of data; page 44.
 
-    A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
-    the channel at that moment.
+    Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+    the status of the channel at that moment.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status stepper.
 
@@ -3303,9 +3303,10 @@ class MotMoveCompletedStepper(FramedMessage):
 class MotMoveCompletedUndecided(UndecidedMessage):
     """``MOT_MOVE_COMPLETED`` (0x0464) whose layout no context has decided; page 44.
 
-    A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
-    the channel at that moment. Bytes do not tell its layouts apart (status dc or status stepper).
-    The fields that all of them share can be read; it encodes back from ``data`` alone.
+    Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+    the status of the channel at that moment. Bytes do not tell its layouts apart (status dc or
+    status stepper). The fields that all of them share can be read; it encodes back from ``data``
+    alone.
     """
 
     __slots__ = ()
@@ -3345,7 +3346,7 @@ _MOT_MOVE_STOP = Struct("<HBBBB")
 class MotMoveStop(FramedMessage):
     """``MOT_MOVE_STOP`` (0x0465), to the controller, header only; page 49.
 
-    Stops any movement of a channel, be it relative, absolute, at constant velocity or homing.
+    Stops any movement of a channel: relative, absolute, at constant velocity or homing.
 
     Completes with ``MOT_MOVE_STOPPED``. Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
@@ -3409,12 +3410,13 @@ _MOT_MOVE_STOPPED_HEADER = Struct("<HBBBB")
 class MotMoveStoppedHeader(FramedMessage):
     """``MOT_MOVE_STOPPED`` (0x0466), to the host, header only; page 50.
 
-    A stop command has brought the channel to rest; the data packet is the status of the channel at
-    that moment.
+    Reports that a stop command has brought the channel to rest; the data packet is the status of
+    the channel at that moment.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    Without the status. The table is headed so, but its third byte is the length of the data form.
+    Without the status. The heading of the table says so, but its third byte is the length of the
+    data form.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
 
@@ -3479,8 +3481,8 @@ _MOT_MOVE_STOPPED_DC = Struct("<LBBHlhHL")
 class MotMoveStoppedDc(FramedMessage):
     """``MOT_MOVE_STOPPED`` (0x0466), to the host, 14 bytes of data; page 50.
 
-    A stop command has brought the channel to rest; the data packet is the status of the channel at
-    that moment.
+    Reports that a stop command has brought the channel to rest; the data packet is the status of
+    the channel at that moment.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status dc.
 
@@ -3490,7 +3492,7 @@ class MotMoveStoppedDc(FramedMessage):
         -2147483648 to 2147483647.
     :param velocity: actual velocity; negative in reverse; in counts; the scale to mm/s depends on
         the stage; from -32768 to 32767.
-    :param reserved: not used at present; reserved, sent as zero; from 0 to 65535.
+    :param reserved: currently unused; reserved, sent as zero; from 0 to 65535.
     :param status_bits: :class:`~.DcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-lists-against-chapters``: printed TPZ001 without status bits and slew rates,
@@ -3595,8 +3597,8 @@ _MOT_MOVE_STOPPED_STEPPER = Struct("<LBBHllL")
 class MotMoveStoppedStepper(FramedMessage):
     """``MOT_MOVE_STOPPED`` (0x0466), to the host, 14 bytes of data; page 50.
 
-    A stop command has brought the channel to rest; the data packet is the status of the channel at
-    that moment.
+    Reports that a stop command has brought the channel to rest; the data packet is the status of
+    the channel at that moment.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout: status stepper.
 
@@ -3687,9 +3689,9 @@ class MotMoveStoppedStepper(FramedMessage):
 class MotMoveStoppedUndecided(UndecidedMessage):
     """``MOT_MOVE_STOPPED`` (0x0466) whose layout no context has decided; page 50.
 
-    A stop command has brought the channel to rest; the data packet is the status of the channel at
-    that moment. Bytes do not tell its layouts apart (status dc or status stepper). The fields that
-    all of them share can be read; it encodes back from ``data`` alone.
+    Reports that a stop command has brought the channel to rest; the data packet is the status of
+    the channel at that moment. Bytes do not tell its layouts apart (status dc or status stepper).
+    The fields that all of them share can be read; it encodes back from ``data`` alone.
     """
 
     __slots__ = ()
@@ -3734,11 +3736,11 @@ class MotMoveJog(FramedMessage):
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
-    nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
-    says any type of motor move. No page says whether the position counter rises or falls in the
-    direction FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on TDC001
-    and KDC101, so try a small step first.
+    Only in SINGLE_STEP mode does the axis move by the stored step; for CONTINUOUS mode (page 32)
+    the document does not say how far it moves. Page 49 says that MOT_MOVE_STOP stops any type of
+    motor move, but does not list jogs. No page says whether the position counter rises or falls in
+    the direction FORWARD, which page 77 calls clockwise (CW). In two public drivers it falls on
+    TDC001 and KDC101, so try a small step first.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param direction: :class:`~.MoveDirection`; from 0 to 255.
@@ -3801,7 +3803,7 @@ _MOT_SUSPEND_END_OF_MOVE_MSGS = Struct("<HBBBB")
 class MotSuspendEndOfMoveMsgs(FramedMessage):
     """``MOT_SUSPEND_ENDOFMOVEMSGS`` (0x046B), to the controller, header only; page 82.
 
-    Switches the unsolicited end-of-move and error messages off, for clients that cannot take them
+    Switches off the unsolicited end-of-move and error messages, for clients that cannot accept them
     at any time.
 
     Stops ``MOT_MOVE_STOPPED``, ``MOT_MOVE_COMPLETED``, ``MOT_MOVE_HOMED``, ``HW_RESPONSE``,
@@ -3860,7 +3862,7 @@ _MOT_RESUME_END_OF_MOVE_MSGS = Struct("<HBBBB")
 class MotResumeEndOfMoveMsgs(FramedMessage):
     """``MOT_RESUME_ENDOFMOVEMSGS`` (0x046C), to the controller, header only; page 83.
 
-    Switches the unsolicited end-of-move and error messages on again; they are on after power-up.
+    Switches the unsolicited end-of-move and error messages back on; they are on after power-up.
 
     Starts ``MOT_MOVE_STOPPED``, ``MOT_MOVE_COMPLETED``, ``MOT_MOVE_HOMED``, ``HW_RESPONSE``,
     ``HW_RICHRESPONSE``.
@@ -3921,7 +3923,7 @@ _MOT_REQ_STATUS_UPDATE = Struct("<HBBBB")
 class MotReqStatusUpdate(FramedMessage):
     """``MOT_REQ_STATUSUPDATE`` (0x0480), to the controller, header only; page 78.
 
-    Asks for one status update, for clients that do not want them periodically.
+    Requests one status update, for clients that do not want periodic updates.
 
     Answered by ``MOT_GET_STATUSUPDATE``.
 
@@ -4069,7 +4071,7 @@ _MOT_REQ_DC_STATUS_UPDATE = Struct("<HBBBB")
 class MotReqDcStatusUpdate(FramedMessage):
     """``MOT_REQ_DCSTATUSUPDATE`` (0x0490), to the controller, header only; page 80.
 
-    Asks for one DC status update, for clients that do not want them periodically.
+    Requests one DC status update, for clients that do not want periodic updates.
 
     Answered by ``MOT_GET_DCSTATUSUPDATE``.
 
@@ -4137,7 +4139,7 @@ class MotGetDcStatusUpdate(FramedMessage):
         -2147483648 to 2147483647.
     :param velocity: actual velocity; negative in reverse; in counts; the scale to mm/s depends on
         the stage; from -32768 to 32767.
-    :param reserved: not used at present; reserved, sent as zero; from 0 to 65535.
+    :param reserved: currently unused; reserved, sent as zero; from 0 to 65535.
     :param status_bits: :class:`~.DcStatusBits`; from 0 to 4294967295.
 
     Erratum ``apt-dcstatus-velocity-word``: printed word; encoded short.
@@ -4241,8 +4243,8 @@ _MOT_ACK_DC_STATUS_UPDATE = Struct("<HBBBB")
 class MotAckDcStatusUpdate(FramedMessage):
     """``MOT_ACK_DCSTATUSUPDATE`` (0x0492), to the controller, header only; page 80.
 
-    Server alive. USB only; due at least once a second, or the controller stops sending after about
-    50 status messages, completed moves included. There is no answer.
+    Server alive. USB only. Send it at least once a second, or the controller stops sending after
+    about 50 status messages, including completed moves. It has no answer.
 
     Erratum ``apt-ack-dcstatusupdate-table-id``: printed 62 06; encoded 92 04.
     Erratum ``apt-ack-fifty``: printed stops responding after ~50 commands; encoded stops sending
@@ -4302,9 +4304,9 @@ class MotSetDcPidParams(FramedMessage):
     """``MOT_SET_DCPIDPARAMS`` (0x04A0), to the controller, 20 bytes of data; page 51.
 
     Sets the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so far
-    the TDC001 only; the data sheet of that chip has the details.
+    only the TDC001. See the data sheet of that chip for details.
 
-    Setting them starts no move; a channel that holds its position uses the new values at once.
+    Setting them starts no move; a channel that holds its position uses the new values immediately.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param proportional: proportional gain; from 0 to 32767.
@@ -4312,8 +4314,9 @@ class MotSetDcPidParams(FramedMessage):
     :param differential: differential gain; from 0 to 32767.
     :param integral_limit: cap on the integral sum; 0 switches the integral term off; from 0 to
         32767.
-    :param filter_control: One bit for each of the four parameters above, set if it is applied; the
-        document does not say which bit belongs to which; from 0 to 65535; by default 15.
+    :param filter_control: One bit for each of the four parameters above, set if the parameter is
+        applied. The document does not say which bit belongs to which parameter; from 0 to 65535; by
+        default 15.
 
     Erratum ``apt-dcpidparams-example-short``: printed 41 00 AF 00 58 02: gains of two bytes, 14
         bytes of packet; encoded 41 00 00 00 AF 00 00 00 58 02 00 00: gains of four bytes, 20 bytes
@@ -4427,7 +4430,7 @@ class MotReqDcPidParams(FramedMessage):
     """``MOT_REQ_DCPIDPARAMS`` (0x04A1), to the controller, header only; pages 51, 52.
 
     Requests the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
-    far the TDC001 only; the data sheet of that chip has the details.
+    far only the TDC001. See the data sheet of that chip for details.
 
     Answered by ``MOT_GET_DCPIDPARAMS``.
 
@@ -4489,7 +4492,7 @@ class MotGetDcPidParams(FramedMessage):
     """``MOT_GET_DCPIDPARAMS`` (0x04A2), to the host, 20 bytes of data; pages 51, 52.
 
     Reports the DC servo PID parameters. Position loop of LM628/629 based DC servo controllers, so
-    far the TDC001 only; the data sheet of that chip has the details.
+    far only the TDC001. See the data sheet of that chip for details.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param proportional: proportional gain; from 0 to 32767.
@@ -4497,8 +4500,9 @@ class MotGetDcPidParams(FramedMessage):
     :param differential: differential gain; from 0 to 32767.
     :param integral_limit: cap on the integral sum; 0 switches the integral term off; from 0 to
         32767.
-    :param filter_control: One bit for each of the four parameters above, set if it is applied; the
-        document does not say which bit belongs to which; from 0 to 65535; by default 15.
+    :param filter_control: One bit for each of the four parameters above, set if the parameter is
+        applied. The document does not say which bit belongs to which parameter; from 0 to 65535; by
+        default 15.
 
     Erratum ``apt-dcpidparams-table-ids``: printed A0 04 in both; encoded A1 04 and A2 04.
     """
@@ -4947,7 +4951,7 @@ class MotSetAvModes(FramedMessage):
     """``MOT_SET_AVMODES`` (0x04B3), to the controller, 4 bytes of data; page 53.
 
     Sets the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
-    stray light disturbs.
+    stray light is a problem.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param mode_bits: :class:`~.LedMode`; from 0 to 65535.
@@ -5018,7 +5022,7 @@ class MotReqAvModes(FramedMessage):
     """``MOT_REQ_AVMODES`` (0x04B4), to the controller, header only; pages 53, 54.
 
     Requests the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
-    stray light disturbs.
+    stray light is a problem.
 
     Answered by ``MOT_GET_AVMODES``.
 
@@ -5080,7 +5084,7 @@ class MotGetAvModes(FramedMessage):
     """``MOT_GET_AVMODES`` (0x04B5), to the host, 4 bytes of data; pages 53, 54.
 
     Reports the keypad LED modes. Events that the LED on the control keypad shows, for rooms where
-    stray light disturbs.
+    stray light is a problem.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param mode_bits: :class:`~.LedMode`; from 0 to 65535.
@@ -5156,8 +5160,8 @@ class MotSetButtonParams(FramedMessage):
         to mm depends on the stage; from -2147483648 to 2147483647.
     :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts; the
         scale to mm depends on the stage; from -2147483648 to 2147483647.
-    :param time_out: How long both buttons are held to home, or one to store the present position,
-        in either mode; in counts of 1 ms; from 0 to 65535.
+    :param time_out: How long both buttons must be held to home, or one button to store the present
+        position; applies in either mode; in counts of 1 ms; from 0 to 65535.
     :param not_used_1: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-buttonparams-example-bytes``: printed C0 12 and zeros, a packet of 14 bytes;
@@ -5332,8 +5336,8 @@ class MotGetButtonParams(FramedMessage):
         to mm depends on the stage; from -2147483648 to 2147483647.
     :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts; the
         scale to mm depends on the stage; from -2147483648 to 2147483647.
-    :param time_out: How long both buttons are held to home, or one to store the present position,
-        in either mode; in counts of 1 ms; from 0 to 65535.
+    :param time_out: How long both buttons must be held to home, or one button to store the present
+        position; applies in either mode; in counts of 1 ms; from 0 to 65535.
     :param not_used_1: reserved, sent as zero; from 0 to 65535.
 
     Erratum ``apt-buttonparams-length``: printed 0E 00 in both tables; 20 bytes for the GET; encoded
@@ -5435,8 +5439,8 @@ _MOT_SET_EEPROM_PARAMS = Struct("<LBBHH")
 class MotSetEepromParams(FramedMessage):
     """``MOT_SET_EEPROMPARAMS`` (0x04B9), to the controller, 4 bytes of data; page 60.
 
-    Sets the parameters in EEPROM. Saves the parameters that one message has set, in the EEPROM as
-    the name says.
+    Sets the parameters in EEPROM. Saves the parameters set by one message to the EEPROM, as the
+    name implies.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
@@ -5501,7 +5505,8 @@ class MotSetPmdCurrentLoopParams(FramedMessage):
 
     Sets the current loop parameters. PI current loop of the phase windings on the BBD controllers.
 
-    Setting them starts no move; the currents of an enabled channel follow the new values at once.
+    Setting them starts no move; the currents of an enabled channel follow the new values
+    immediately.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param phase: :class:`~.CurrentPhase`; from 0 to 65535.
@@ -5870,7 +5875,7 @@ class MotSetPmdPositionLoopParams(FramedMessage):
 
     Sets the position loop parameters. PID position loop of the BBD controllers.
 
-    Setting them starts no move; a channel that holds its position uses the new values at once.
+    Setting them starts no move; a channel that holds its position uses the new values immediately.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param proportional: proportional gain; from 0 to 32767.
@@ -5878,13 +5883,13 @@ class MotSetPmdPositionLoopParams(FramedMessage):
     :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
         2147483647.
     :param differential: differential gain; from 0 to 32767.
-    :param kd_time_pos: The derivative term is computed once in this number of servo cycles; in
-        counts of 512/5 us; from 1 to 32767.
+    :param kd_time_pos: The derivative term is computed once in this many servo cycles; in counts of
+        512/5 us; from 1 to 32767.
     :param kout_pos: scales the output of the loop; in counts, 13107/20 per percent; from 0 to
         65535.
     :param kvff_pos: velocity feed-forward; from 0 to 32767.
     :param kaff_pos: acceleration feed-forward; from 0 to 32767.
-    :param pos_err_lim: A greater position error stops the axis and sets motion_error; the maximum
+    :param pos_err_lim: A greater position error stops the axis and sets motion_error. The maximum
         is printed as 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to
         2147483647.
     :param not_used_1: reserved, sent as zero; from 0 to 65535.
@@ -6136,13 +6141,13 @@ class MotGetPmdPositionLoopParams(FramedMessage):
     :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
         2147483647.
     :param differential: differential gain; from 0 to 32767.
-    :param kd_time_pos: The derivative term is computed once in this number of servo cycles; in
-        counts of 512/5 us; from 1 to 32767.
+    :param kd_time_pos: The derivative term is computed once in this many servo cycles; in counts of
+        512/5 us; from 1 to 32767.
     :param kout_pos: scales the output of the loop; in counts, 13107/20 per percent; from 0 to
         65535.
     :param kvff_pos: velocity feed-forward; from 0 to 32767.
     :param kaff_pos: acceleration feed-forward; from 0 to 32767.
-    :param pos_err_lim: A greater position error stops the axis and sets motion_error; the maximum
+    :param pos_err_lim: A greater position error stops the axis and sets motion_error. The maximum
         is printed as 7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to
         2147483647.
     :param not_used_1: reserved, sent as zero; from 0 to 65535.
@@ -6319,19 +6324,18 @@ class MotSetPmdMotorOutputParams(FramedMessage):
 
     Sets the motor output parameters. Limits and bias of the motor drive signal.
 
-    Setting them changes the motor drive signal: the bias is output at once, and a lower limit may
-    let a load sink.
+    Setting them changes the motor drive signal: the bias is output immediately, and a lower limit
+    may let a load sink.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum
-        is set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
-        32767.
-    :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which the
-        current is held to cont_current_lim and motor_current_limit is set, until the energy is down
-        to 0 again; in counts, 32767/100 per percent; from 0 to 32767.
-    :param motor_lim: the drive signal is cut to plus or minus this; in counts, 32767/100 per
-        percent; from 0 to 32767.
-    :param motor_bias: Constant added to the output against a constant force such as gravity;
+    :param cont_current_lim: Continuous current as a share of the maximum peak current, which is set
+        in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
+    :param energy_lim: Accumulated excess energy as a share of the factory maximum. Above it, the
+        current is held to cont_current_lim and motor_current_limit is set until the energy has
+        dropped to 0; in counts, 32767/100 per percent; from 0 to 32767.
+    :param motor_lim: the drive signal is limited to plus or minus this value; in counts, 32767/100
+        per percent; from 0 to 32767.
+    :param motor_bias: Constant added to the output to counter a constant force such as gravity;
         applied while the position loop is on; from -32767 to 32767; by default 0.
     :param not_used_1: reserved, sent as zero; from 0 to 65535.
     :param not_used_2: reserved, sent as zero; from 0 to 65535.
@@ -6533,15 +6537,14 @@ class MotGetPmdMotorOutputParams(FramedMessage):
     Reports the motor output parameters. Limits and bias of the motor drive signal.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param cont_current_lim: Continuous current as a share of the maximum peak current; the maximum
-        is set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
-        32767.
-    :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which the
-        current is held to cont_current_lim and motor_current_limit is set, until the energy is down
-        to 0 again; in counts, 32767/100 per percent; from 0 to 32767.
-    :param motor_lim: the drive signal is cut to plus or minus this; in counts, 32767/100 per
-        percent; from 0 to 32767.
-    :param motor_bias: Constant added to the output against a constant force such as gravity;
+    :param cont_current_lim: Continuous current as a share of the maximum peak current, which is set
+        in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to 32767.
+    :param energy_lim: Accumulated excess energy as a share of the factory maximum. Above it, the
+        current is held to cont_current_lim and motor_current_limit is set until the energy has
+        dropped to 0; in counts, 32767/100 per percent; from 0 to 32767.
+    :param motor_lim: the drive signal is limited to plus or minus this value; in counts, 32767/100
+        per percent; from 0 to 32767.
+    :param motor_bias: Constant added to the output to counter a constant force such as gravity;
         applied while the position loop is on; from -32767 to 32767; by default 0.
     :param not_used_1: reserved, sent as zero; from 0 to 65535.
     :param not_used_2: reserved, sent as zero; from 0 to 65535.
@@ -6670,9 +6673,9 @@ _MOT_SET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 class MotSetPmdTrackSettleParams(FramedMessage):
     """``MOT_SET_PMDTRACKSETTLEPARAMS`` (0x04E0), to the controller, 12 bytes of data; pages 66, 67.
 
-    Sets the tracking and settling parameters. When an axis counts as settled and as tracking. A
-    move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
-    ever; a settle time of 0 ends it with the profile.
+    Sets the tracking and settling parameters. Conditions under which an axis counts as settled and
+    as tracking. A move ends only when the axis has settled, so a window that the loop cannot reach
+    delays the end forever. A settle time of 0 ends the move with the profile.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param time: settle time; 0 switches settling off; in counts of 512/5 us; from 0 to 32767.
@@ -6782,9 +6785,9 @@ _MOT_REQ_PMD_TRACK_SETTLE_PARAMS = Struct("<HBBBB")
 class MotReqPmdTrackSettleParams(FramedMessage):
     """``MOT_REQ_PMDTRACKSETTLEPARAMS`` (0x04E1), to the controller, header only; pages 66, 68.
 
-    Requests the tracking and settling parameters. When an axis counts as settled and as tracking. A
-    move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
-    ever; a settle time of 0 ends it with the profile.
+    Requests the tracking and settling parameters. Conditions under which an axis counts as settled
+    and as tracking. A move ends only when the axis has settled, so a window that the loop cannot
+    reach delays the end forever. A settle time of 0 ends the move with the profile.
 
     Answered by ``MOT_GET_PMDTRACKSETTLEPARAMS``.
 
@@ -6849,9 +6852,9 @@ _MOT_GET_PMD_TRACK_SETTLE_PARAMS = Struct("<LBBHHHHHH")
 class MotGetPmdTrackSettleParams(FramedMessage):
     """``MOT_GET_PMDTRACKSETTLEPARAMS`` (0x04E2), to the host, 12 bytes of data; pages 66, 68.
 
-    Reports the tracking and settling parameters. When an axis counts as settled and as tracking. A
-    move ends only when the axis has settled, so a window that the loop cannot reach holds it up for
-    ever; a settle time of 0 ends it with the profile.
+    Reports the tracking and settling parameters. Conditions under which an axis counts as settled
+    and as tracking. A move ends only when the axis has settled, so a window that the loop cannot
+    reach delays the end forever. A settle time of 0 ends the move with the profile.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param time: settle time; 0 switches settling off; in counts of 512/5 us; from 0 to 32767.
@@ -7221,7 +7224,7 @@ class MotSetPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04E9), to the controller, 18 bytes of data; page 73.
 
     Sets the current loop parameters of a settled axis. Current loop settings that apply only while
-    the axis is settled, against noise and vibration at the demanded position.
+    the axis is settled, to reduce noise and vibration at the demanded position.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param phase: :class:`~.CurrentPhase`; from 0 to 65535.
@@ -7377,7 +7380,7 @@ class MotReqPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04EA), to the controller, header only; pages 73, 74.
 
     Requests the current loop parameters of a settled axis. Current loop settings that apply only
-    while the axis is settled, against noise and vibration at the demanded position.
+    while the axis is settled, to reduce noise and vibration at the demanded position.
 
     Answered by ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``.
 
@@ -7445,7 +7448,7 @@ class MotGetPmdSettledCurrentLoopParams(FramedMessage):
     """``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS`` (0x04EB), to the host, 18 bytes of data; pages 73, 74.
 
     Reports the current loop parameters of a settled axis. Current loop settings that apply only
-    while the axis is settled, against noise and vibration at the demanded position.
+    while the axis is settled, to reduce noise and vibration at the demanded position.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param phase: :class:`~.CurrentPhase`; from 0 to 65535.
@@ -7601,7 +7604,7 @@ class MotSetPmdStageAxisParams(FramedMessage):
     """``MOT_SET_PMDSTAGEAXISPARAMS`` (0x04F0), to the controller, 74 bytes of data; page 75.
 
     Sets the stage axis parameters. Data of the stage that the controller drives. Most of it is
-    fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
+    fixed; a set can only raise the minimum and lower the maximum position to shorten the travel.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param stage_id: stage and axis; :class:`~.StageAxis`; from 0 to 65535.
@@ -7613,12 +7616,12 @@ class MotSetPmdStageAxisParams(FramedMessage):
         to mm depends on the stage; from -2147483648 to 2147483647.
     :param max_pos: maximum position in encoder counts; a set can only lower it; in counts; the
         scale to mm depends on the stage; from -2147483648 to 2147483647.
-    :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
-        numbers are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
+    :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in the
+        example are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
         -2147483648 to 2147483647.
-    :param max_dec: maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends
-        on the stage; from -2147483648 to 2147483647.
-    :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
+    :param max_dec: maximum deceleration; same scale as max_accn; in counts; the scale to mm/s^2
+        depends on the stage; from -2147483648 to 2147483647.
+    :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is that
         times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
         2147483647.
     :param reserved_1: reserved, sent as zero; from 0 to 65535.
@@ -7866,7 +7869,7 @@ class MotReqPmdStageAxisParams(FramedMessage):
     """``MOT_REQ_PMDSTAGEAXISPARAMS`` (0x04F1), to the controller, header only; page 75.
 
     Requests the stage axis parameters. Data of the stage that the controller drives. Most of it is
-    fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
+    fixed; a set can only raise the minimum and lower the maximum position to shorten the travel.
 
     Answered by ``MOT_GET_PMDSTAGEAXISPARAMS``.
 
@@ -7932,7 +7935,7 @@ class MotGetPmdStageAxisParams(FramedMessage):
     """``MOT_GET_PMDSTAGEAXISPARAMS`` (0x04F2), to the host, 74 bytes of data; page 75.
 
     Reports the stage axis parameters. Data of the stage that the controller drives. Most of it is
-    fixed; a set can only raise the minimum and lower the maximum position, to shorten the travel.
+    fixed; a set can only raise the minimum and lower the maximum position to shorten the travel.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param stage_id: stage and axis; :class:`~.StageAxis`; from 0 to 65535.
@@ -7944,12 +7947,12 @@ class MotGetPmdStageAxisParams(FramedMessage):
         to mm depends on the stage; from -2147483648 to 2147483647.
     :param max_pos: maximum position in encoder counts; a set can only lower it; in counts; the
         scale to mm depends on the stage; from -2147483648 to 2147483647.
-    :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
-        numbers are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
+    :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in the
+        example are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
         -2147483648 to 2147483647.
-    :param max_dec: maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends
-        on the stage; from -2147483648 to 2147483647.
-    :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
+    :param max_dec: maximum deceleration; same scale as max_accn; in counts; the scale to mm/s^2
+        depends on the stage; from -2147483648 to 2147483647.
+    :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is that
         times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
         2147483647.
     :param reserved_1: reserved, sent as zero; from 0 to 65535.

@@ -50,10 +50,10 @@ class MFC2000(
     """MFC-2000 controller for asyncio.
 
     MFC2000, section Setup control commands. Its messages are its family's, low_level: Section 1
-    gives the setup commands to both controllers, and section 2 the low-level format; the sections
-    of the commands name the MS-2000 only.
+    assigns the setup commands to both controllers, and section 2 the low-level format. The sections
+    of the commands name only the MS-2000.
 
-    The document names it along with the MS-2000 and says nothing else about it.
+    The document names it along with the MS-2000 but says nothing else about it.
     """
 
     facts = FACTS
@@ -100,12 +100,12 @@ class MS2000(
     """MS-2000 controller for asyncio.
 
     MS2000, section Setup control commands. Its messages are its family's, low_level: Section 1
-    gives the setup commands to both controllers, and section 2 the low-level format; the sections
-    of the commands name the MS-2000 only.
+    assigns the setup commands to both controllers, and section 2 the low-level format. The sections
+    of the commands name only the MS-2000.
 
-    It watches all traffic on the line and takes whatever matches a command for one, so section 2
-    advises against other devices on its second serial port. There is no time-out, no delay before a
-    reply, no parity and no scanning of remote switches.
+    It watches all traffic on the line and executes everything that matches a command, so section 2
+    advises against other devices on its second serial port. It has no timeout, no reply delay, no
+    parity and no remote switch scanning.
     """
 
     facts = FACTS

@@ -77,8 +77,9 @@ UNITS: dict[str, Unit] = {
         title="MFC-2000 controller",
         page=1,
         messages_from=(
-            "its family's, low_level: Section 1 gives the setup commands to both controllers, and"
-            " section 2 the low-level format; the sections of the commands name the MS-2000 only."
+            "its family's, low_level: Section 1 assigns the setup commands to both controllers, "
+            "and section 2 the low-level format. The sections of the commands name only the "
+            "MS-2000."
         ),
         kind="line",
         messages=_LOW_LEVEL,
@@ -98,8 +99,9 @@ UNITS: dict[str, Unit] = {
         title="MS-2000 controller",
         page=1,
         messages_from=(
-            "its family's, low_level: Section 1 gives the setup commands to both controllers, and"
-            " section 2 the low-level format; the sections of the commands name the MS-2000 only."
+            "its family's, low_level: Section 1 assigns the setup commands to both controllers, "
+            "and section 2 the low-level format. The sections of the commands name only the "
+            "MS-2000."
         ),
         kind="line",
         messages=_LOW_LEVEL,

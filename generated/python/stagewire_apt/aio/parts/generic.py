@@ -34,8 +34,8 @@ class CanDisconnect(Part):
     async def disconnect(self, *, timeout: float | None = None) -> None:
         """Announce that the host disconnects.
 
-        Either side says that it is about to leave the USB or Ethernet bus. ``HW_DISCONNECT``, page
-        19.
+        Announces that the sender is about to leave the USB or Ethernet bus; either side can send
+        it. ``HW_DISCONNECT``, page 19.
 
         The example addresses a motherboard; the document does not say whether a bay also accepts
         it.
@@ -58,7 +58,7 @@ class WithInfo(Part):
     async def get_info(self, *, timeout: float | None = None) -> v.Info:
         """Read the hardware information.
 
-        Identity of the unit; serial number, model, type, firmware version and number of channels.
+        Identity of the unit: serial number, model, type, firmware version and number of channels.
         ``HW_REQ_INFO``, ``HW_GET_INFO``, page 21.
 
         Errata ``apt-hw-info-example-addresses``, ``apt-hw-info-example-notes``,
@@ -81,13 +81,13 @@ class CanStartUpdates(Part):
     async def start_updates(self, update_rate: int = 10, *, timeout: float | None = None) -> None:
         """Start the periodic status messages.
 
-        Starts the periodic status messages; they come, typically every 100 ms (page 11), until
+        Starts the periodic status messages, which typically arrive every 100 ms (page 11) until
         HW_STOP_UPDATEMSGS. ``HW_START_UPDATEMSGS``, page 20.
 
         The document does not say whether a motherboard, a bay or both accept it.
 
-        :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; in
-            which unit, and a default, are not said; from 0 to 255.
+        :param update_rate: ignored by the BBD101, BBD102 and BBD103, whose rate is fixed at 10; the
+            document gives neither a unit nor a default; from 0 to 255.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -108,8 +108,8 @@ class CanStopUpdates(Part):
     async def stop_updates(self, *, timeout: float | None = None) -> None:
         """Stop the periodic status messages.
 
-        Stops the periodic status messages; to be sent before a client ends so that the buffers of
-        the host do not overflow. ``HW_STOP_UPDATEMSGS``, page 20.
+        Stops the periodic status messages; send it before a client ends so that the host's buffers
+        do not overflow. ``HW_STOP_UPDATEMSGS``, page 20.
 
         The document does not say whether a motherboard, a bay or both accept it.
 
@@ -165,8 +165,8 @@ class WithHubBayUsed(Part):
     async def get_bay_used(self, *, timeout: float | None = None) -> v.HubBayUsed:
         """Read the hub bay of the unit.
 
-        Bay of the hub in which the addressed T-Cube is fitted. ``HUB_REQ_BAYUSED``,
-        ``HUB_GET_BAYUSED``, page 24.
+        Bay of the hub that holds the addressed T-Cube. ``HUB_REQ_BAYUSED``, ``HUB_GET_BAYUSED``,
+        page 24.
 
         Erratum ``apt-hub-bay-minus-one``.
 
@@ -209,7 +209,7 @@ class WithChanEnableState(Part):
         Enables or disables a drive channel. All values are written in one frame.
         ``MOD_SET_CHANENABLESTATE``, page 17.
 
-        To disable lets a load go that the motor holds; to enable powers the motor.
+        Disabling a channel releases the load that its motor holds; enabling it powers the motor.
 
         :param enable_state: :class:`~.EnableState`: ENABLE (1), DISABLE (2).
         :param timeout: in seconds; by default the timeout of the device.
@@ -235,7 +235,7 @@ class WithChanEnableState(Part):
         ``MOD_REQ_CHANENABLESTATE``, ``MOD_GET_CHANENABLESTATE``, ``MOD_SET_CHANENABLESTATE``, pages
         17, 18.
 
-        To disable lets a load go that the motor holds; to enable powers the motor.
+        Disabling a channel releases the load that its motor holds; enabling it powers the motor.
 
         :param enable_state: :class:`~.EnableState`: ENABLE (1), DISABLE (2).
         :param timeout: in seconds; by default the timeout of the device.
@@ -261,7 +261,7 @@ class CanIdentify(Part):
     async def identify(self, *, timeout: float | None = None) -> None:
         """Flash the front panel LEDs.
 
-        The unit flashes its front panel LEDs so that it can be found. ``MOD_IDENTIFY``, page 16.
+        Flashes the front panel LEDs so that the unit can be found. ``MOD_IDENTIFY``, page 16.
 
         The example addresses a bay; the document does not say whether a motherboard also accepts
         it.
@@ -285,7 +285,7 @@ class WithRackStatusBits(Part):
         """Read the rack status bits.
 
         Digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for
-        card slot controllers with two or three channels such as the BSC103 and BPC202.
+        card slot controllers with two or three channels, such as the BSC103 and BPC202.
         ``RACK_REQ_STATUSBITS``, ``RACK_GET_STATUSBITS``, page 25.
 
         Errata ``apt-digital-inputs-outputs``, ``apt-rack-get-statusbits-numbers``,
@@ -309,7 +309,7 @@ class WithDigOutputs(Part):
         """Read the digital outputs of the rack.
 
         Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
-        for card slot controllers with two or three channels such as the BSC103 and BPC202.
+        for card slot controllers with two or three channels, such as the BSC103 and BPC202.
         ``RACK_REQ_DIGOUTPUTS``, ``RACK_GET_DIGOUTPUTS``, page 26.
 
         Errata ``apt-digoutputs-integer``, ``apt-rack-get-digoutputs-parameter``.
@@ -330,10 +330,10 @@ class WithDigOutputs(Part):
         """Set the digital outputs of the rack.
 
         Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
-        for card slot controllers with two or three channels such as the BSC103 and BPC202. All
+        for card slot controllers with two or three channels, such as the BSC103 and BPC202. All
         values are written in one frame. ``RACK_SET_DIGOUTPUTS``, page 26.
 
-        The controller does not know what the outputs switch.
+        The controller has no information about what is connected to the outputs.
 
         Errata ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
         ``apt-rack-digoutputs-example-bay``.
@@ -360,12 +360,12 @@ class WithDigOutputs(Part):
         """Change the digital outputs of the rack.
 
         Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and
-        for card slot controllers with two or three channels such as the BSC103 and BPC202. Reads
+        for card slot controllers with two or three channels, such as the BSC103 and BPC202. Reads
         the current values, changes those that are given, and writes all of them in one frame, under
         one lock. Returns the values that were written. ``RACK_REQ_DIGOUTPUTS``,
         ``RACK_GET_DIGOUTPUTS``, ``RACK_SET_DIGOUTPUTS``, page 26.
 
-        The controller does not know what the outputs switch.
+        The controller has no information about what is connected to the outputs.
 
         Errata ``apt-digital-inputs-outputs``, ``apt-digoutputs-integer``,
         ``apt-rack-digoutputs-example-bay``, ``apt-rack-get-digoutputs-parameter``.

@@ -123,7 +123,7 @@ class WithOutputVolts(Part):
     async def get_output_volts(self, *, timeout: float | None = None) -> v.OutputVolts:
         """Read the output voltage.
 
-        Output voltage of a channel in open loop; a set is ignored in closed loop.
+        Output voltage of a channel in open loop; ignored when set in closed loop.
         ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``, page 96.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -142,13 +142,13 @@ class WithOutputVolts(Part):
     ) -> None:
         """Set the output voltage.
 
-        Output voltage of a channel in open loop; a set is ignored in closed loop. All values are
+        Output voltage of a channel in open loop; ignored when set in closed loop. All values are
         written in one frame. ``PZ_SET_OUTPUTVOLTS``, page 96.
 
         Erratum ``apt-signed-range-7fff``.
 
-        :param voltage: Share of the maximum output voltage that is set, 32767 for 100 %; in counts;
-            the scale to V depends on maximum_volts; from -32768 to 32767.
+        :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts; the
+            scale to V depends on maximum_volts; from -32768 to 32767.
         :param volts: ``voltage`` in V; its scale depends on maximum_volts.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -169,15 +169,15 @@ class WithOutputVolts(Part):
     ) -> v.OutputVolts:
         """Change the output voltage.
 
-        Output voltage of a channel in open loop; a set is ignored in closed loop. Reads the current
+        Output voltage of a channel in open loop; ignored when set in closed loop. Reads the current
         values, changes those that are given, and writes all of them in one frame, under one lock.
         Returns the values that were written. ``PZ_REQ_OUTPUTVOLTS``, ``PZ_GET_OUTPUTVOLTS``,
         ``PZ_SET_OUTPUTVOLTS``, page 96.
 
         Erratum ``apt-signed-range-7fff``.
 
-        :param voltage: Share of the maximum output voltage that is set, 32767 for 100 %; in counts;
-            the scale to V depends on maximum_volts; from -32768 to 32767.
+        :param voltage: Share of the maximum output voltage setting; 32767 is 100 %; in counts; the
+            scale to V depends on maximum_volts; from -32768 to 32767.
         :param volts: ``voltage`` in V; its scale depends on maximum_volts.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
@@ -202,8 +202,8 @@ class WithOutputPos(Part):
     async def get_output_pos(self, *, timeout: float | None = None) -> v.OutputPos:
         """Read the output position.
 
-        Position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a set
-        is ignored in open loop. ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, page 97.
+        Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored
+        when set in open loop. ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, page 97.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -221,12 +221,12 @@ class WithOutputPos(Part):
     ) -> None:
         """Set the output position.
 
-        Position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a set
-        is ignored in open loop. All values are written in one frame. ``PZ_SET_OUTPUTPOS``, page 97.
+        Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored
+        when set in open loop. All values are written in one frame. ``PZ_SET_OUTPUTPOS``, page 97.
 
         Erratum ``apt-outputpos-example-position``.
 
-        :param position_sw: Share of the maximum travel, 32767 for 100 %; in counts; the scale to um
+        :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; the scale to um
             depends on maximum_travel; from 0 to 32767.
         :param um: ``position_sw`` in um; its scale depends on maximum_travel.
         :param timeout: in seconds; by default the timeout of the device.
@@ -248,14 +248,14 @@ class WithOutputPos(Part):
     ) -> v.OutputPos:
         """Change the output position.
 
-        Position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a set
-        is ignored in open loop. Reads the current values, changes those that are given, and writes
+        Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored
+        when set in open loop. Reads the current values, changes those that are given, and writes
         all of them in one frame, under one lock. Returns the values that were written.
         ``PZ_REQ_OUTPUTPOS``, ``PZ_GET_OUTPUTPOS``, ``PZ_SET_OUTPUTPOS``, page 97.
 
         Erratum ``apt-outputpos-example-position``.
 
-        :param position_sw: Share of the maximum travel, 32767 for 100 %; in counts; the scale to um
+        :param position_sw: Share of the maximum travel; 32767 is 100 %; in counts; the scale to um
             depends on maximum_travel; from 0 to 32767.
         :param um: ``position_sw`` in um; its scale depends on maximum_travel.
         :param timeout: in seconds; by default the timeout of the device.
@@ -304,7 +304,7 @@ class WithInputVoltsSrc(Part):
     async def get_input_volts_src(self, *, timeout: float | None = None) -> v.InputVoltsSrc:
         """Read the input voltage sources.
 
-        Inputs that drive the high-voltage amplifier besides the voltage set by software.
+        Inputs that drive the high-voltage amplifier in addition to the voltage set by software.
         ``PZ_REQ_INPUTVOLTSSRC``, ``PZ_GET_INPUTVOLTSSRC``, pages 98, 99.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -322,10 +322,10 @@ class WithInputVoltsSrc(Part):
     ) -> None:
         """Set the input voltage sources.
 
-        Inputs that drive the high-voltage amplifier besides the voltage set by software. All values
-        are written in one frame. ``PZ_SET_INPUTVOLTSSRC``, page 98.
+        Inputs that drive the high-voltage amplifier in addition to the voltage set by software. All
+        values are written in one frame. ``PZ_SET_INPUTVOLTSSRC``, page 98.
 
-        Setting them changes the voltage at once by what the chosen inputs carry.
+        Setting them immediately changes the voltage by the signal at the selected inputs.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
             external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
@@ -347,12 +347,12 @@ class WithInputVoltsSrc(Part):
     ) -> v.InputVoltsSrc:
         """Change the input voltage sources.
 
-        Inputs that drive the high-voltage amplifier besides the voltage set by software. Reads the
-        current values, changes those that are given, and writes all of them in one frame, under one
-        lock. Returns the values that were written. ``PZ_REQ_INPUTVOLTSSRC``,
+        Inputs that drive the high-voltage amplifier in addition to the voltage set by software.
+        Reads the current values, changes those that are given, and writes all of them in one frame,
+        under one lock. Returns the values that were written. ``PZ_REQ_INPUTVOLTSSRC``,
         ``PZ_GET_INPUTVOLTSSRC``, ``PZ_SET_INPUTVOLTSSRC``, pages 98, 99.
 
-        Setting them changes the voltage at once by what the chosen inputs carry.
+        Setting them immediately changes the voltage by the signal at the selected inputs.
 
         :param volt_src: 0 for software only; the bits may be combined; :class:`~.InputVoltsSource`:
             external_signal (0x1), potentiometer (0x2), or several joined by ``|``.
@@ -379,7 +379,7 @@ class WithPiConsts(Part):
     async def get_pi_consts(self, *, timeout: float | None = None) -> v.PiConsts:
         """Read the position loop constants.
 
-        Proportional and integral term of the position loop; they matter in closed loop only.
+        Proportional and integral term of the position loop; they only apply in closed loop.
         ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``, page 100.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -398,10 +398,10 @@ class WithPiConsts(Part):
     ) -> None:
         """Set the position loop constants.
 
-        Proportional and integral term of the position loop; they matter in closed loop only. All
+        Proportional and integral term of the position loop; they only apply in closed loop. All
         values are written in one frame. ``PZ_SET_PICONSTS``, page 100.
 
-        Setting them starts no move; a closed loop uses the new values at once.
+        Setting them starts no move; a closed loop uses the new values immediately.
 
         :param prop_const: proportional term; from 0 to 255.
         :param int_const: integral term; from 0 to 255.
@@ -424,12 +424,12 @@ class WithPiConsts(Part):
     ) -> v.PiConsts:
         """Change the position loop constants.
 
-        Proportional and integral term of the position loop; they matter in closed loop only. Reads
+        Proportional and integral term of the position loop; they only apply in closed loop. Reads
         the current values, changes those that are given, and writes all of them in one frame, under
         one lock. Returns the values that were written. ``PZ_REQ_PICONSTS``, ``PZ_GET_PICONSTS``,
         ``PZ_SET_PICONSTS``, page 100.
 
-        Setting them starts no move; a closed loop uses the new values at once.
+        Setting them starts no move; a closed loop uses the new values immediately.
 
         :param prop_const: proportional term; from 0 to 255.
         :param int_const: integral term; from 0 to 255.
@@ -456,8 +456,8 @@ class CanSetZero(Part):
     async def set_zero(self, *, timeout: float | None = None) -> None:
         """Zero the position reading.
 
-        Puts zero volts on the actuator and takes the position read there as zero from then on; part
-        of setting the actuator up. ``PZ_SET_ZERO``, page 117.
+        Applies zero volts to the actuator and uses the position read there as zero from then on;
+        part of setting up the actuator. ``PZ_SET_ZERO``, page 117.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -475,7 +475,7 @@ class WithPzStatusBits(Part):
     async def get_pz_status_bits(self, *, timeout: float | None = None) -> v.PzStatusBits:
         """Read the piezo status bits.
 
-        Status bits of a channel alone, without voltage and position. ``PZ_REQ_PZSTATUSBITS``,
+        Status bits of a channel, without voltage and position. ``PZ_REQ_PZSTATUSBITS``,
         ``PZ_GET_PZSTATUSBITS``, page 101.
 
         Errata ``apt-lists-against-chapters``, ``apt-pz-digital-input-8-mask``,
@@ -498,8 +498,8 @@ class CanAckPzStatusUpdate(Part):
     async def ack_pz_status_update(self, *, timeout: float | None = None) -> None:
         """Acknowledge the status updates.
 
-        Server alive. USB only; due at least once a second, or the controller stops sending after
-        about 50 status messages. There is no answer. ``PZ_ACK_PZSTATUSUPDATE``, page 105.
+        Server alive. USB only. Send it at least once a second, or the controller stops sending
+        after about 50 status messages. It has no answer. ``PZ_ACK_PZSTATUSUPDATE``, page 105.
 
         Errata ``apt-ack-fifty``, ``apt-lists-against-chapters``.
 
@@ -626,8 +626,8 @@ class WithOutputMaxVolts(Part):
     async def get_output_max_volts(self, *, timeout: float | None = None) -> v.OutputMaxVolts:
         """Read the maximum output voltage.
 
-        Maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
-        controller report the new maximum voltage and the new maximum travel by itself.
+        Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
+        controller reports the new maximum voltage and the new maximum travel unsolicited.
         ``PZ_REQ_OUTPUTMAXVOLTS``, ``PZ_GET_OUTPUTMAXVOLTS``, pages 121, 122.
 
         Errata ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-get-addresses``,
@@ -650,11 +650,11 @@ class WithOutputMaxVolts(Part):
     ) -> None:
         """Set the maximum output voltage.
 
-        Maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
-        controller report the new maximum voltage and the new maximum travel by itself. All values
-        are written in one frame. ``PZ_SET_OUTPUTMAXVOLTS``, page 121.
+        Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
+        controller reports the new maximum voltage and the new maximum travel unsolicited. All
+        values are written in one frame. ``PZ_SET_OUTPUTMAXVOLTS``, page 121.
 
-        Voltages are shares of it, so setting it may change the output; too high a value may damage
+        Voltages are shares of it, so setting it may change the output. Too high a value may damage
         the actuator.
 
         Errata ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-length``,
@@ -663,7 +663,7 @@ class WithOutputMaxVolts(Part):
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of
             1/10 V; from 0 to 1500.
         :param volts: ``voltage`` in V; from 0 to 150.
-        :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`: voltagelimit_75v (0x2),
+        :param flags: ignored in a set; :class:`~.OutputMaxVoltsFlags`: voltagelimit_75v (0x2),
             voltagelimit_100v (0x4), voltagelimit_150v (0x8), or several joined by ``|``; from 0 to
             65535; by default 0.
         :param timeout: in seconds; by default the timeout of the device.
@@ -686,13 +686,13 @@ class WithOutputMaxVolts(Part):
     ) -> v.OutputMaxVolts:
         """Change the maximum output voltage.
 
-        Maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
-        controller report the new maximum voltage and the new maximum travel by itself. Reads the
+        Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
+        controller reports the new maximum voltage and the new maximum travel unsolicited. Reads the
         current values, changes those that are given, and writes all of them in one frame, under one
         lock. Returns the values that were written. ``PZ_REQ_OUTPUTMAXVOLTS``,
         ``PZ_GET_OUTPUTMAXVOLTS``, ``PZ_SET_OUTPUTMAXVOLTS``, pages 121, 122.
 
-        Voltages are shares of it, so setting it may change the output; too high a value may damage
+        Voltages are shares of it, so setting it may change the output. Too high a value may damage
         the actuator.
 
         Errata ``apt-outputmaxvolts-flag-150v``, ``apt-outputmaxvolts-get-addresses``,
@@ -702,7 +702,7 @@ class WithOutputMaxVolts(Part):
         :param voltage: In steps of 0.1 V; a get reports 750, 1000 or 1500 (page 122); in counts of
             1/10 V; from 0 to 1500.
         :param volts: ``voltage`` in V; from 0 to 150.
-        :param flags: of no effect in a set; :class:`~.OutputMaxVoltsFlags`: voltagelimit_75v (0x2),
+        :param flags: ignored in a set; :class:`~.OutputMaxVoltsFlags`: voltagelimit_75v (0x2),
             voltagelimit_100v (0x4), voltagelimit_150v (0x8), or several joined by ``|``; from 0 to
             65535; by default 0.
         :param timeout: in seconds; by default the timeout of the device.
@@ -735,7 +735,7 @@ class WithTpzSlewRates(Part):
         """Read the slew rates.
 
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
-        bring their own, so that normally nothing has to be set. ``PZ_REQ_TPZ_SLEWRATES``,
+        provide their own, so normally no setting is needed. ``PZ_REQ_TPZ_SLEWRATES``,
         ``PZ_GET_TPZ_SLEWRATES``, pages 123, 124.
 
         Erratum ``apt-request-channel-fixed``.
@@ -759,15 +759,15 @@ class WithTpzSlewRates(Part):
         """Set the slew rates.
 
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
-        bring their own, so that normally nothing has to be set. All values are written in one
-        frame. ``PZ_SET_TPZ_SLEWRATES``, page 123.
+        provide their own, so normally no setting is needed. All values are written in one frame.
+        ``PZ_SET_TPZ_SLEWRATES``, page 123.
 
         Errata ``apt-lists-against-chapters``, ``apt-slewrates-cut``.
 
         :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; the scale to V/ms
             depends on maximum_volts; from 0 to 32767.
         :param slew_open_volts_per_ms: ``slew_open`` in V/ms; its scale depends on maximum_volts.
-        :param slew_closed: closed loop; values as in open loop; in counts; the scale to V/ms
+        :param slew_closed: closed loop; same values as in open loop; in counts; the scale to V/ms
             depends on maximum_volts; from 0 to 32767.
         :param slew_closed_volts_per_ms: ``slew_closed`` in V/ms; its scale depends on
             maximum_volts.
@@ -800,17 +800,17 @@ class WithTpzSlewRates(Part):
         """Change the slew rates.
 
         Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
-        bring their own, so that normally nothing has to be set. Reads the current values, changes
-        those that are given, and writes all of them in one frame, under one lock. Returns the
-        values that were written. ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``,
-        ``PZ_SET_TPZ_SLEWRATES``, pages 123, 124.
+        provide their own, so normally no setting is needed. Reads the current values, changes those
+        that are given, and writes all of them in one frame, under one lock. Returns the values that
+        were written. ``PZ_REQ_TPZ_SLEWRATES``, ``PZ_GET_TPZ_SLEWRATES``, ``PZ_SET_TPZ_SLEWRATES``,
+        pages 123, 124.
 
         Errata ``apt-lists-against-chapters``, ``apt-request-channel-fixed``, ``apt-slewrates-cut``.
 
         :param slew_open: open loop; 0 for no limit, 1 is the slowest; in counts; the scale to V/ms
             depends on maximum_volts; from 0 to 32767.
         :param slew_open_volts_per_ms: ``slew_open`` in V/ms; its scale depends on maximum_volts.
-        :param slew_closed: closed loop; values as in open loop; in counts; the scale to V/ms
+        :param slew_closed: closed loop; same values as in open loop; in counts; the scale to V/ms
             depends on maximum_volts; from 0 to 32767.
         :param slew_closed_volts_per_ms: ``slew_closed`` in V/ms; its scale depends on
             maximum_volts.
@@ -844,8 +844,8 @@ class CanSetPzStageParamDefaults(Part):
     async def set_pz_stage_param_defaults(self, *, timeout: float | None = None) -> None:
         """Restore the default parameters.
 
-        Sets the parameters back to the defaults in the EEPROM, for a system that has become
-        unstable. ``MOT_SET_PZSTAGEPARAMDEFAULTS``, page 125.
+        Resets the parameters to the defaults in the EEPROM, for a system that has become unstable.
+        ``MOT_SET_PZSTAGEPARAMDEFAULTS``, page 125.
 
         The document does not say which parameters it restores; those of the output may be among
         them.
@@ -868,9 +868,9 @@ class WithOutputLut(Part):
     async def get_output_lut(self, *, timeout: float | None = None) -> v.OutputLut:
         """Read the waveform table.
 
-        One sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
-        They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
-        says which before they are loaded. A request names the channel and no index.
+        One sample of the waveform table. Load only as many samples as one cycle uses. They are
+        volts in open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that
+        message selects the type before they are loaded. A request names the channel but no index.
         ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``, pages 106, 107.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -891,18 +891,18 @@ class WithOutputLut(Part):
     ) -> None:
         """Set the waveform table.
 
-        One sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
-        They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
-        says which before they are loaded. A request names the channel and no index. All values are
-        written in one frame. ``PZ_SET_OUTPUTLUT``, page 106.
+        One sample of the waveform table. Load only as many samples as one cycle uses. They are
+        volts in open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that
+        message selects the type before they are loaded. A request names the channel but no index.
+        All values are written in one frame. ``PZ_SET_OUTPUTLUT``, page 106.
 
-        Setting a sample outputs nothing by itself; a waveform that is being output may use the new
+        Setting a sample does not output anything; a waveform that is being output may use the new
         sample.
 
         Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
 
-        :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
-        :param output: Share of the maximum output voltage, 32767 for 100 %. The scale of positions
+        :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+        :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
             is not documented; in counts; unit and scale depend on lut_value_type; from -32768 to
             32767.
         :param volts: ``output`` in V, if lut_value_type is VOLTAGE; its scale depends on
@@ -930,20 +930,20 @@ class WithOutputLut(Part):
     ) -> v.OutputLut:
         """Change the waveform table.
 
-        One sample of the waveform table. Only as many samples need to be loaded as one cycle uses.
-        They are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it
-        says which before they are loaded. A request names the channel and no index. Reads the
-        current values, changes those that are given, and writes all of them in one frame, under one
-        lock. Returns the values that were written. ``PZ_REQ_OUTPUTLUT``, ``PZ_GET_OUTPUTLUT``,
-        ``PZ_SET_OUTPUTLUT``, pages 106, 107.
+        One sample of the waveform table. Load only as many samples as one cycle uses. They are
+        volts in open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that
+        message selects the type before they are loaded. A request names the channel but no index.
+        Reads the current values, changes those that are given, and writes all of them in one frame,
+        under one lock. Returns the values that were written. ``PZ_REQ_OUTPUTLUT``,
+        ``PZ_GET_OUTPUTLUT``, ``PZ_SET_OUTPUTLUT``, pages 106, 107.
 
-        Setting a sample outputs nothing by itself; a waveform that is being output may use the new
+        Setting a sample does not output anything; a waveform that is being output may use the new
         sample.
 
         Errata ``apt-lut-bandwidth``, ``apt-lut-limits-by-unit``, ``apt-lut-meaning``.
 
-        :param index: place in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
-        :param output: Share of the maximum output voltage, 32767 for 100 %. The scale of positions
+        :param index: index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999.
+        :param output: Share of the maximum output voltage; 32767 is 100 %. The scale of positions
             is not documented; in counts; unit and scale depend on lut_value_type; from -32768 to
             32767.
         :param volts: ``output`` in V, if lut_value_type is VOLTAGE; its scale depends on
@@ -1025,30 +1025,30 @@ class WithOutputLutParams(Part):
             outputlut_outputtrig_sense_hi (0x10), outputlut_inputtrig_sense_hi (0x20),
             outputlut_lutgated (0x40), outputlut_outputtrig_repeat (0x80), or several joined by
             ``|``.
-        :param cycle_length: Samples in a cycle, not more than have been loaded; 0 to 512 on the
+        :param cycle_length: Samples in a cycle, no more than have been loaded; 0 to 512 on the
             TPZ001; from 0 to 7999.
         :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum
             is printed one higher; from 1 to 2147483647.
-        :param delay_time: Additional delay after each sample; it stretches the waveform. Range from
-            page 110, printed one higher; in counts; the scale to ms depends on the unit; from 1 to
-            2147483647.
+        :param delay_time: Additional delay after each sample, which stretches the waveform. The
+            range is from page 110, whose maximum is one too high; in counts; the scale to ms
+            depends on the unit; from 1 to 2147483647.
         :param delay_time_ms: ``delay_time`` in ms; its scale depends on the kind of unit.
-        :param pre_cycle_rest: How long the first sample is held before a cycle, whatever delay_time
-            says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
-            from 0 to 2147483647.
+        :param pre_cycle_rest: How long the first sample is held before a cycle, regardless of
+            delay_time. The maximum is printed one higher; in counts; the scale to ms depends on the
+            unit; from 0 to 2147483647.
         :param pre_cycle_rest_ms: ``pre_cycle_rest`` in ms; its scale depends on the kind of unit.
-        :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
-            says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
-            from 0 to 2147483647.
+        :param post_cycle_rest: How long the last sample is held after a cycle, regardless of
+            delay_time. The maximum is printed one higher; in counts; the scale to ms depends on the
+            unit; from 0 to 2147483647.
         :param post_cycle_rest_ms: ``post_cycle_rest`` in ms; its scale depends on the kind of unit.
-        :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length;
-            only with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; from
-            0 to 8000.
+        :param op_trig_start: Sample that starts an output trigger, from 1 and less than
+            cycle_length; only with outputlut_outputtrig. Without a trigger 0, as in the example on
+            page 111; from 0 to 8000.
         :param op_trig_width: width of the output trigger; in counts; the scale to ms depends on the
             unit; from -2147483648 to 2147483647.
         :param op_trig_width_ms: ``op_trig_width`` in ms; its scale depends on the kind of unit.
         :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
-            Above cycle_length no trigger repeats within a cycle. Only with
+            Above cycle_length, no trigger repeats within a cycle. Only with
             outputlut_outputtrig_repeat; from 0 to 7999.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -1111,30 +1111,30 @@ class WithOutputLutParams(Part):
             outputlut_outputtrig_sense_hi (0x10), outputlut_inputtrig_sense_hi (0x20),
             outputlut_lutgated (0x40), outputlut_outputtrig_repeat (0x80), or several joined by
             ``|``.
-        :param cycle_length: Samples in a cycle, not more than have been loaded; 0 to 512 on the
+        :param cycle_length: Samples in a cycle, no more than have been loaded; 0 to 512 on the
             TPZ001; from 0 to 7999.
         :param num_cycles: Cycles to output in fixed mode; ignored in continuous mode. The maximum
             is printed one higher; from 1 to 2147483647.
-        :param delay_time: Additional delay after each sample; it stretches the waveform. Range from
-            page 110, printed one higher; in counts; the scale to ms depends on the unit; from 1 to
-            2147483647.
+        :param delay_time: Additional delay after each sample, which stretches the waveform. The
+            range is from page 110, whose maximum is one too high; in counts; the scale to ms
+            depends on the unit; from 1 to 2147483647.
         :param delay_time_ms: ``delay_time`` in ms; its scale depends on the kind of unit.
-        :param pre_cycle_rest: How long the first sample is held before a cycle, whatever delay_time
-            says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
-            from 0 to 2147483647.
+        :param pre_cycle_rest: How long the first sample is held before a cycle, regardless of
+            delay_time. The maximum is printed one higher; in counts; the scale to ms depends on the
+            unit; from 0 to 2147483647.
         :param pre_cycle_rest_ms: ``pre_cycle_rest`` in ms; its scale depends on the kind of unit.
-        :param post_cycle_rest: How long the last sample is held after a cycle, whatever delay_time
-            says. The maximum is printed one higher; in counts; the scale to ms depends on the unit;
-            from 0 to 2147483647.
+        :param post_cycle_rest: How long the last sample is held after a cycle, regardless of
+            delay_time. The maximum is printed one higher; in counts; the scale to ms depends on the
+            unit; from 0 to 2147483647.
         :param post_cycle_rest_ms: ``post_cycle_rest`` in ms; its scale depends on the kind of unit.
-        :param op_trig_start: Sample that starts an output trigger, from 1, less than cycle_length;
-            only with outputlut_outputtrig. 0 without a trigger, as in the example of page 111; from
-            0 to 8000.
+        :param op_trig_start: Sample that starts an output trigger, from 1 and less than
+            cycle_length; only with outputlut_outputtrig. Without a trigger 0, as in the example on
+            page 111; from 0 to 8000.
         :param op_trig_width: width of the output trigger; in counts; the scale to ms depends on the
             unit; from -2147483648 to 2147483647.
         :param op_trig_width_ms: ``op_trig_width`` in ms; its scale depends on the kind of unit.
         :param trig_repeat_cycle: Samples between repeated output triggers; 0 to 512 on the TPZ001.
-            Above cycle_length no trigger repeats within a cycle. Only with
+            Above cycle_length, no trigger repeats within a cycle. Only with
             outputlut_outputtrig_repeat; from 0 to 7999.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
@@ -1218,9 +1218,9 @@ class WithLutValueType(Part):
     ) -> None:
         """Set the type of the waveform values.
 
-        Whether the samples of the waveform table are volts or positions. They are scaled while they
-        are loaded, so this comes first, and after a change they must be loaded again. All values
-        are written in one frame. ``PZ_SET_LUTVALUETYPE``, page 126.
+        Whether the samples of the waveform table are volts or positions. Samples are scaled while
+        they are loaded, so set this first, and reload them after a change. All values are written
+        in one frame. ``PZ_SET_LUTVALUETYPE``, page 126.
 
         Erratum ``apt-lut-meaning``.
 
@@ -1245,8 +1245,8 @@ class WithPzEepromParams(Part):
     async def set_eeprom_params(self, *, msg_id: int, timeout: float | None = None) -> None:
         """Set the parameters in EEPROM.
 
-        Saves the present parameters of one message so that they outlast power-off. All values are
-        written in one frame. ``PZ_SET_EEPROMPARAMS``, page 113.
+        Saves the present parameters of one message so that they survive a power cycle. All values
+        are written in one frame. ``PZ_SET_EEPROMPARAMS``, page 113.
 
         :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
         :param timeout: in seconds; by default the timeout of the device.
@@ -1381,15 +1381,15 @@ class WithTpzIoSettings(Part):
         Voltage limit and feedback path of a TPZ001. PZ_SET_EEPROMPARAMS saves them. All values are
         written in one frame. ``PZ_SET_TPZ_IOSETTINGS``, page 115.
 
-        Setting them changes the output: the range that voltages are shares of, and the feedback
-        that a closed loop follows.
+        Setting them changes the output: they determine the voltage range and the feedback that a
+        closed loop follows.
 
         Errata ``apt-future-use-rows-missing``, ``apt-tpz-iosettings-length``,
         ``apt-voltage-limit-values``.
 
         :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
             VOLTAGELIMIT_100V (2), VOLTAGELIMIT_150V (3).
-        :param hub_analog_input: where the feedback signal of a TSG001 comes from;
+        :param hub_analog_input: path of the feedback signal from a TSG001;
             :class:`~.HubAnalogueInput`: HUB_ANALOGUEIN_A (1), HUB_ANALOGUEIN_B (2), EXTSIG_SMA (3).
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -1420,15 +1420,15 @@ class WithTpzIoSettings(Part):
         lock. Returns the values that were written. ``PZ_REQ_TPZ_IOSETTINGS``,
         ``PZ_GET_TPZ_IOSETTINGS``, ``PZ_SET_TPZ_IOSETTINGS``, pages 115, 116.
 
-        Setting them changes the output: the range that voltages are shares of, and the feedback
-        that a closed loop follows.
+        Setting them changes the output: they determine the voltage range and the feedback that a
+        closed loop follows.
 
         Errata ``apt-future-use-rows-missing``, ``apt-get-tpz-iosettings-table-id``,
         ``apt-request-channel-fixed``, ``apt-tpz-iosettings-length``, ``apt-voltage-limit-values``.
 
         :param voltage_limit: must suit the actuator; :class:`~.VoltageLimit`: VOLTAGELIMIT_75V (1),
             VOLTAGELIMIT_100V (2), VOLTAGELIMIT_150V (3).
-        :param hub_analog_input: where the feedback signal of a TSG001 comes from;
+        :param hub_analog_input: path of the feedback signal from a TSG001;
             :class:`~.HubAnalogueInput`: HUB_ANALOGUEIN_A (1), HUB_ANALOGUEIN_B (2), EXTSIG_SMA (3).
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
@@ -1489,7 +1489,7 @@ class WithTsgIoSettings(Part):
         Errata ``apt-force-calib-range``, ``apt-future-use-rows-missing``,
         ``apt-tsg-iosettings-example-short``.
 
-        :param hub_analogue_output: where the feedback signal for a TPZ001 goes;
+        :param hub_analogue_output: path of the feedback signal to a TPZ001;
             :class:`~.HubAnalogueOutput`: HUB_ANALOGUEOUT_1 (1), HUB_ANALOGUEOUT_2 (2).
         :param display_mode: also the unit of the readings; :class:`~.DisplayMode`:
             DISPUNITS_POSITION (1), DISPUNITS_VOLTAGE (2), DISPUNITS_FORCE (3).
@@ -1536,7 +1536,7 @@ class WithTsgIoSettings(Part):
         ``apt-get-tsg-iosettings-size``, ``apt-request-channel-fixed``,
         ``apt-tsg-iosettings-example-short``.
 
-        :param hub_analogue_output: where the feedback signal for a TPZ001 goes;
+        :param hub_analogue_output: path of the feedback signal to a TPZ001;
             :class:`~.HubAnalogueOutput`: HUB_ANALOGUEOUT_1 (1), HUB_ANALOGUEOUT_2 (2).
         :param display_mode: also the unit of the readings; :class:`~.DisplayMode`:
             DISPUNITS_POSITION (1), DISPUNITS_VOLTAGE (2), DISPUNITS_FORCE (3).

@@ -57,8 +57,8 @@ class WithEncCounter(Part):
     def get_enc_counter(self, *, timeout: float | None = None) -> v.EncCounter:
         """Read the encoder counter.
 
-        Encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
-        counter show the true position. ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, page 29.
+        Encoder count. Rarely set on brushless DC controllers, where homing after power-up sets the
+        counter to the true position. ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, page 29.
 
         Erratum ``apt-req-enccounter-id``.
 
@@ -78,8 +78,8 @@ class WithEncCounter(Part):
     ) -> None:
         """Set the encoder counter.
 
-        Encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
-        counter show the true position. All values are written in one frame. ``MOT_SET_ENCCOUNTER``,
+        Encoder count. Rarely set on brushless DC controllers, where homing after power-up sets the
+        counter to the true position. All values are written in one frame. ``MOT_SET_ENCCOUNTER``,
         page 29.
 
         Setting it moves nothing; afterwards, the encoder counts from the new zero.
@@ -108,8 +108,8 @@ class WithEncCounter(Part):
     ) -> v.EncCounter:
         """Change the encoder counter.
 
-        Encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
-        counter show the true position. Reads the current values, changes those that are given, and
+        Encoder count. Rarely set on brushless DC controllers, where homing after power-up sets the
+        counter to the true position. Reads the current values, changes those that are given, and
         writes all of them in one frame, under one lock. Returns the values that were written.
         ``MOT_REQ_ENCCOUNTER``, ``MOT_GET_ENCCOUNTER``, ``MOT_SET_ENCCOUNTER``, page 29.
 
@@ -144,8 +144,8 @@ class WithPosCounter(Part):
         """Read the position counter.
 
         Live position count. Rarely set on brushless DC controllers, where homing after power-up
-        makes the counter show the true position. ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``,
-        page 28.
+        sets the counter to the true position. ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``, page
+        28.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -164,10 +164,10 @@ class WithPosCounter(Part):
         """Set the position counter.
 
         Live position count. Rarely set on brushless DC controllers, where homing after power-up
-        makes the counter show the true position. All values are written in one frame.
+        sets the counter to the true position. All values are written in one frame.
         ``MOT_SET_POSCOUNTER``, page 28.
 
-        Setting it moves nothing; afterwards, every position counts from the new zero.
+        Setting it moves nothing; afterwards, all positions are counted from the new zero.
 
         Erratum ``apt-counter-examples-200000``.
 
@@ -194,11 +194,11 @@ class WithPosCounter(Part):
         """Change the position counter.
 
         Live position count. Rarely set on brushless DC controllers, where homing after power-up
-        makes the counter show the true position. Reads the current values, changes those that are
+        sets the counter to the true position. Reads the current values, changes those that are
         given, and writes all of them in one frame, under one lock. Returns the values that were
         written. ``MOT_REQ_POSCOUNTER``, ``MOT_GET_POSCOUNTER``, ``MOT_SET_POSCOUNTER``, page 28.
 
-        Setting it moves nothing; afterwards, every position counts from the new zero.
+        Setting it moves nothing; afterwards, all positions are counted from the new zero.
 
         Erratum ``apt-counter-examples-200000``.
 
@@ -228,8 +228,8 @@ class WithVelParams(Part):
     def get_vel_params(self, *, timeout: float | None = None) -> v.VelParams:
         """Read the velocity parameters.
 
-        Trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
-        counts on DC servos. ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``, pages 30, 31.
+        Trapezoidal velocity profile of one channel, in micro-steps on stepper controllers and
+        encoder counts on DC servos. ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``, pages 30, 31.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -251,13 +251,14 @@ class WithVelParams(Part):
     ) -> None:
         """Set the velocity parameters.
 
-        Trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
-        counts on DC servos. All values are written in one frame. ``MOT_SET_VELPARAMS``, page 30.
+        Trapezoidal velocity profile of one channel, in micro-steps on stepper controllers and
+        encoder counts on DC servos. All values are written in one frame. ``MOT_SET_VELPARAMS``,
+        page 30.
 
         Errata ``apt-summary-velparams-id``, ``apt-unsigned-long``, ``apt-velocity-units``,
         ``apt-velparams-example-acceleration``, ``apt-velparams-example-max-velocity``.
 
-        :param min_velocity: Start velocity; always zero at present; in counts; the scale to mm/s
+        :param min_velocity: Start velocity; currently always zero; in counts; the scale to mm/s
             depends on the stage; from -2147483648 to 2147483647; by default 0.
         :param min_velocity_mm_per_s: ``min_velocity`` in mm/s; its scale depends on the stage on
             its controller.
@@ -301,15 +302,15 @@ class WithVelParams(Part):
     ) -> v.VelParams:
         """Change the velocity parameters.
 
-        Trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder
-        counts on DC servos. Reads the current values, changes those that are given, and writes all
-        of them in one frame, under one lock. Returns the values that were written.
+        Trapezoidal velocity profile of one channel, in micro-steps on stepper controllers and
+        encoder counts on DC servos. Reads the current values, changes those that are given, and
+        writes all of them in one frame, under one lock. Returns the values that were written.
         ``MOT_REQ_VELPARAMS``, ``MOT_GET_VELPARAMS``, ``MOT_SET_VELPARAMS``, pages 30, 31.
 
         Errata ``apt-summary-velparams-id``, ``apt-unsigned-long``, ``apt-velocity-units``,
         ``apt-velparams-example-acceleration``, ``apt-velparams-example-max-velocity``.
 
-        :param min_velocity: Start velocity; always zero at present; in counts; the scale to mm/s
+        :param min_velocity: Start velocity; currently always zero; in counts; the scale to mm/s
             depends on the stage; from -2147483648 to 2147483647; by default 0.
         :param min_velocity_mm_per_s: ``min_velocity`` in mm/s; its scale depends on the stage on
             its controller.
@@ -391,8 +392,8 @@ class WithJogParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; its scale depends on the stage on its
             controller.
-        :param jog_min_velocity: start velocity; always zero at present; in counts; the scale to
-            mm/s depends on the stage; from -2147483648 to 2147483647; by default 0.
+        :param jog_min_velocity: start velocity; currently always zero; in counts; the scale to mm/s
+            depends on the stage; from -2147483648 to 2147483647; by default 0.
         :param min_velocity_mm_per_s: ``jog_min_velocity`` in mm/s; its scale depends on the stage
             on its controller.
         :param jog_acceleration: in counts; the scale to mm/s^2 depends on the stage; from
@@ -457,8 +458,8 @@ class WithJogParams(Part):
             depends on the stage; from -2147483648 to 2147483647.
         :param step_size_mm: ``jog_step_size`` in mm; its scale depends on the stage on its
             controller.
-        :param jog_min_velocity: start velocity; always zero at present; in counts; the scale to
-            mm/s depends on the stage; from -2147483648 to 2147483647; by default 0.
+        :param jog_min_velocity: start velocity; currently always zero; in counts; the scale to mm/s
+            depends on the stage; from -2147483648 to 2147483647; by default 0.
         :param min_velocity_mm_per_s: ``jog_min_velocity`` in mm/s; its scale depends on the stage
             on its controller.
         :param jog_acceleration: in counts; the scale to mm/s^2 depends on the stage; from
@@ -539,24 +540,24 @@ class WithLimSwitchParams(Part):
         Errata ``apt-limswitch-bbd10x``, ``apt-limswitch-soft-limit-factor``,
         ``apt-limswitch-upper-bit``, ``apt-unsigned-long``.
 
-        :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`:
+        :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
             (6); SWAPPED (0x80) may be added by ``|``.
-        :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit;
+        :param ccw_hard_limit: counterclockwise switch; may include the SWAPPED bit;
             :class:`~.HardLimit`: IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4),
             BREAKS_HOME_ONLY (5), INDEX_MARK (6); SWAPPED (0x80) may be added by ``|``.
-        :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for
-            it, which is the MLS203's factor for velocities; in counts; the scale to mm depends on
-            the stage; from 0 to 4294967295.
+        :param cw_soft_limit: Clockwise limit in position steps. The page uses 134218 per mm, which
+            is the MLS203's velocity factor; in counts; the scale to mm depends on the stage; from 0
+            to 4294967295.
         :param cw_soft_limit_mm: ``cw_soft_limit`` in mm; its scale depends on the stage on its
             controller.
-        :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; in counts; the
-            scale to mm depends on the stage; from -2147483648 to 2147483647.
+        :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts;
+            the scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; its scale depends on the stage on its
             controller.
-        :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`:
-            IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3); ROTATION_STAGE (0x80) may be added by
-            ``|``.
+        :param software_limit_mode: may include the ROTATION_STAGE bit;
+            :class:`~.SoftwareLimitMode`: IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3);
+            ROTATION_STAGE (0x80) may be added by ``|``.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -599,24 +600,24 @@ class WithLimSwitchParams(Part):
         Errata ``apt-get-limswitchparams-size``, ``apt-limswitch-bbd10x``,
         ``apt-limswitch-soft-limit-factor``, ``apt-limswitch-upper-bit``, ``apt-unsigned-long``.
 
-        :param cw_hard_limit: clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`:
+        :param cw_hard_limit: clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`:
             IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4), BREAKS_HOME_ONLY (5), INDEX_MARK
             (6); SWAPPED (0x80) may be added by ``|``.
-        :param ccw_hard_limit: counterclockwise switch; may carry the SWAPPED bit;
+        :param ccw_hard_limit: counterclockwise switch; may include the SWAPPED bit;
             :class:`~.HardLimit`: IGNORE (1), MAKES (2), BREAKS (3), MAKES_HOME_ONLY (4),
             BREAKS_HOME_ONLY (5), INDEX_MARK (6); SWAPPED (0x80) may be added by ``|``.
-        :param cw_soft_limit: Clockwise limit in position steps. The page takes 134218 per mm for
-            it, which is the MLS203's factor for velocities; in counts; the scale to mm depends on
-            the stage; from 0 to 4294967295.
+        :param cw_soft_limit: Clockwise limit in position steps. The page uses 134218 per mm, which
+            is the MLS203's velocity factor; in counts; the scale to mm depends on the stage; from 0
+            to 4294967295.
         :param cw_soft_limit_mm: ``cw_soft_limit`` in mm; its scale depends on the stage on its
             controller.
-        :param ccw_soft_limit: counterclockwise limit; scaled as the clockwise one; in counts; the
-            scale to mm depends on the stage; from -2147483648 to 2147483647.
+        :param ccw_soft_limit: counterclockwise limit; same scale as the clockwise one; in counts;
+            the scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param ccw_soft_limit_mm: ``ccw_soft_limit`` in mm; its scale depends on the stage on its
             controller.
-        :param software_limit_mode: may carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`:
-            IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3); ROTATION_STAGE (0x80) may be added by
-            ``|``.
+        :param software_limit_mode: may include the ROTATION_STAGE bit;
+            :class:`~.SoftwareLimitMode`: IGNORE (1), STOP_IMMEDIATE (2), STOP_PROFILED (3);
+            ROTATION_STAGE (0x80) may be added by ``|``.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
         :raises OutOfRangeError: if a value is out of range, also one that was only read; nothing is
@@ -650,8 +651,8 @@ class WithMotStatusBits(Part):
     def get_status_bits(self, *, timeout: float | None = None) -> v.MotStatusBits:
         """Read the motor status bits.
 
-        Status bits alone, without position and velocity. ``MOT_REQ_STATUSBITS``,
-        ``MOT_GET_STATUSBITS``, page 81.
+        Status bits without position and velocity. ``MOT_REQ_STATUSBITS``, ``MOT_GET_STATUSBITS``,
+        page 81.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -670,7 +671,7 @@ class WithGenMoveParams(Part):
     def get_gen_move_params(self, *, timeout: float | None = None) -> v.GenMoveParams:
         """Read the general move parameters.
 
-        General move settings; at present only the backlash distance. ``MOT_REQ_GENMOVEPARAMS``,
+        General move settings; currently only the backlash distance. ``MOT_REQ_GENMOVEPARAMS``,
         ``MOT_GET_GENMOVEPARAMS``, page 34.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -689,7 +690,7 @@ class WithGenMoveParams(Part):
     ) -> None:
         """Set the general move parameters.
 
-        General move settings; at present only the backlash distance. All values are written in one
+        General move settings; currently only the backlash distance. All values are written in one
         frame. ``MOT_SET_GENMOVEPARAMS``, page 34.
 
         :param backlash_distance: relative distance of the backlash correction; in counts; the scale
@@ -714,7 +715,7 @@ class WithGenMoveParams(Part):
     ) -> v.GenMoveParams:
         """Change the general move parameters.
 
-        General move settings; at present only the backlash distance. Reads the current values,
+        General move settings; currently only the backlash distance. Reads the current values,
         changes those that are given, and writes all of them in one frame, under one lock. Returns
         the values that were written. ``MOT_REQ_GENMOVEPARAMS``, ``MOT_GET_GENMOVEPARAMS``,
         ``MOT_SET_GENMOVEPARAMS``, page 34.
@@ -745,8 +746,8 @@ class WithHomeParams(Part):
     def get_home_params(self, *, timeout: float | None = None) -> v.HomeParams:
         """Read the homing parameters.
 
-        Homing settings of a channel; they belong to the stage, and the MLS203 uses the velocity
-        only. ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``, pages 37, 38.
+        Homing settings of a channel. They belong to the stage; the MLS203 uses only the velocity.
+        ``MOT_REQ_HOMEPARAMS``, ``MOT_GET_HOMEPARAMS``, pages 37, 38.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -768,16 +769,16 @@ class WithHomeParams(Part):
     ) -> None:
         """Set the homing parameters.
 
-        Homing settings of a channel; they belong to the stage, and the MLS203 uses the velocity
-        only. All values are written in one frame. ``MOT_SET_HOMEPARAMS``, page 37.
+        Homing settings of a channel. They belong to the stage; the MLS203 uses only the velocity.
+        All values are written in one frame. ``MOT_SET_HOMEPARAMS``, page 37.
 
         Errata ``apt-homeparams-example-velocity``, ``apt-summary-homeparams-id``,
         ``apt-unsigned-long``.
 
-        :param home_direction: ignored for the MLS203, which homes in positive direction; no values
-            are given; from 0 to 65535.
+        :param home_direction: ignored for the MLS203, which homes in the positive direction; no
+            values are documented; from 0 to 65535.
         :param limit_switch: ignored for the MLS203, which homes without limit switches; no values
-            are given; from 0 to 65535.
+            are documented; from 0 to 65535.
         :param home_velocity: in counts; the scale to mm/s depends on the stage; from 0 to
             4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; its scale depends on the stage on its
@@ -818,18 +819,18 @@ class WithHomeParams(Part):
     ) -> v.HomeParams:
         """Change the homing parameters.
 
-        Homing settings of a channel; they belong to the stage, and the MLS203 uses the velocity
-        only. Reads the current values, changes those that are given, and writes all of them in one
-        frame, under one lock. Returns the values that were written. ``MOT_REQ_HOMEPARAMS``,
+        Homing settings of a channel. They belong to the stage; the MLS203 uses only the velocity.
+        Reads the current values, changes those that are given, and writes all of them in one frame,
+        under one lock. Returns the values that were written. ``MOT_REQ_HOMEPARAMS``,
         ``MOT_GET_HOMEPARAMS``, ``MOT_SET_HOMEPARAMS``, pages 37, 38.
 
         Errata ``apt-homeparams-example-velocity``, ``apt-summary-homeparams-id``,
         ``apt-unsigned-long``.
 
-        :param home_direction: ignored for the MLS203, which homes in positive direction; no values
-            are given; from 0 to 65535.
+        :param home_direction: ignored for the MLS203, which homes in the positive direction; no
+            values are documented; from 0 to 65535.
         :param limit_switch: ignored for the MLS203, which homes without limit switches; no values
-            are given; from 0 to 65535.
+            are documented; from 0 to 65535.
         :param home_velocity: in counts; the scale to mm/s depends on the stage; from 0 to
             4294967295.
         :param velocity_mm_per_s: ``home_velocity`` in mm/s; its scale depends on the stage on its
@@ -906,8 +907,8 @@ class WithMoveRelParams(Part):
     def get_move_rel_params(self, *, timeout: float | None = None) -> v.MoveRelParams:
         """Read the stored relative distance.
 
-        Distance that the controller stores for the next relative move started with the short
-        MOT_MOVE_RELATIVE. ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``, page 35.
+        Distance that the controller stores for the next relative move started with the short form
+        of MOT_MOVE_RELATIVE. ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``, page 35.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -925,8 +926,9 @@ class WithMoveRelParams(Part):
     ) -> None:
         """Set the stored relative distance.
 
-        Distance that the controller stores for the next relative move started with the short
-        MOT_MOVE_RELATIVE. All values are written in one frame. ``MOT_SET_MOVERELPARAMS``, page 35.
+        Distance that the controller stores for the next relative move started with the short form
+        of MOT_MOVE_RELATIVE. All values are written in one frame. ``MOT_SET_MOVERELPARAMS``, page
+        35.
 
         :param relative_distance: in counts; the scale to mm depends on the stage; from -2147483648
             to 2147483647.
@@ -950,9 +952,9 @@ class WithMoveRelParams(Part):
     ) -> v.MoveRelParams:
         """Change the stored relative distance.
 
-        Distance that the controller stores for the next relative move started with the short
-        MOT_MOVE_RELATIVE. Reads the current values, changes those that are given, and writes all of
-        them in one frame, under one lock. Returns the values that were written.
+        Distance that the controller stores for the next relative move started with the short form
+        of MOT_MOVE_RELATIVE. Reads the current values, changes those that are given, and writes all
+        of them in one frame, under one lock. Returns the values that were written.
         ``MOT_REQ_MOVERELPARAMS``, ``MOT_GET_MOVERELPARAMS``, ``MOT_SET_MOVERELPARAMS``, page 35.
 
         :param relative_distance: in counts; the scale to mm depends on the stage; from -2147483648
@@ -987,7 +989,7 @@ class CanMoveRelative(Part):
     ) -> MotionEnd:
         """Move by a distance.
 
-        Starts a move by a distance; the short form uses the stored distance, the long form carries
+        Starts a move by a distance. The short form uses the stored distance; the long form carries
         its own. Waits until the motion has ended. ``MOT_MOVE_RELATIVE``, page 42.
 
         :param counts: in counts; the scale to mm depends on the stage; from -2147483648 to
@@ -1013,7 +1015,7 @@ class CanMoveRelative(Part):
     def start_move_relative(self, *, counts: int | None = None, mm: Number | None = None) -> Motion:
         """Move by a distance without waiting for the end.
 
-        Starts a move by a distance; the short form uses the stored distance, the long form carries
+        Starts a move by a distance. The short form uses the stored distance; the long form carries
         its own. Returns a handle to wait on as soon as the message is sent. ``MOT_MOVE_RELATIVE``,
         page 42.
 
@@ -1034,7 +1036,7 @@ class CanMoveRelative(Part):
     def move_relative_stored(self, *, timeout: float | None = None) -> MotionEnd:
         """Move by a distance that the controller has stored.
 
-        Starts a move by a distance; the short form uses the stored distance, the long form carries
+        Starts a move by a distance. The short form uses the stored distance; the long form carries
         its own. Waits until the motion has ended. ``MOT_MOVE_RELATIVE``, page 42.
 
         Moves by the distance stored with MOT_SET_MOVERELPARAMS.
@@ -1054,7 +1056,7 @@ class CanMoveRelative(Part):
     def start_move_relative_stored(self) -> Motion:
         """Move by a distance that the controller has stored without waiting for the end.
 
-        Starts a move by a distance; the short form uses the stored distance, the long form carries
+        Starts a move by a distance. The short form uses the stored distance; the long form carries
         its own. Returns a handle to wait on as soon as the message is sent. ``MOT_MOVE_RELATIVE``,
         page 42.
 
@@ -1076,8 +1078,8 @@ class WithMoveAbsParams(Part):
     def get_move_abs_params(self, *, timeout: float | None = None) -> v.MoveAbsParams:
         """Read the stored absolute position.
 
-        Position that the controller stores for the next absolute move started with the short
-        MOT_MOVE_ABSOLUTE. ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``, page 36.
+        Position that the controller stores for the next absolute move started with the short form
+        of MOT_MOVE_ABSOLUTE. ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``, page 36.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -1095,8 +1097,9 @@ class WithMoveAbsParams(Part):
     ) -> None:
         """Set the stored absolute position.
 
-        Position that the controller stores for the next absolute move started with the short
-        MOT_MOVE_ABSOLUTE. All values are written in one frame. ``MOT_SET_MOVEABSPARAMS``, page 36.
+        Position that the controller stores for the next absolute move started with the short form
+        of MOT_MOVE_ABSOLUTE. All values are written in one frame. ``MOT_SET_MOVEABSPARAMS``, page
+        36.
 
         :param absolute_position: in counts; the scale to mm depends on the stage; from -2147483648
             to 2147483647.
@@ -1120,9 +1123,9 @@ class WithMoveAbsParams(Part):
     ) -> v.MoveAbsParams:
         """Change the stored absolute position.
 
-        Position that the controller stores for the next absolute move started with the short
-        MOT_MOVE_ABSOLUTE. Reads the current values, changes those that are given, and writes all of
-        them in one frame, under one lock. Returns the values that were written.
+        Position that the controller stores for the next absolute move started with the short form
+        of MOT_MOVE_ABSOLUTE. Reads the current values, changes those that are given, and writes all
+        of them in one frame, under one lock. Returns the values that were written.
         ``MOT_REQ_MOVEABSPARAMS``, ``MOT_GET_MOVEABSPARAMS``, ``MOT_SET_MOVEABSPARAMS``, page 36.
 
         :param absolute_position: in counts; the scale to mm depends on the stage; from -2147483648
@@ -1157,7 +1160,7 @@ class CanMoveAbsolute(Part):
     ) -> MotionEnd:
         """Move to a position.
 
-        Starts a move to a position; the short form uses the stored position, the long form carries
+        Starts a move to a position. The short form uses the stored position; the long form carries
         its own. Waits until the motion has ended. ``MOT_MOVE_ABSOLUTE``, page 45.
 
         :param counts: the position to move to; in counts; the scale to mm depends on the stage;
@@ -1183,7 +1186,7 @@ class CanMoveAbsolute(Part):
     def start_move_absolute(self, *, counts: int | None = None, mm: Number | None = None) -> Motion:
         """Move to a position without waiting for the end.
 
-        Starts a move to a position; the short form uses the stored position, the long form carries
+        Starts a move to a position. The short form uses the stored position; the long form carries
         its own. Returns a handle to wait on as soon as the message is sent. ``MOT_MOVE_ABSOLUTE``,
         page 45.
 
@@ -1204,7 +1207,7 @@ class CanMoveAbsolute(Part):
     def move_absolute_stored(self, *, timeout: float | None = None) -> MotionEnd:
         """Move to a position that the controller has stored.
 
-        Starts a move to a position; the short form uses the stored position, the long form carries
+        Starts a move to a position. The short form uses the stored position; the long form carries
         its own. Waits until the motion has ended. ``MOT_MOVE_ABSOLUTE``, page 45.
 
         Moves to the position stored with MOT_SET_MOVEABSPARAMS.
@@ -1224,7 +1227,7 @@ class CanMoveAbsolute(Part):
     def start_move_absolute_stored(self) -> Motion:
         """Move to a position that the controller has stored without waiting for the end.
 
-        Starts a move to a position; the short form uses the stored position, the long form carries
+        Starts a move to a position. The short form uses the stored position; the long form carries
         its own. Returns a handle to wait on as soon as the message is sent. ``MOT_MOVE_ABSOLUTE``,
         page 45.
 
@@ -1251,13 +1254,13 @@ class CanMoveVelocity(Part):
     ) -> MotionEnd:
         """Move at constant velocity.
 
-        Moves in one direction, with the velocity that, by the document, MOT_SET_MOVEVELPARAMS sets,
-        until a stop command or a limit switch. Waits until the motion has ended.
+        Moves in one direction until a stop command or a limit switch. According to the document,
+        MOT_SET_MOVEVELPARAMS sets the velocity. Waits until the motion has ended.
         ``MOT_MOVE_VELOCITY``, page 48.
 
         No page says whether the position counter rises or falls in the direction FORWARD, which
-        page 77 calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a
-        slow move, far from both ends of the travel, first.
+        page 77 calls clockwise (CW). In two public drivers it falls on TDC001 and KDC101, so first
+        try a slow move far from both ends of the travel.
 
         Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
         ``apt-move-completed-scope``, ``apt-movevelparams-undefined``.
@@ -1281,13 +1284,13 @@ class CanMoveVelocity(Part):
     def start_move_velocity(self, direction: e.MoveDirection | str | int) -> Motion:
         """Move at constant velocity without waiting for the end.
 
-        Moves in one direction, with the velocity that, by the document, MOT_SET_MOVEVELPARAMS sets,
-        until a stop command or a limit switch. Returns a handle to wait on as soon as the message
+        Moves in one direction until a stop command or a limit switch. According to the document,
+        MOT_SET_MOVEVELPARAMS sets the velocity. Returns a handle to wait on as soon as the message
         is sent. ``MOT_MOVE_VELOCITY``, page 48.
 
         No page says whether the position counter rises or falls in the direction FORWARD, which
-        page 77 calls clockwise (CW). By two public drivers it falls on TDC001 and KDC101, so try a
-        slow move, far from both ends of the travel, first.
+        page 77 calls clockwise (CW). In two public drivers it falls on TDC001 and KDC101, so first
+        try a slow move far from both ends of the travel.
 
         Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
         ``apt-move-completed-scope``, ``apt-movevelparams-undefined``.
@@ -1318,8 +1321,8 @@ class CanStop(Part):
     ) -> MotionEnd | None:
         """Stop the axis.
 
-        Stops any movement of a channel, be it relative, absolute, at constant velocity or homing.
-        Sent before all other requests. ``MOT_MOVE_STOP``, page 49.
+        Stops any movement of a channel: relative, absolute, at constant velocity or homing. Sent
+        before all other requests. ``MOT_MOVE_STOP``, page 49.
 
         Errata ``apt-header-parameters-as-word``, ``apt-lists-against-chapters``.
 
@@ -1353,11 +1356,11 @@ class CanJog(Part):
         Starts a jog with the settings of MOT_SET_JOGPARAMS. Waits until the motion has ended.
         ``MOT_MOVE_JOG``, page 47.
 
-        The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
-        nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
-        says any type of motor move. No page says whether the position counter rises or falls in the
-        direction FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on
-        TDC001 and KDC101, so try a small step first.
+        Only in SINGLE_STEP mode does the axis move by the stored step; for CONTINUOUS mode (page
+        32) the document does not say how far it moves. Page 49 says that MOT_MOVE_STOP stops any
+        type of motor move, but does not list jogs. No page says whether the position counter rises
+        or falls in the direction FORWARD, which page 77 calls clockwise (CW). In two public drivers
+        it falls on TDC001 and KDC101, so try a small step first.
 
         Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
         ``apt-move-completed-scope``.
@@ -1385,11 +1388,11 @@ class CanJog(Part):
         Starts a jog with the settings of MOT_SET_JOGPARAMS. Returns a handle to wait on as soon as
         the message is sent. ``MOT_MOVE_JOG``, page 47.
 
-        The stored step is what it moves by in SINGLE_STEP mode only; in CONTINUOUS mode (page 32)
-        nothing says how far it goes. Page 49 does not name jogs among what MOT_MOVE_STOP stops, but
-        says any type of motor move. No page says whether the position counter rises or falls in the
-        direction FORWARD, which page 77 calls clockwise (CW). By two public drivers it falls on
-        TDC001 and KDC101, so try a small step first.
+        Only in SINGLE_STEP mode does the axis move by the stored step; for CONTINUOUS mode (page
+        32) the document does not say how far it moves. Page 49 says that MOT_MOVE_STOP stops any
+        type of motor move, but does not list jogs. No page says whether the position counter rises
+        or falls in the direction FORWARD, which page 77 calls clockwise (CW). In two public drivers
+        it falls on TDC001 and KDC101, so try a small step first.
 
         Errata ``apt-clockwise-without-sign``, ``apt-header-parameters-as-word``,
         ``apt-move-completed-scope``.
@@ -1415,7 +1418,7 @@ class CanSuspendEndOfMoveMsgs(Part):
     def suspend_end_of_move_msgs(self, *, timeout: float | None = None) -> None:
         """Suspend the end-of-move messages.
 
-        Switches the unsolicited end-of-move and error messages off, for clients that cannot take
+        Switches off the unsolicited end-of-move and error messages, for clients that cannot accept
         them at any time. ``MOT_SUSPEND_ENDOFMOVEMSGS``, page 82.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -1434,8 +1437,8 @@ class CanResumeEndOfMoveMsgs(Part):
     def resume_end_of_move_msgs(self, *, timeout: float | None = None) -> None:
         """Resume the end-of-move messages.
 
-        Switches the unsolicited end-of-move and error messages on again; they are on after
-        power-up. ``MOT_RESUME_ENDOFMOVEMSGS``, page 83.
+        Switches the unsolicited end-of-move and error messages back on; they are on after power-up.
+        ``MOT_RESUME_ENDOFMOVEMSGS``, page 83.
 
         Erratum ``apt-resume-disables``.
 
@@ -1455,7 +1458,7 @@ class WithStatusUpdate(Part):
     def get_status_update(self, *, timeout: float | None = None) -> v.StatusUpdate:
         """Read the position and status.
 
-        Asks for one status update, for clients that do not want them periodically. Waits for the
+        Requests one status update, for clients that do not want periodic updates. Waits for the
         reply. ``MOT_REQ_STATUSUPDATE``, page 78.
 
         Erratum ``apt-req-statusupdate-table-id``.
@@ -1477,7 +1480,7 @@ class WithDcStatusUpdate(Part):
     def get_dc_status_update(self, *, timeout: float | None = None) -> v.DcStatusUpdate:
         """Read the position, velocity and status.
 
-        Asks for one DC status update, for clients that do not want them periodically. Waits for the
+        Requests one DC status update, for clients that do not want periodic updates. Waits for the
         reply. ``MOT_REQ_DCSTATUSUPDATE``, page 80.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -1497,8 +1500,8 @@ class CanAckDcStatusUpdate(Part):
     def ack_dc_status_update(self, *, timeout: float | None = None) -> None:
         """Acknowledge the status updates.
 
-        Server alive. USB only; due at least once a second, or the controller stops sending after
-        about 50 status messages, completed moves included. There is no answer.
+        Server alive. USB only. Send it at least once a second, or the controller stops sending
+        after about 50 status messages, including completed moves. It has no answer.
         ``MOT_ACK_DCSTATUSUPDATE``, page 80.
 
         Errata ``apt-ack-dcstatusupdate-table-id``, ``apt-ack-fifty``.
@@ -1519,9 +1522,9 @@ class WithDcPidParams(Part):
     def get_dc_pid_params(self, *, timeout: float | None = None) -> v.DcPidParams:
         """Read the DC servo PID parameters.
 
-        Position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
-        sheet of that chip has the details. ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, pages
-        51, 52.
+        Position loop of LM628/629 based DC servo controllers, so far only the TDC001. See the data
+        sheet of that chip for details. ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, pages 51,
+        52.
 
         Erratum ``apt-dcpidparams-table-ids``.
 
@@ -1544,11 +1547,12 @@ class WithDcPidParams(Part):
     ) -> None:
         """Set the DC servo PID parameters.
 
-        Position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
-        sheet of that chip has the details. All values are written in one frame.
+        Position loop of LM628/629 based DC servo controllers, so far only the TDC001. See the data
+        sheet of that chip for details. All values are written in one frame.
         ``MOT_SET_DCPIDPARAMS``, page 51.
 
-        Setting them starts no move; a channel that holds its position uses the new values at once.
+        Setting them starts no move; a channel that holds its position uses the new values
+        immediately.
 
         Erratum ``apt-dcpidparams-example-short``.
 
@@ -1557,8 +1561,9 @@ class WithDcPidParams(Part):
         :param differential: differential gain; from 0 to 32767.
         :param integral_limit: cap on the integral sum; 0 switches the integral term off; from 0 to
             32767.
-        :param filter_control: One bit for each of the four parameters above, set if it is applied;
-            the document does not say which bit belongs to which; from 0 to 65535; by default 15.
+        :param filter_control: One bit for each of the four parameters above, set if the parameter
+            is applied. The document does not say which bit belongs to which parameter; from 0 to
+            65535; by default 15.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -1589,12 +1594,13 @@ class WithDcPidParams(Part):
     ) -> v.DcPidParams:
         """Change the DC servo PID parameters.
 
-        Position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data
-        sheet of that chip has the details. Reads the current values, changes those that are given,
-        and writes all of them in one frame, under one lock. Returns the values that were written.
+        Position loop of LM628/629 based DC servo controllers, so far only the TDC001. See the data
+        sheet of that chip for details. Reads the current values, changes those that are given, and
+        writes all of them in one frame, under one lock. Returns the values that were written.
         ``MOT_REQ_DCPIDPARAMS``, ``MOT_GET_DCPIDPARAMS``, ``MOT_SET_DCPIDPARAMS``, pages 51, 52.
 
-        Setting them starts no move; a channel that holds its position uses the new values at once.
+        Setting them starts no move; a channel that holds its position uses the new values
+        immediately.
 
         Errata ``apt-dcpidparams-example-short``, ``apt-dcpidparams-table-ids``.
 
@@ -1603,8 +1609,9 @@ class WithDcPidParams(Part):
         :param differential: differential gain; from 0 to 32767.
         :param integral_limit: cap on the integral sum; 0 switches the integral term off; from 0 to
             32767.
-        :param filter_control: One bit for each of the four parameters above, set if it is applied;
-            the document does not say which bit belongs to which; from 0 to 65535; by default 15.
+        :param filter_control: One bit for each of the four parameters above, set if the parameter
+            is applied. The document does not say which bit belongs to which parameter; from 0 to
+            65535; by default 15.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
         :raises OutOfRangeError: if a value is out of range, also one that was only read; nothing is
@@ -1799,7 +1806,7 @@ class WithAvModes(Part):
     def get_av_modes(self, *, timeout: float | None = None) -> v.AvModes:
         """Read the keypad LED modes.
 
-        Events that the LED on the control keypad shows, for rooms where stray light disturbs.
+        Events that the LED on the control keypad shows, for rooms where stray light is a problem.
         ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``, pages 53, 54.
 
         Erratum ``apt-req-avmodes-table-id``.
@@ -1819,8 +1826,8 @@ class WithAvModes(Part):
     ) -> None:
         """Set the keypad LED modes.
 
-        Events that the LED on the control keypad shows, for rooms where stray light disturbs. All
-        values are written in one frame. ``MOT_SET_AVMODES``, page 53.
+        Events that the LED on the control keypad shows, for rooms where stray light is a problem.
+        All values are written in one frame. ``MOT_SET_AVMODES``, page 53.
 
         Erratum ``apt-avmodes-decimal``.
 
@@ -1844,10 +1851,10 @@ class WithAvModes(Part):
     ) -> v.AvModes:
         """Change the keypad LED modes.
 
-        Events that the LED on the control keypad shows, for rooms where stray light disturbs. Reads
-        the current values, changes those that are given, and writes all of them in one frame, under
-        one lock. Returns the values that were written. ``MOT_REQ_AVMODES``, ``MOT_GET_AVMODES``,
-        ``MOT_SET_AVMODES``, pages 53, 54.
+        Events that the LED on the control keypad shows, for rooms where stray light is a problem.
+        Reads the current values, changes those that are given, and writes all of them in one frame,
+        under one lock. Returns the values that were written. ``MOT_REQ_AVMODES``,
+        ``MOT_GET_AVMODES``, ``MOT_SET_AVMODES``, pages 53, 54.
 
         Errata ``apt-avmodes-decimal``, ``apt-req-avmodes-table-id``.
 
@@ -1916,8 +1923,8 @@ class WithButtonParams(Part):
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts; the
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; its scale depends on the stage on its controller.
-        :param time_out: How long both buttons are held to home, or one to store the present
-            position, in either mode; in counts of 1 ms; from 0 to 65535.
+        :param time_out: How long both buttons must be held to home, or one button to store the
+            present position; applies in either mode; in counts of 1 ms; from 0 to 65535.
         :param time_out_ms: ``time_out`` in ms; from 0 to 65535.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -1969,8 +1976,8 @@ class WithButtonParams(Part):
         :param position2: position of the bottom button; only in GO_TO_POSITION mode; in counts; the
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param position2_mm: ``position2`` in mm; its scale depends on the stage on its controller.
-        :param time_out: How long both buttons are held to home, or one to store the present
-            position, in either mode; in counts of 1 ms; from 0 to 65535.
+        :param time_out: How long both buttons must be held to home, or one button to store the
+            present position; applies in either mode; in counts of 1 ms; from 0 to 65535.
         :param time_out_ms: ``time_out`` in ms; from 0 to 65535.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
@@ -2005,8 +2012,8 @@ class WithMotEepromParams(Part):
     def set_eeprom_params(self, *, msg_id: int, timeout: float | None = None) -> None:
         """Set the parameters in EEPROM.
 
-        Saves the parameters that one message has set, in the EEPROM as the name says. All values
-        are written in one frame. ``MOT_SET_EEPROMPARAMS``, page 60.
+        Saves the parameters set by one message to the EEPROM, as the name implies. All values are
+        written in one frame. ``MOT_SET_EEPROMPARAMS``, page 60.
 
         :param msg_id: id of the message whose parameters are saved; from 0 to 65535.
         :param timeout: in seconds; by default the timeout of the device.
@@ -2062,8 +2069,8 @@ class WithPmdCurrentLoopParams(Part):
         PI current loop of the phase windings on the BBD controllers. All values are written in one
         frame. ``MOT_SET_PMDCURRENTLOOPPARAMS``, page 71.
 
-        Setting them starts no move; the currents of an enabled channel follow the new values at
-        once.
+        Setting them starts no move; the currents of an enabled channel follow the new values
+        immediately.
 
         :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
         :param kp_current: proportional gain; from 0 to 32767.
@@ -2109,8 +2116,8 @@ class WithPmdCurrentLoopParams(Part):
         the values that were written. ``MOT_REQ_PMDCURRENTLOOPPARAMS``,
         ``MOT_GET_PMDCURRENTLOOPPARAMS``, ``MOT_SET_PMDCURRENTLOOPPARAMS``, pages 71, 72.
 
-        Setting them starts no move; the currents of an enabled channel follow the new values at
-        once.
+        Setting them starts no move; the currents of an enabled channel follow the new values
+        immediately.
 
         Erratum ``apt-req-current-loop-table-id``.
 
@@ -2190,7 +2197,8 @@ class WithPmdPositionLoopParams(Part):
         PID position loop of the BBD controllers. All values are written in one frame.
         ``MOT_SET_PMDPOSITIONLOOPPARAMS``, page 61.
 
-        Setting them starts no move; a channel that holds its position uses the new values at once.
+        Setting them starts no move; a channel that holds its position uses the new values
+        immediately.
 
         Errata ``apt-pmdpositionloop-example-short``, ``apt-pos-err-lim-range``.
 
@@ -2199,7 +2207,7 @@ class WithPmdPositionLoopParams(Part):
         :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
             2147483647.
         :param differential: differential gain; from 0 to 32767.
-        :param kd_time_pos: The derivative term is computed once in this number of servo cycles; in
+        :param kd_time_pos: The derivative term is computed once in this many servo cycles; in
             counts of 512/5 us; from 1 to 32767.
         :param kd_time_pos_us: ``kd_time_pos`` in us; from 102.4 to 3355340.8.
         :param kout_pos: scales the output of the loop; in counts, 13107/20 per percent; from 0 to
@@ -2207,7 +2215,7 @@ class WithPmdPositionLoopParams(Part):
         :param kout_pos_percent: ``kout_pos`` in percent; from 0 to 100.
         :param kvff_pos: velocity feed-forward; from 0 to 32767.
         :param kaff_pos: acceleration feed-forward; from 0 to 32767.
-        :param pos_err_lim: A greater position error stops the axis and sets motion_error; the
+        :param pos_err_lim: A greater position error stops the axis and sets motion_error. The
             maximum is printed as 7FFFFFF; in counts; the scale to mm depends on the stage; from 0
             to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; its scale depends on the stage on its
@@ -2261,7 +2269,8 @@ class WithPmdPositionLoopParams(Part):
         written. ``MOT_REQ_PMDPOSITIONLOOPPARAMS``, ``MOT_GET_PMDPOSITIONLOOPPARAMS``,
         ``MOT_SET_PMDPOSITIONLOOPPARAMS``, pages 61, 63.
 
-        Setting them starts no move; a channel that holds its position uses the new values at once.
+        Setting them starts no move; a channel that holds its position uses the new values
+        immediately.
 
         Errata ``apt-pmdpositionloop-example-short``, ``apt-pos-err-lim-range``.
 
@@ -2270,7 +2279,7 @@ class WithPmdPositionLoopParams(Part):
         :param integral_limit: Cap on the integral sum; 0 switches the integral term off; from 0 to
             2147483647.
         :param differential: differential gain; from 0 to 32767.
-        :param kd_time_pos: The derivative term is computed once in this number of servo cycles; in
+        :param kd_time_pos: The derivative term is computed once in this many servo cycles; in
             counts of 512/5 us; from 1 to 32767.
         :param kd_time_pos_us: ``kd_time_pos`` in us; from 102.4 to 3355340.8.
         :param kout_pos: scales the output of the loop; in counts, 13107/20 per percent; from 0 to
@@ -2278,7 +2287,7 @@ class WithPmdPositionLoopParams(Part):
         :param kout_pos_percent: ``kout_pos`` in percent; from 0 to 100.
         :param kvff_pos: velocity feed-forward; from 0 to 32767.
         :param kaff_pos: acceleration feed-forward; from 0 to 32767.
-        :param pos_err_lim: A greater position error stops the axis and sets motion_error; the
+        :param pos_err_lim: A greater position error stops the axis and sets motion_error. The
             maximum is printed as 7FFFFFF; in counts; the scale to mm depends on the stage; from 0
             to 2147483647.
         :param pos_err_lim_mm: ``pos_err_lim`` in mm; its scale depends on the stage on its
@@ -2353,24 +2362,24 @@ class WithPmdMotorOutputParams(Part):
         Limits and bias of the motor drive signal. All values are written in one frame.
         ``MOT_SET_PMDMOTOROUTPUTPARAMS``, page 64.
 
-        Setting them changes the motor drive signal: the bias is output at once, and a lower limit
-        may let a load sink.
+        Setting them changes the motor drive signal: the bias is output immediately, and a lower
+        limit may let a load sink.
 
         Errata ``apt-motor-bias-range``, ``apt-motoroutput-example-energy``,
         ``apt-motoroutput-example-motor-limit``.
 
-        :param cont_current_lim: Continuous current as a share of the maximum peak current; the
-            maximum is set in the factory and cannot be changed; in counts, 32767/100 per percent;
-            from 0 to 32767.
+        :param cont_current_lim: Continuous current as a share of the maximum peak current, which is
+            set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
+            32767.
         :param cont_current_lim_percent: ``cont_current_lim`` in percent; from 0 to 100.
-        :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which
-            the current is held to cont_current_lim and motor_current_limit is set, until the energy
-            is down to 0 again; in counts, 32767/100 per percent; from 0 to 32767.
+        :param energy_lim: Accumulated excess energy as a share of the factory maximum. Above it,
+            the current is held to cont_current_lim and motor_current_limit is set until the energy
+            has dropped to 0; in counts, 32767/100 per percent; from 0 to 32767.
         :param energy_lim_percent: ``energy_lim`` in percent; from 0 to 100.
-        :param motor_lim: the drive signal is cut to plus or minus this; in counts, 32767/100 per
-            percent; from 0 to 32767.
+        :param motor_lim: the drive signal is limited to plus or minus this value; in counts,
+            32767/100 per percent; from 0 to 32767.
         :param motor_lim_percent: ``motor_lim`` in percent; from 0 to 100.
-        :param motor_bias: Constant added to the output against a constant force such as gravity;
+        :param motor_bias: Constant added to the output to counter a constant force such as gravity;
             applied while the position loop is on; from -32767 to 32767; by default 0.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -2411,24 +2420,24 @@ class WithPmdMotorOutputParams(Part):
         written. ``MOT_REQ_PMDMOTOROUTPUTPARAMS``, ``MOT_GET_PMDMOTOROUTPUTPARAMS``,
         ``MOT_SET_PMDMOTOROUTPUTPARAMS``, pages 64, 65.
 
-        Setting them changes the motor drive signal: the bias is output at once, and a lower limit
-        may let a load sink.
+        Setting them changes the motor drive signal: the bias is output immediately, and a lower
+        limit may let a load sink.
 
         Errata ``apt-motor-bias-range``, ``apt-motoroutput-example-energy``,
         ``apt-motoroutput-example-motor-limit``.
 
-        :param cont_current_lim: Continuous current as a share of the maximum peak current; the
-            maximum is set in the factory and cannot be changed; in counts, 32767/100 per percent;
-            from 0 to 32767.
+        :param cont_current_lim: Continuous current as a share of the maximum peak current, which is
+            set in the factory and cannot be changed; in counts, 32767/100 per percent; from 0 to
+            32767.
         :param cont_current_lim_percent: ``cont_current_lim`` in percent; from 0 to 100.
-        :param energy_lim: Accumulated excess energy, as a share of the factory maximum, above which
-            the current is held to cont_current_lim and motor_current_limit is set, until the energy
-            is down to 0 again; in counts, 32767/100 per percent; from 0 to 32767.
+        :param energy_lim: Accumulated excess energy as a share of the factory maximum. Above it,
+            the current is held to cont_current_lim and motor_current_limit is set until the energy
+            has dropped to 0; in counts, 32767/100 per percent; from 0 to 32767.
         :param energy_lim_percent: ``energy_lim`` in percent; from 0 to 100.
-        :param motor_lim: the drive signal is cut to plus or minus this; in counts, 32767/100 per
-            percent; from 0 to 32767.
+        :param motor_lim: the drive signal is limited to plus or minus this value; in counts,
+            32767/100 per percent; from 0 to 32767.
         :param motor_lim_percent: ``motor_lim`` in percent; from 0 to 100.
-        :param motor_bias: Constant added to the output against a constant force such as gravity;
+        :param motor_bias: Constant added to the output to counter a constant force such as gravity;
             applied while the position loop is on; from -32767 to 32767; by default 0.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
@@ -2468,10 +2477,10 @@ class WithPmdTrackSettleParams(Part):
     ) -> v.PmdTrackSettleParams:
         """Read the tracking and settling parameters.
 
-        When an axis counts as settled and as tracking. A move ends only when the axis has settled,
-        so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it with
-        the profile. ``MOT_REQ_PMDTRACKSETTLEPARAMS``, ``MOT_GET_PMDTRACKSETTLEPARAMS``, pages 66,
-        68.
+        Conditions under which an axis counts as settled and as tracking. A move ends only when the
+        axis has settled, so a window that the loop cannot reach delays the end forever. A settle
+        time of 0 ends the move with the profile. ``MOT_REQ_PMDTRACKSETTLEPARAMS``,
+        ``MOT_GET_PMDTRACKSETTLEPARAMS``, pages 66, 68.
 
         Erratum ``apt-contents-get-tracksettle-id``.
 
@@ -2495,10 +2504,10 @@ class WithPmdTrackSettleParams(Part):
     ) -> None:
         """Set the tracking and settling parameters.
 
-        When an axis counts as settled and as tracking. A move ends only when the axis has settled,
-        so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it with
-        the profile. All values are written in one frame. ``MOT_SET_PMDTRACKSETTLEPARAMS``, pages
-        66, 67.
+        Conditions under which an axis counts as settled and as tracking. A move ends only when the
+        axis has settled, so a window that the loop cannot reach delays the end forever. A settle
+        time of 0 ends the move with the profile. All values are written in one frame.
+        ``MOT_SET_PMDTRACKSETTLEPARAMS``, pages 66, 67.
 
         Errata ``apt-tracksettle-example-long``, ``apt-tracksettle-example-percentages``.
 
@@ -2544,11 +2553,11 @@ class WithPmdTrackSettleParams(Part):
     ) -> v.PmdTrackSettleParams:
         """Change the tracking and settling parameters.
 
-        When an axis counts as settled and as tracking. A move ends only when the axis has settled,
-        so a window that the loop cannot reach holds it up for ever; a settle time of 0 ends it with
-        the profile. Reads the current values, changes those that are given, and writes all of them
-        in one frame, under one lock. Returns the values that were written.
-        ``MOT_REQ_PMDTRACKSETTLEPARAMS``, ``MOT_GET_PMDTRACKSETTLEPARAMS``,
+        Conditions under which an axis counts as settled and as tracking. A move ends only when the
+        axis has settled, so a window that the loop cannot reach delays the end forever. A settle
+        time of 0 ends the move with the profile. Reads the current values, changes those that are
+        given, and writes all of them in one frame, under one lock. Returns the values that were
+        written. ``MOT_REQ_PMDTRACKSETTLEPARAMS``, ``MOT_GET_PMDTRACKSETTLEPARAMS``,
         ``MOT_SET_PMDTRACKSETTLEPARAMS``, pages 66, 67, 68.
 
         Errata ``apt-contents-get-tracksettle-id``, ``apt-tracksettle-example-long``,
@@ -2695,8 +2704,8 @@ class WithPmdSettledCurrentLoopParams(Part):
     ) -> v.PmdSettledCurrentLoopParams:
         """Read the current loop parameters of a settled axis.
 
-        Current loop settings that apply only while the axis is settled, against noise and vibration
-        at the demanded position. ``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS``,
+        Current loop settings that apply only while the axis is settled, to reduce noise and
+        vibration at the demanded position. ``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS``,
         ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``, pages 73, 74.
 
         Erratum ``apt-req-settled-current-loop-table-id``.
@@ -2721,8 +2730,8 @@ class WithPmdSettledCurrentLoopParams(Part):
     ) -> None:
         """Set the current loop parameters of a settled axis.
 
-        Current loop settings that apply only while the axis is settled, against noise and vibration
-        at the demanded position. All values are written in one frame.
+        Current loop settings that apply only while the axis is settled, to reduce noise and
+        vibration at the demanded position. All values are written in one frame.
         ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, page 73.
 
         :param phase: :class:`~.CurrentPhase`: PHASEA (0), PHASEB (1), PHASEA_AND_B (2).
@@ -2765,9 +2774,9 @@ class WithPmdSettledCurrentLoopParams(Part):
     ) -> v.PmdSettledCurrentLoopParams:
         """Change the current loop parameters of a settled axis.
 
-        Current loop settings that apply only while the axis is settled, against noise and vibration
-        at the demanded position. Reads the current values, changes those that are given, and writes
-        all of them in one frame, under one lock. Returns the values that were written.
+        Current loop settings that apply only while the axis is settled, to reduce noise and
+        vibration at the demanded position. Reads the current values, changes those that are given,
+        and writes all of them in one frame, under one lock. Returns the values that were written.
         ``MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS``, ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS``,
         ``MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS``, pages 73, 74.
 
@@ -2815,7 +2824,7 @@ class WithPmdStageAxisParams(Part):
         """Read the stage axis parameters.
 
         Data of the stage that the controller drives. Most of it is fixed; a set can only raise the
-        minimum and lower the maximum position, to shorten the travel.
+        minimum and lower the maximum position to shorten the travel.
         ``MOT_REQ_PMDSTAGEAXISPARAMS``, ``MOT_GET_PMDSTAGEAXISPARAMS``, page 75.
 
         Errata ``apt-stage-id-order``, ``apt-stageaxis-example-addresses``,
@@ -2852,7 +2861,7 @@ class WithPmdStageAxisParams(Part):
         """Set the stage axis parameters.
 
         Data of the stage that the controller drives. Most of it is fixed; a set can only raise the
-        minimum and lower the maximum position, to shorten the travel. All values are written in one
+        minimum and lower the maximum position to shorten the travel. All values are written in one
         frame. ``MOT_SET_PMDSTAGEAXISPARAMS``, page 75.
 
         :param stage_id: stage and axis; :class:`~.StageAxis`: MLS203_X_AXIS (0x10), MLS203_Y_AXIS
@@ -2867,17 +2876,17 @@ class WithPmdStageAxisParams(Part):
         :param max_pos: maximum position in encoder counts; a set can only lower it; in counts; the
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param max_pos_mm: ``max_pos`` in mm; its scale depends on the stage on its controller.
-        :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
-            numbers are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
-            -2147483648 to 2147483647.
+        :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in
+            the example are those times 65536; in counts; the scale to mm/s^2 depends on the stage;
+            from -2147483648 to 2147483647.
         :param max_accn_mm_per_s2: ``max_accn`` in mm/s^2; its scale depends on the stage on its
             controller.
-        :param max_dec: maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2
+        :param max_dec: maximum deceleration; same scale as max_accn; in counts; the scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param max_dec_mm_per_s2: ``max_dec`` in mm/s^2; its scale depends on the stage on its
             controller.
-        :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
-            times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+        :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is
+            that times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
             2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; its scale depends on the stage on its
             controller.
@@ -2932,7 +2941,7 @@ class WithPmdStageAxisParams(Part):
         """Change the stage axis parameters.
 
         Data of the stage that the controller drives. Most of it is fixed; a set can only raise the
-        minimum and lower the maximum position, to shorten the travel. Reads the current values,
+        minimum and lower the maximum position to shorten the travel. Reads the current values,
         changes those that are given, and writes all of them in one frame, under one lock. Returns
         the values that were written. ``MOT_REQ_PMDSTAGEAXISPARAMS``,
         ``MOT_GET_PMDSTAGEAXISPARAMS``, ``MOT_SET_PMDSTAGEAXISPARAMS``, page 75.
@@ -2953,17 +2962,17 @@ class WithPmdStageAxisParams(Part):
         :param max_pos: maximum position in encoder counts; a set can only lower it; in counts; the
             scale to mm depends on the stage; from -2147483648 to 2147483647.
         :param max_pos_mm: ``max_pos`` in mm; its scale depends on the stage on its controller.
-        :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the example's
-            numbers are those times 65536; in counts; the scale to mm/s^2 depends on the stage; from
-            -2147483648 to 2147483647.
+        :param max_accn: Maximum acceleration. Printed as counts per cycle per cycle; the numbers in
+            the example are those times 65536; in counts; the scale to mm/s^2 depends on the stage;
+            from -2147483648 to 2147483647.
         :param max_accn_mm_per_s2: ``max_accn`` in mm/s^2; its scale depends on the stage on its
             controller.
-        :param max_dec: maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2
+        :param max_dec: maximum deceleration; same scale as max_accn; in counts; the scale to mm/s^2
             depends on the stage; from -2147483648 to 2147483647.
         :param max_dec_mm_per_s2: ``max_dec`` in mm/s^2; its scale depends on the stage on its
             controller.
-        :param max_vel: Maximum velocity. Printed as counts per cycle; the example's number is that
-            times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
+        :param max_vel: Maximum velocity. Printed as counts per cycle; the number in the example is
+            that times 65536; in counts; the scale to mm/s depends on the stage; from -2147483648 to
             2147483647.
         :param max_vel_mm_per_s: ``max_vel`` in mm/s; its scale depends on the stage on its
             controller.

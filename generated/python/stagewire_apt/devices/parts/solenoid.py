@@ -44,8 +44,8 @@ class WithSolOperatingMode(Part):
         Operating mode of the solenoid driver. All values are written in one frame.
         ``MOT_SET_SOL_OPERATINGMODE``, page 85.
 
-        Setting it gives control of the solenoid to another source, such as the trigger input, which
-        may open it at once.
+        Setting it transfers control of the solenoid to another source, such as the trigger input,
+        which may open it immediately.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -74,8 +74,8 @@ class WithSolOperatingMode(Part):
         written. ``MOT_REQ_SOL_OPERATINGMODE``, ``MOT_GET_SOL_OPERATINGMODE``,
         ``MOT_SET_SOL_OPERATINGMODE``, pages 85, 86.
 
-        Setting it gives control of the solenoid to another source, such as the trigger input, which
-        may open it at once.
+        Setting it transfers control of the solenoid to another source, such as the trigger input,
+        which may open it immediately.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -105,7 +105,7 @@ class WithSolCycleParams(Part):
     def get_sol_cycle_params(self, *, timeout: float | None = None) -> v.SolCycleParams:
         """Read the solenoid cycle parameters.
 
-        Times and number of cycles for every operating mode but the manual one.
+        Times and number of cycles for every operating mode except the manual one.
         ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, pages 87, 88.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -127,10 +127,10 @@ class WithSolCycleParams(Part):
     ) -> None:
         """Set the solenoid cycle parameters.
 
-        Times and number of cycles for every operating mode but the manual one. All values are
+        Times and number of cycles for every operating mode except the manual one. All values are
         written in one frame. ``MOT_SET_SOL_CYCLEPARAMS``, page 87.
 
-        Setting them opens nothing; cycles that are running may use the new times.
+        Setting them opens nothing; running cycles may use the new times.
 
         Erratum ``apt-sol-numcycles-trigger``.
 
@@ -139,8 +139,8 @@ class WithSolCycleParams(Part):
         :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to
             40000000.
         :param off_time_ms: ``off_time`` in ms; from 100 to 10000000.
-        :param num_cycles: 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however,
-            has SOLENOID_TRIGGER use it; from 0 to 1000000.
+        :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
+            SOLENOID_TRIGGER uses it according to page 85; from 0 to 1000000.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
         :raises OutOfRangeError: if a value is out of range; nothing is sent.
@@ -171,12 +171,12 @@ class WithSolCycleParams(Part):
     ) -> v.SolCycleParams:
         """Change the solenoid cycle parameters.
 
-        Times and number of cycles for every operating mode but the manual one. Reads the current
+        Times and number of cycles for every operating mode except the manual one. Reads the current
         values, changes those that are given, and writes all of them in one frame, under one lock.
         Returns the values that were written. ``MOT_REQ_SOL_CYCLEPARAMS``,
         ``MOT_GET_SOL_CYCLEPARAMS``, ``MOT_SET_SOL_CYCLEPARAMS``, pages 87, 88.
 
-        Setting them opens nothing; cycles that are running may use the new times.
+        Setting them opens nothing; running cycles may use the new times.
 
         Erratum ``apt-sol-numcycles-trigger``.
 
@@ -185,8 +185,8 @@ class WithSolCycleParams(Part):
         :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to
             40000000.
         :param off_time_ms: ``off_time`` in ms; from 100 to 10000000.
-        :param num_cycles: 0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however,
-            has SOLENOID_TRIGGER use it; from 0 to 1000000.
+        :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
+            SOLENOID_TRIGGER uses it according to page 85; from 0 to 1000000.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if no value is known for a field; nothing is written.
         :raises OutOfRangeError: if a value is out of range, also one that was only read; nothing is
@@ -240,7 +240,7 @@ class WithSolInterlockMode(Part):
         Whether the hardware interlock must be fitted before the driver operates. All values are
         written in one frame. ``MOT_SET_SOL_INTERLOCKMODE``, page 89.
 
-        SOLENOID_DISABLED removes the protection that keeps the solenoid from opening.
+        SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -269,7 +269,7 @@ class WithSolInterlockMode(Part):
         Returns the values that were written. ``MOT_REQ_SOL_INTERLOCKMODE``,
         ``MOT_GET_SOL_INTERLOCKMODE``, ``MOT_SET_SOL_INTERLOCKMODE``, pages 89, 90.
 
-        SOLENOID_DISABLED removes the protection that keeps the solenoid from opening.
+        SOLENOID_DISABLED removes the protection that prevents the solenoid from opening.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -298,8 +298,8 @@ class WithSolState(Part):
     def get_sol_state(self, *, timeout: float | None = None) -> v.SolState:
         """Read the solenoid state.
 
-        Output state of the solenoid; a set overrides the settings in force. ``MOT_REQ_SOL_STATE``,
-        ``MOT_GET_SOL_STATE``, pages 91, 92.
+        Output state of the solenoid; setting it overrides the active settings.
+        ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``, pages 91, 92.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -316,8 +316,8 @@ class WithSolState(Part):
     ) -> None:
         """Set the solenoid state.
 
-        Output state of the solenoid; a set overrides the settings in force. All values are written
-        in one frame. ``MOT_SET_SOL_STATE``, page 91.
+        Output state of the solenoid; setting it overrides the active settings. All values are
+        written in one frame. ``MOT_SET_SOL_STATE``, page 91.
 
         Erratum ``apt-four-bit-integer``.
 
@@ -340,7 +340,7 @@ class WithSolState(Part):
     ) -> v.SolState:
         """Change the solenoid state.
 
-        Output state of the solenoid; a set overrides the settings in force. Reads the current
+        Output state of the solenoid; setting it overrides the active settings. Reads the current
         values, changes those that are given, and writes all of them in one frame, under one lock.
         Returns the values that were written. ``MOT_REQ_SOL_STATE``, ``MOT_GET_SOL_STATE``,
         ``MOT_SET_SOL_STATE``, pages 91, 92.

@@ -15,7 +15,7 @@ __all__ = ["ChanEnableState", "DigOutputs", "HubBayUsed", "Info", "RackBayUsed",
 class Info(Values[m.HwGetInfo]):
     """The hardware information, as ``HW_GET_INFO`` reports them.
 
-    Identity of the unit; serial number, model, type, firmware version and number of channels. Page
+    Identity of the unit: serial number, model, type, firmware version and number of channels. Page
     21.
     """
 
@@ -24,7 +24,7 @@ class Info(Values[m.HwGetInfo]):
     model_number = RawText("model_number")
     """Alphanumeric model number; text of at most 8 characters."""
     type = Named("type", e.HardwareType)
-    """The document lists two of the values in use; :class:`~.HardwareType`; from 0 to 65535."""
+    """The document lists only two of the values in use; :class:`~.HardwareType`; from 0 to 65535."""
     software_version = RawBytes("software_version")
     """Minor, interim and major revision; the fourth byte is unused; 4 bytes."""
     notes = RawText("notes")
@@ -48,7 +48,7 @@ class RackBayUsed(Values[m.RackGetBayUsed]):
 class HubBayUsed(Values[m.HubGetBayUsed]):
     """The hub bay of the unit, as ``HUB_GET_BAYUSED`` reports them.
 
-    Bay of the hub in which the addressed T-Cube is fitted. Page 24.
+    Bay of the hub that holds the addressed T-Cube. Page 24.
     """
 
     bay_ident = Named("bay_ident", e.HubBay)
@@ -71,11 +71,11 @@ class RackStatusBits(Values[m.RackGetStatusBits]):
     """The rack status bits, as ``RACK_GET_STATUSBITS`` reports them.
 
     Digital inputs of the USER IO connector on the rear panel. Only for the MMR rack and for card
-    slot controllers with two or three channels such as the BSC103 and BPC202. Page 25.
+    slot controllers with two or three channels, such as the BSC103 and BPC202. Page 25.
     """
 
     status_bits = Bits("status_bits", f.RackStatusBits)
-    """What further bits mean depends on the controller; :class:`~.RackStatusBits`; from 0 to
+    """The meaning of further bits depends on the controller; :class:`~.RackStatusBits`; from 0 to
     4294967295."""
 
 
@@ -83,7 +83,7 @@ class DigOutputs(Values[m.RackGetDigOutputs]):
     """The digital outputs of the rack, as ``RACK_GET_DIGOUTPUTS`` reports them.
 
     Digital outputs of the USER IO connector on the rear panel. Only for MMR rack modules and for
-    card slot controllers with two or three channels such as the BSC103 and BPC202. Page 26.
+    card slot controllers with two or three channels, such as the BSC103 and BPC202. Page 26.
     """
 
     dig_op = Bits("dig_op", f.RackDigitalOutputs)

@@ -43,8 +43,8 @@ __all__ = [
 class EncCounter(Values[m.MotGetEncCounter]):
     """The encoder counter, as ``MOT_GET_ENCCOUNTER`` reports them.
 
-    Encoder count. Rarely set on brushless DC controllers, where homing after power-up makes the
-    counter show the true position. Page 29.
+    Encoder count. Rarely set on brushless DC controllers, where homing after power-up sets the
+    counter to the true position. Page 29.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -58,8 +58,8 @@ class EncCounter(Values[m.MotGetEncCounter]):
 class PosCounter(Values[m.MotGetPosCounter]):
     """The position counter, as ``MOT_GET_POSCOUNTER`` reports them.
 
-    Live position count. Rarely set on brushless DC controllers, where homing after power-up makes
-    the counter show the true position. Page 28.
+    Live position count. Rarely set on brushless DC controllers, where homing after power-up sets
+    the counter to the true position. Page 28.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -73,14 +73,14 @@ class PosCounter(Values[m.MotGetPosCounter]):
 class VelParams(Values[m.MotGetVelParams]):
     """The velocity parameters, as ``MOT_GET_VELPARAMS`` reports them.
 
-    Trapezoidal velocity profile of one channel; micro-steps on stepper controllers, encoder counts
-    on DC servos. Pages 30, 31.
+    Trapezoidal velocity profile of one channel, in micro-steps on stepper controllers and encoder
+    counts on DC servos. Pages 30, 31.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     min_velocity = Raw("min_velocity")
-    """Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage; from
+    """Start velocity; currently always zero; in counts; the scale to mm/s depends on the stage; from
     -2147483648 to 2147483647; by default 0."""
     min_velocity_mm_per_s = InUnits("min_velocity", "velocity", "mm/s")
     """``min_velocity`` in mm/s; its scale depends on the stage on its controller."""
@@ -110,7 +110,7 @@ class JogParams(Values[m.MotGetJogParams]):
     step_size_mm = InUnits("jog_step_size", "position", "mm")
     """``jog_step_size`` in mm; its scale depends on the stage on its controller."""
     jog_min_velocity = Raw("jog_min_velocity")
-    """Start velocity; always zero at present; in counts; the scale to mm/s depends on the stage; from
+    """Start velocity; currently always zero; in counts; the scale to mm/s depends on the stage; from
     -2147483648 to 2147483647; by default 0."""
     min_velocity_mm_per_s = InUnits("jog_min_velocity", "velocity", "mm/s")
     """``jog_min_velocity`` in mm/s; its scale depends on the stage on its controller."""
@@ -136,41 +136,41 @@ class LimSwitchParams(Values[m.MotGetLimSwitchParams]):
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     cw_hard_limit = Named("cw_hard_limit", e.HardLimit)
-    """Clockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; from 0 to 65535."""
+    """Clockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`; from 0 to 65535."""
     ccw_hard_limit = Named("ccw_hard_limit", e.HardLimit)
-    """Counterclockwise switch; may carry the SWAPPED bit; :class:`~.HardLimit`; from 0 to 65535."""
+    """Counterclockwise switch; may include the SWAPPED bit; :class:`~.HardLimit`; from 0 to 65535."""
     cw_soft_limit = Raw("cw_soft_limit")
-    """Clockwise limit in position steps. The page takes 134218 per mm for it, which is the MLS203's
-    factor for velocities; in counts; the scale to mm depends on the stage; from 0 to 4294967295."""
+    """Clockwise limit in position steps. The page uses 134218 per mm, which is the MLS203's velocity
+    factor; in counts; the scale to mm depends on the stage; from 0 to 4294967295."""
     cw_soft_limit_mm = InUnits("cw_soft_limit", "position", "mm")
     """``cw_soft_limit`` in mm; its scale depends on the stage on its controller."""
     ccw_soft_limit = Raw("ccw_soft_limit")
-    """Counterclockwise limit; scaled as the clockwise one; in counts; the scale to mm depends on the
-    stage; from -2147483648 to 2147483647."""
+    """Counterclockwise limit; same scale as the clockwise one; in counts; the scale to mm depends on
+    the stage; from -2147483648 to 2147483647."""
     ccw_soft_limit_mm = InUnits("ccw_soft_limit", "position", "mm")
     """``ccw_soft_limit`` in mm; its scale depends on the stage on its controller."""
     software_limit_mode = Named("software_limit_mode", e.SoftwareLimitMode)
-    """May carry the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; from 0 to 65535."""
+    """May include the ROTATION_STAGE bit; :class:`~.SoftwareLimitMode`; from 0 to 65535."""
 
 
 class MotStatusBits(Values[m.MotGetStatusBits]):
     """The motor status bits, as ``MOT_GET_STATUSBITS`` reports them.
 
-    Status bits alone, without position and velocity. Page 81.
+    Status bits without position and velocity. Page 81.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     status_bits = Bits("status_bits", f.DcStatusBits)
-    """The bits of MOT_GET_DCSTATUSUPDATE on every unit, as page 81 says. On steppers rely only on the
-    bits that MOT_GET_STATUSUPDATE has under the same names: page 77 gives bit 12 another meaning;
-    :class:`~.DcStatusBits`; from 0 to 4294967295."""
+    """The bits of MOT_GET_DCSTATUSUPDATE on every unit, according to page 81. On steppers, rely only
+    on the bits that MOT_GET_STATUSUPDATE has under the same names: page 77 gives bit 12 another
+    meaning; :class:`~.DcStatusBits`; from 0 to 4294967295."""
 
 
 class GenMoveParams(Values[m.MotGetGenMoveParams]):
     """The general move parameters, as ``MOT_GET_GENMOVEPARAMS`` reports them.
 
-    General move settings; at present only the backlash distance. Page 34.
+    General move settings; currently only the backlash distance. Page 34.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -185,16 +185,17 @@ class GenMoveParams(Values[m.MotGetGenMoveParams]):
 class HomeParams(Values[m.MotGetHomeParams]):
     """The homing parameters, as ``MOT_GET_HOMEPARAMS`` reports them.
 
-    Homing settings of a channel; they belong to the stage, and the MLS203 uses the velocity only.
-    Pages 37, 38.
+    Homing settings of a channel. They belong to the stage; the MLS203 uses only the velocity. Pages
+    37, 38.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     home_direction = Raw("home_direction")
-    """Ignored for the MLS203, which homes in positive direction; no values are given; from 0 to 65535."""
+    """Ignored for the MLS203, which homes in the positive direction; no values are documented; from 0
+    to 65535."""
     limit_switch = Raw("limit_switch")
-    """Ignored for the MLS203, which homes without limit switches; no values are given; from 0 to
+    """Ignored for the MLS203, which homes without limit switches; no values are documented; from 0 to
     65535."""
     home_velocity = Raw("home_velocity")
     """In counts; the scale to mm/s depends on the stage; from 0 to 4294967295."""
@@ -210,7 +211,7 @@ class HomeParams(Values[m.MotGetHomeParams]):
 class MoveRelParams(Values[m.MotGetMoveRelParams]):
     """The stored relative distance, as ``MOT_GET_MOVERELPARAMS`` reports them.
 
-    Distance that the controller stores for the next relative move started with the short
+    Distance that the controller stores for the next relative move started with the short form of
     MOT_MOVE_RELATIVE. Page 35.
     """
 
@@ -225,7 +226,7 @@ class MoveRelParams(Values[m.MotGetMoveRelParams]):
 class MoveAbsParams(Values[m.MotGetMoveAbsParams]):
     """The stored absolute position, as ``MOT_GET_MOVEABSPARAMS`` reports them.
 
-    Position that the controller stores for the next absolute move started with the short
+    Position that the controller stores for the next absolute move started with the short form of
     MOT_MOVE_ABSOLUTE. Page 36.
     """
 
@@ -240,8 +241,8 @@ class MoveAbsParams(Values[m.MotGetMoveAbsParams]):
 class MoveCompletedDc(Values[m.MotMoveCompletedDc]):
     """Values of ``MOT_MOVE_COMPLETED``.
 
-    A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
-    the channel at that moment. Page 44.
+    Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+    the status of the channel at that moment. Page 44.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -263,8 +264,8 @@ class MoveCompletedDc(Values[m.MotMoveCompletedDc]):
 class MoveCompletedStepper(Values[m.MotMoveCompletedStepper]):
     """Values of ``MOT_MOVE_COMPLETED``.
 
-    A relative, absolute, jog or constant-velocity move has ended; the data packet is the status of
-    the channel at that moment. Page 44.
+    Reports that a relative, absolute, jog or constant-velocity move has ended; the data packet is
+    the status of the channel at that moment. Page 44.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -286,8 +287,8 @@ class MoveCompletedStepper(Values[m.MotMoveCompletedStepper]):
 class MoveStoppedDc(Values[m.MotMoveStoppedDc]):
     """Values of ``MOT_MOVE_STOPPED``.
 
-    A stop command has brought the channel to rest; the data packet is the status of the channel at
-    that moment. Page 50.
+    Reports that a stop command has brought the channel to rest; the data packet is the status of
+    the channel at that moment. Page 50.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -309,8 +310,8 @@ class MoveStoppedDc(Values[m.MotMoveStoppedDc]):
 class MoveStoppedStepper(Values[m.MotMoveStoppedStepper]):
     """Values of ``MOT_MOVE_STOPPED``.
 
-    A stop command has brought the channel to rest; the data packet is the status of the channel at
-    that moment. Page 50.
+    Reports that a stop command has brought the channel to rest; the data packet is the status of
+    the channel at that moment. Page 50.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -378,8 +379,8 @@ class DcStatusUpdate(Values[m.MotGetDcStatusUpdate]):
 class DcPidParams(Values[m.MotGetDcPidParams]):
     """The DC servo PID parameters, as ``MOT_GET_DCPIDPARAMS`` reports them.
 
-    Position loop of LM628/629 based DC servo controllers, so far the TDC001 only; the data sheet of
-    that chip has the details. Pages 51, 52.
+    Position loop of LM628/629 based DC servo controllers, so far only the TDC001. See the data
+    sheet of that chip for details. Pages 51, 52.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -393,8 +394,8 @@ class DcPidParams(Values[m.MotGetDcPidParams]):
     integral_limit = Raw("integral_limit")
     """Cap on the integral sum; 0 switches the integral term off; from 0 to 32767."""
     filter_control = Raw("filter_control")
-    """One bit for each of the four parameters above, set if it is applied; the document does not say
-    which bit belongs to which; from 0 to 65535; by default 15."""
+    """One bit for each of the four parameters above, set if the parameter is applied. The document
+    does not say which bit belongs to which parameter; from 0 to 65535; by default 15."""
 
 
 class PotParams(Values[m.MotGetPotParams]):
@@ -440,8 +441,8 @@ class PotParams(Values[m.MotGetPotParams]):
 class AvModes(Values[m.MotGetAvModes]):
     """The keypad LED modes, as ``MOT_GET_AVMODES`` reports them.
 
-    Events that the LED on the control keypad shows, for rooms where stray light disturbs. Pages 53,
-    54.
+    Events that the LED on the control keypad shows, for rooms where stray light is a problem. Pages
+    53, 54.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -471,8 +472,8 @@ class ButtonParams(Values[m.MotGetButtonParams]):
     position2_mm = InUnits("position2", "position", "mm")
     """``position2`` in mm; its scale depends on the stage on its controller."""
     time_out = Raw("time_out")
-    """How long both buttons are held to home, or one to store the present position, in either mode; in
-    counts of 1 ms; from 0 to 65535."""
+    """How long both buttons must be held to home, or one button to store the present position; applies
+    in either mode; in counts of 1 ms; from 0 to 65535."""
     time_out_ms = InUnits("time_out", "milliseconds", "ms")
     """``time_out`` in ms; from 0 to 65535."""
 
@@ -516,8 +517,8 @@ class PmdPositionLoopParams(Values[m.MotGetPmdPositionLoopParams]):
     differential = Raw("differential")
     """Differential gain; from 0 to 32767."""
     kd_time_pos = Raw("kd_time_pos")
-    """The derivative term is computed once in this number of servo cycles; in counts of 512/5 us; from
-    1 to 32767."""
+    """The derivative term is computed once in this many servo cycles; in counts of 512/5 us; from 1 to
+    32767."""
     kd_time_pos_us = InUnits("kd_time_pos", "servo_cycles", "us")
     """``kd_time_pos`` in us; from 102.4 to 3355340.8."""
     kout_pos = Raw("kout_pos")
@@ -529,7 +530,7 @@ class PmdPositionLoopParams(Values[m.MotGetPmdPositionLoopParams]):
     kaff_pos = Raw("kaff_pos")
     """Acceleration feed-forward; from 0 to 32767."""
     pos_err_lim = Raw("pos_err_lim")
-    """A greater position error stops the axis and sets motion_error; the maximum is printed as
+    """A greater position error stops the axis and sets motion_error. The maximum is printed as
     7FFFFFF; in counts; the scale to mm depends on the stage; from 0 to 2147483647."""
     pos_err_lim_mm = InUnits("pos_err_lim", "position", "mm")
     """``pos_err_lim`` in mm; its scale depends on the stage on its controller."""
@@ -544,32 +545,32 @@ class PmdMotorOutputParams(Values[m.MotGetPmdMotorOutputParams]):
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     cont_current_lim = Raw("cont_current_lim")
-    """Continuous current as a share of the maximum peak current; the maximum is set in the factory and
+    """Continuous current as a share of the maximum peak current, which is set in the factory and
     cannot be changed; in counts, 32767/100 per percent; from 0 to 32767."""
     cont_current_lim_percent = InUnits("cont_current_lim", "share_32767", "percent")
     """``cont_current_lim`` in percent; from 0 to 100."""
     energy_lim = Raw("energy_lim")
-    """Accumulated excess energy, as a share of the factory maximum, above which the current is held to
-    cont_current_lim and motor_current_limit is set, until the energy is down to 0 again; in counts,
+    """Accumulated excess energy as a share of the factory maximum. Above it, the current is held to
+    cont_current_lim and motor_current_limit is set until the energy has dropped to 0; in counts,
     32767/100 per percent; from 0 to 32767."""
     energy_lim_percent = InUnits("energy_lim", "share_32767", "percent")
     """``energy_lim`` in percent; from 0 to 100."""
     motor_lim = Raw("motor_lim")
-    """The drive signal is cut to plus or minus this; in counts, 32767/100 per percent; from 0 to
-    32767."""
+    """The drive signal is limited to plus or minus this value; in counts, 32767/100 per percent; from
+    0 to 32767."""
     motor_lim_percent = InUnits("motor_lim", "share_32767", "percent")
     """``motor_lim`` in percent; from 0 to 100."""
     motor_bias = Raw("motor_bias")
-    """Constant added to the output against a constant force such as gravity; applied while the
+    """Constant added to the output to counter a constant force such as gravity; applied while the
     position loop is on; from -32767 to 32767; by default 0."""
 
 
 class PmdTrackSettleParams(Values[m.MotGetPmdTrackSettleParams]):
     """The tracking and settling parameters, as ``MOT_GET_PMDTRACKSETTLEPARAMS`` reports them.
 
-    When an axis counts as settled and as tracking. A move ends only when the axis has settled, so a
-    window that the loop cannot reach holds it up for ever; a settle time of 0 ends it with the
-    profile. Pages 66, 68.
+    Conditions under which an axis counts as settled and as tracking. A move ends only when the axis
+    has settled, so a window that the loop cannot reach delays the end forever. A settle time of 0
+    ends the move with the profile. Pages 66, 68.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -610,8 +611,8 @@ class PmdProfileModeParams(Values[m.MotGetPmdProfileModeParams]):
 class PmdSettledCurrentLoopParams(Values[m.MotGetPmdSettledCurrentLoopParams]):
     """The current loop parameters of a settled axis, as ``MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS`` reports them.
 
-    Current loop settings that apply only while the axis is settled, against noise and vibration at
-    the demanded position. Pages 73, 74.
+    Current loop settings that apply only while the axis is settled, to reduce noise and vibration
+    at the demanded position. Pages 73, 74.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -634,7 +635,7 @@ class PmdStageAxisParams(Values[m.MotGetPmdStageAxisParams]):
     """The stage axis parameters, as ``MOT_GET_PMDSTAGEAXISPARAMS`` reports them.
 
     Data of the stage that the controller drives. Most of it is fixed; a set can only raise the
-    minimum and lower the maximum position, to shorten the travel. Page 75.
+    minimum and lower the maximum position to shorten the travel. Page 75.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -660,18 +661,18 @@ class PmdStageAxisParams(Values[m.MotGetPmdStageAxisParams]):
     max_pos_mm = InUnits("max_pos", "position", "mm")
     """``max_pos`` in mm; its scale depends on the stage on its controller."""
     max_accn = Raw("max_accn")
-    """Maximum acceleration. Printed as counts per cycle per cycle; the example's numbers are those
-    times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
+    """Maximum acceleration. Printed as counts per cycle per cycle; the numbers in the example are
+    those times 65536; in counts; the scale to mm/s^2 depends on the stage; from -2147483648 to
     2147483647."""
     max_accn_mm_per_s2 = InUnits("max_accn", "acceleration", "mm/s^2")
     """``max_accn`` in mm/s^2; its scale depends on the stage on its controller."""
     max_dec = Raw("max_dec")
-    """Maximum deceleration; scaled as max_accn; in counts; the scale to mm/s^2 depends on the stage;
-    from -2147483648 to 2147483647."""
+    """Maximum deceleration; same scale as max_accn; in counts; the scale to mm/s^2 depends on the
+    stage; from -2147483648 to 2147483647."""
     max_dec_mm_per_s2 = InUnits("max_dec", "acceleration", "mm/s^2")
     """``max_dec`` in mm/s^2; its scale depends on the stage on its controller."""
     max_vel = Raw("max_vel")
-    """Maximum velocity. Printed as counts per cycle; the example's number is that times 65536; in
+    """Maximum velocity. Printed as counts per cycle; the number in the example is that times 65536; in
     counts; the scale to mm/s depends on the stage; from -2147483648 to 2147483647."""
     max_vel_mm_per_s = InUnits("max_vel", "velocity", "mm/s")
     """``max_vel`` in mm/s; its scale depends on the stage on its controller."""

@@ -45,14 +45,14 @@ class PosControlMode(Values[m.PzGetPosControlMode]):
 class OutputVolts(Values[m.PzGetOutputVolts]):
     """The output voltage, as ``PZ_GET_OUTPUTVOLTS`` reports them.
 
-    Output voltage of a channel in open loop; a set is ignored in closed loop. Page 96.
+    Output voltage of a channel in open loop; ignored when set in closed loop. Page 96.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     voltage = Raw("voltage")
-    """Share of the maximum output voltage that is set, 32767 for 100 %; in counts; the scale to V
-    depends on maximum_volts; from -32768 to 32767."""
+    """Share of the maximum output voltage setting; 32767 is 100 %; in counts; the scale to V depends
+    on maximum_volts; from -32768 to 32767."""
     volts = InUnits("voltage", "output_volts", "V")
     """``voltage`` in V; its scale depends on maximum_volts."""
 
@@ -60,14 +60,14 @@ class OutputVolts(Values[m.PzGetOutputVolts]):
 class OutputPos(Values[m.PzGetOutputPos]):
     """The output position, as ``PZ_GET_OUTPUTPOS`` reports them.
 
-    Position of the actuator in closed loop, counted from the zero that PZ_SET_ZERO takes; a set is
-    ignored in open loop. Page 97.
+    Position of the actuator in closed loop, counted from the zero set by PZ_SET_ZERO; ignored when
+    set in open loop. Page 97.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     position_sw = Raw("position_sw")
-    """Share of the maximum travel, 32767 for 100 %; in counts; the scale to um depends on
+    """Share of the maximum travel; 32767 is 100 %; in counts; the scale to um depends on
     maximum_travel; from 0 to 32767."""
     um = InUnits("position_sw", "piezo_position", "um")
     """``position_sw`` in um; its scale depends on maximum_travel."""
@@ -91,7 +91,8 @@ class MaxTravel(Values[m.PzGetMaxTravel]):
 class InputVoltsSrc(Values[m.PzGetInputVoltsSrc]):
     """The input voltage sources, as ``PZ_GET_INPUTVOLTSSRC`` reports them.
 
-    Inputs that drive the high-voltage amplifier besides the voltage set by software. Pages 98, 99.
+    Inputs that drive the high-voltage amplifier in addition to the voltage set by software. Pages
+    98, 99.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -103,7 +104,7 @@ class InputVoltsSrc(Values[m.PzGetInputVoltsSrc]):
 class PiConsts(Values[m.PzGetPiConsts]):
     """The position loop constants, as ``PZ_GET_PICONSTS`` reports them.
 
-    Proportional and integral term of the position loop; they matter in closed loop only. Page 100.
+    Proportional and integral term of the position loop; they only apply in closed loop. Page 100.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -117,7 +118,7 @@ class PiConsts(Values[m.PzGetPiConsts]):
 class PzStatusBits(Values[m.PzGetPzStatusBits]):
     """The piezo status bits, as ``PZ_GET_PZSTATUSBITS`` reports them.
 
-    Status bits of a channel alone, without voltage and position. Page 101.
+    Status bits of a channel, without voltage and position. Page 101.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -131,18 +132,18 @@ class PzStatusUpdate(Values[m.PzGetPzStatusUpdate]):
     """Values of ``PZ_GET_PZSTATUSUPDATE``.
 
     Voltage, position and status of a channel, periodically after HW_START_UPDATEMSGS. No message
-    that asks for one is documented. Page 103.
+    that requests it is documented. Page 103.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """Always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to 65535."""
     op_voltage = Raw("op_voltage")
-    """Share of the maximum output voltage that is set, 32767 for 100 %; in counts; the scale to V
-    depends on maximum_volts; from -32768 to 32767."""
+    """Share of the maximum output voltage setting; 32767 is 100 %; in counts; the scale to V depends
+    on maximum_volts; from -32768 to 32767."""
     op_voltage_volts = InUnits("op_voltage", "output_volts", "V")
     """``op_voltage`` in V; its scale depends on maximum_volts."""
     position = Raw("position")
-    """Share of the maximum travel, 32767 for 100 %; in counts; the scale to um depends on
+    """Share of the maximum travel; 32767 is 100 %; in counts; the scale to um depends on
     maximum_travel; from 0 to 32767."""
     position_um = InUnits("position", "piezo_position", "um")
     """``position`` in um; its scale depends on maximum_travel."""
@@ -171,8 +172,9 @@ class IoSettings(Values[m.PzGetIoSettings]):
 class OutputMaxVolts(Values[m.PzGetOutputMaxVolts]):
     """The maximum output voltage, as ``PZ_GET_OUTPUTMAXVOLTS`` reports them.
 
-    Maximum output voltage, which must suit the actuator (75, 100 or 150 V). A set makes the
-    controller report the new maximum voltage and the new maximum travel by itself. Pages 121, 122.
+    Maximum output voltage, which must suit the actuator (75, 100 or 150 V). After a set, the
+    controller reports the new maximum voltage and the new maximum travel unsolicited. Pages 121,
+    122.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -183,14 +185,14 @@ class OutputMaxVolts(Values[m.PzGetOutputMaxVolts]):
     volts = InUnits("voltage", "maximum_volts", "V")
     """``voltage`` in V; from 0 to 150."""
     flags = Bits("flags", f.OutputMaxVoltsFlags)
-    """Of no effect in a set; :class:`~.OutputMaxVoltsFlags`; from 0 to 65535; by default 0."""
+    """Ignored in a set; :class:`~.OutputMaxVoltsFlags`; from 0 to 65535; by default 0."""
 
 
 class TpzSlewRates(Values[m.PzGetTpzSlewRates]):
     """The slew rates, as ``PZ_GET_TPZ_SLEWRATES`` reports them.
 
     Limits on the rate of change of the drive voltage, to protect delicate stages. Newer stages
-    bring their own, so that normally nothing has to be set. Pages 123, 124.
+    provide their own, so normally no setting is needed. Pages 123, 124.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -201,8 +203,8 @@ class TpzSlewRates(Values[m.PzGetTpzSlewRates]):
     slew_open_volts_per_ms = InUnits("slew_open", "slew_rate", "V/ms")
     """``slew_open`` in V/ms; its scale depends on maximum_volts."""
     slew_closed = Raw("slew_closed")
-    """Closed loop; values as in open loop; in counts; the scale to V/ms depends on maximum_volts; from
-    0 to 32767."""
+    """Closed loop; same values as in open loop; in counts; the scale to V/ms depends on maximum_volts;
+    from 0 to 32767."""
     slew_closed_volts_per_ms = InUnits("slew_closed", "slew_rate", "V/ms")
     """``slew_closed`` in V/ms; its scale depends on maximum_volts."""
 
@@ -210,17 +212,17 @@ class TpzSlewRates(Values[m.PzGetTpzSlewRates]):
 class OutputLut(Values[m.PzGetOutputLut]):
     """The waveform table, as ``PZ_GET_OUTPUTLUT`` reports them.
 
-    One sample of the waveform table. Only as many samples need to be loaded as one cycle uses. They
-    are volts in open and positions in closed loop; where there is PZ_SET_LUTVALUETYPE, it says
-    which before they are loaded. A request names the channel and no index. Pages 106, 107.
+    One sample of the waveform table. Load only as many samples as one cycle uses. They are volts in
+    open loop and positions in closed loop; on units with PZ_SET_LUTVALUETYPE, that message selects
+    the type before they are loaded. A request names the channel but no index. Pages 106, 107.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     index = Raw("index")
-    """Place in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999."""
+    """Index in the table, counted from 0; 0 to 512 on the TPZ001; from 0 to 7999."""
     output = Raw("output")
-    """Share of the maximum output voltage, 32767 for 100 %. The scale of positions is not documented;
+    """Share of the maximum output voltage; 32767 is 100 %. The scale of positions is not documented;
     in counts; unit and scale depend on lut_value_type; from -32768 to 32767."""
     volts = InUnits("output", "lut_output", "V")
     """``output`` in V, if lut_value_type is VOLTAGE; its scale depends on maximum_volts."""
@@ -240,35 +242,36 @@ class OutputLutParams(Values[m.PzGetOutputLutParams]):
     mode = Bits("mode", f.LutOutputMode)
     """The bits may be combined; :class:`~.LutOutputMode`; from 0 to 65535."""
     cycle_length = Raw("cycle_length")
-    """Samples in a cycle, not more than have been loaded; 0 to 512 on the TPZ001; from 0 to 7999."""
+    """Samples in a cycle, no more than have been loaded; 0 to 512 on the TPZ001; from 0 to 7999."""
     num_cycles = Raw("num_cycles")
     """Cycles to output in fixed mode; ignored in continuous mode. The maximum is printed one higher;
     from 1 to 2147483647."""
     delay_time = Raw("delay_time")
-    """Additional delay after each sample; it stretches the waveform. Range from page 110, printed one
-    higher; in counts; the scale to ms depends on the unit; from 1 to 2147483647."""
+    """Additional delay after each sample, which stretches the waveform. The range is from page 110,
+    whose maximum is one too high; in counts; the scale to ms depends on the unit; from 1 to
+    2147483647."""
     delay_time_ms = InUnits("delay_time", "lut_samples", "ms")
     """``delay_time`` in ms; its scale depends on the kind of unit."""
     pre_cycle_rest = Raw("pre_cycle_rest")
-    """How long the first sample is held before a cycle, whatever delay_time says. The maximum is
+    """How long the first sample is held before a cycle, regardless of delay_time. The maximum is
     printed one higher; in counts; the scale to ms depends on the unit; from 0 to 2147483647."""
     pre_cycle_rest_ms = InUnits("pre_cycle_rest", "lut_samples", "ms")
     """``pre_cycle_rest`` in ms; its scale depends on the kind of unit."""
     post_cycle_rest = Raw("post_cycle_rest")
-    """How long the last sample is held after a cycle, whatever delay_time says. The maximum is printed
+    """How long the last sample is held after a cycle, regardless of delay_time. The maximum is printed
     one higher; in counts; the scale to ms depends on the unit; from 0 to 2147483647."""
     post_cycle_rest_ms = InUnits("post_cycle_rest", "lut_samples", "ms")
     """``post_cycle_rest`` in ms; its scale depends on the kind of unit."""
     op_trig_start = Raw("op_trig_start")
-    """Sample that starts an output trigger, from 1, less than cycle_length; only with
-    outputlut_outputtrig. 0 without a trigger, as in the example of page 111; from 0 to 8000."""
+    """Sample that starts an output trigger, from 1 and less than cycle_length; only with
+    outputlut_outputtrig. Without a trigger 0, as in the example on page 111; from 0 to 8000."""
     op_trig_width = Raw("op_trig_width")
     """Width of the output trigger; in counts; the scale to ms depends on the unit; from -2147483648 to
     2147483647."""
     op_trig_width_ms = InUnits("op_trig_width", "trigger_width", "ms")
     """``op_trig_width`` in ms; its scale depends on the kind of unit."""
     trig_repeat_cycle = Raw("trig_repeat_cycle")
-    """Samples between repeated output triggers; 0 to 512 on the TPZ001. Above cycle_length no trigger
+    """Samples between repeated output triggers; 0 to 512 on the TPZ001. Above cycle_length, no trigger
     repeats within a cycle. Only with outputlut_outputtrig_repeat; from 0 to 7999."""
 
 
@@ -295,7 +298,7 @@ class TpzIoSettings(Values[m.PzGetTpzIoSettings]):
     voltage_limit = Named("voltage_limit", e.VoltageLimit)
     """Must suit the actuator; :class:`~.VoltageLimit`; from 0 to 65535."""
     hub_analog_input = Named("hub_analog_input", e.HubAnalogueInput)
-    """Where the feedback signal of a TSG001 comes from; :class:`~.HubAnalogueInput`; from 0 to 65535."""
+    """Path of the feedback signal from a TSG001; :class:`~.HubAnalogueInput`; from 0 to 65535."""
 
 
 class TsgIoSettings(Values[m.PzGetTsgIoSettings]):
@@ -307,7 +310,7 @@ class TsgIoSettings(Values[m.PzGetTsgIoSettings]):
     chan_ident = Named("chan_ident", e.Channel)
     """Always CHAN1; :class:`~.Channel`; from 0 to 65535."""
     hub_analogue_output = Named("hub_analogue_output", e.HubAnalogueOutput)
-    """Where the feedback signal for a TPZ001 goes; :class:`~.HubAnalogueOutput`; from 0 to 65535."""
+    """Path of the feedback signal to a TPZ001; :class:`~.HubAnalogueOutput`; from 0 to 65535."""
     display_mode = Named("display_mode", e.DisplayMode)
     """Also the unit of the readings; :class:`~.DisplayMode`; from 0 to 65535."""
     force_calib = Raw("force_calib")
@@ -338,5 +341,5 @@ class TsgReading(Values[m.PzGetTsgReading]):
     newtons = InUnits("reading", "strain_gauge_reading", "N")
     """``reading`` in N, if display_mode is DISPUNITS_FORCE; its scale depends on force_calibration."""
     smoothed = Raw("smoothed")
-    """Smoothed reading; neither range nor unit is printed, and as a word it holds no negative reading;
+    """Smoothed reading. Neither range nor unit is printed, and a word cannot hold negative readings;
     from 0 to 65535."""

@@ -26,7 +26,7 @@ class SolOperatingMode(Values[m.MotGetSolOperatingMode]):
 class SolCycleParams(Values[m.MotGetSolCycleParams]):
     """The solenoid cycle parameters, as ``MOT_GET_SOL_CYCLEPARAMS`` reports them.
 
-    Times and number of cycles for every operating mode but the manual one. Pages 87, 88.
+    Times and number of cycles for every operating mode except the manual one. Pages 87, 88.
     """
 
     chan_ident = Named("chan_ident", e.Channel)
@@ -40,8 +40,8 @@ class SolCycleParams(Values[m.MotGetSolCycleParams]):
     off_time_ms = InUnits("off_time", "solenoid_time", "ms")
     """``off_time`` in ms; from 100 to 10000000."""
     num_cycles = Raw("num_cycles")
-    """0 cycles without end. Ignored outside SOLENOID_AUTO; page 85, however, has SOLENOID_TRIGGER use
-    it; from 0 to 1000000."""
+    """0 for endless cycles. Ignored outside SOLENOID_AUTO, although SOLENOID_TRIGGER uses it according
+    to page 85; from 0 to 1000000."""
 
 
 class SolInterlockMode(Values[m.MotGetSolInterlockMode]):
@@ -59,7 +59,7 @@ class SolInterlockMode(Values[m.MotGetSolInterlockMode]):
 class SolState(Values[m.MotGetSolState]):
     """The solenoid state, as ``MOT_GET_SOL_STATE`` reports them.
 
-    Output state of the solenoid; a set overrides the settings in force. Pages 91, 92.
+    Output state of the solenoid; setting it overrides the active settings. Pages 91, 92.
     """
 
     chan_ident = Named("chan_ident", e.Channel)

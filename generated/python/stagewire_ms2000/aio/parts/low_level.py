@@ -46,11 +46,11 @@ class CanIncrementMoveUp(Part):
     async def increment_move_up(self, *, timeout: float | None = None) -> MotionEnd:
         """Increment move up.
 
-        Moves the axis by the increment, from where it stands. Waits until the motion has ended.
-        ``INCREMENT_MOVE_UP``, section Increment Move Up.
+        Move the axis forwards by the increment from its present position. Waits until the motion
+        has ended. ``INCREMENT_MOVE_UP``, section Increment Move Up.
 
-        The sum of present position and increment becomes the target. Counted from the present
-        position, not from the last target: what a move falls short of adds up over a series.
+        The target is the present position plus the increment. It is counted from the present
+        position, not from the last target, so errors add up over a series of moves.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises MotionUnderWayError: if something is moving; nothing is sent.
@@ -66,11 +66,11 @@ class CanIncrementMoveUp(Part):
     async def start_increment_move_up(self) -> Motion:
         """Increment move up without waiting for the end.
 
-        Moves the axis by the increment, from where it stands. Returns a handle to wait on as soon
-        as the message is sent. ``INCREMENT_MOVE_UP``, section Increment Move Up.
+        Move the axis forwards by the increment from its present position. Returns a handle to wait
+        on as soon as the message is sent. ``INCREMENT_MOVE_UP``, section Increment Move Up.
 
-        The sum of present position and increment becomes the target. Counted from the present
-        position, not from the last target: what a move falls short of adds up over a series.
+        The target is the present position plus the increment. It is counted from the present
+        position, not from the last target, so errors add up over a series of moves.
 
         :raises MotionUnderWayError: if something is moving; nothing is sent.
         :raises TransportLostError: if the connection is lost.
@@ -88,10 +88,11 @@ class CanIncrementMoveDown(Part):
     async def increment_move_down(self, *, timeout: float | None = None) -> MotionEnd:
         """Increment move down.
 
-        Moves the axis by the increment, backwards from where it stands. Waits until the motion has
-        ended. ``INCREMENT_MOVE_DOWN``, section Increment Move Down.
+        Move the axis backwards by the increment from its present position. Waits until the motion
+        has ended. ``INCREMENT_MOVE_DOWN``, section Increment Move Down.
 
-        Present position less increment becomes the target; otherwise as INCREMENT_MOVE_UP.
+        The target is the present position minus the increment. Otherwise it behaves like
+        INCREMENT_MOVE_UP.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises MotionUnderWayError: if something is moving; nothing is sent.
@@ -107,10 +108,11 @@ class CanIncrementMoveDown(Part):
     async def start_increment_move_down(self) -> Motion:
         """Increment move down without waiting for the end.
 
-        Moves the axis by the increment, backwards from where it stands. Returns a handle to wait on
-        as soon as the message is sent. ``INCREMENT_MOVE_DOWN``, section Increment Move Down.
+        Move the axis backwards by the increment from its present position. Returns a handle to wait
+        on as soon as the message is sent. ``INCREMENT_MOVE_DOWN``, section Increment Move Down.
 
-        Present position less increment becomes the target; otherwise as INCREMENT_MOVE_UP.
+        The target is the present position minus the increment. Otherwise it behaves like
+        INCREMENT_MOVE_UP.
 
         :raises MotionUnderWayError: if something is moving; nothing is sent.
         :raises TransportLostError: if the connection is lost.
@@ -128,10 +130,10 @@ class CanReadStatus(Part):
     async def read_status(self, *, timeout: float | None = None) -> v.Status:
         """Read status.
 
-        Asks whether the axis is busy. Waits for the reply. ``READ_STATUS``, section Read Status.
+        Read whether the axis is busy. Waits for the reply. ``READ_STATUS``, section Read Status.
 
-        Whether a disabled axis can be busy depends on the firmware, and before 3.3 on how the
-        sentence is read.
+        Whether a disabled axis can be busy depends on the firmware. For versions before 3.3 the
+        document is ambiguous.
 
         Errata ``ms2000-size-exceptions``, ``ms2000-status-busy``.
 
@@ -158,12 +160,11 @@ class CanWriteMotorPosition(Part):
     ) -> None:
         """Write motor position.
 
-        Sets the counter of the present position; nothing moves. ``WRITE_MOTOR_POSITION``, section
-        Write Motor Position.
+        Set the present position counter; nothing moves. ``WRITE_MOTOR_POSITION``, section Write
+        Motor Position.
 
-        The place where the axis stands is called by the new number from then on.
-        WRITE_TARGET_POSITION is the command that moves. After 255 the same byte is
-        SWITCH_TO_HIGH_LEVEL.
+        The axis keeps its place, which now has the new number. WRITE_TARGET_POSITION is the command
+        that moves. After 255, the same byte is SWITCH_TO_HIGH_LEVEL.
 
         Erratum ``ms2000-reverse-conversion-remainder``.
 
@@ -189,10 +190,10 @@ class CanStop(Part):
     async def stop(self, *, timeout: float | None = None) -> MotionEnd | None:
         """Stop.
 
-        Stops and disables the motor of the axis, or the function that the identifier stands for.
-        Sent before all other requests. ``STOP_MOTOR``, section Stop / Disable Motor.
+        Stop and disable the motor of the axis, or the function that the identifier stands for. Sent
+        before all other requests. ``STOP_MOTOR``, section Stop / Disable Motor.
 
-        START_MOTOR enables it again. After 255 the same byte is SWITCH_TO_LOW_LEVEL.
+        START_MOTOR enables it again. After 255, the same byte is SWITCH_TO_LOW_LEVEL.
 
         Errata ``ms2000-servo-always-on``, ``ms2000-size-exceptions``,
         ``ms2000-start-stop-data-size``, ``ms2000-status-busy``,
@@ -220,12 +221,12 @@ class CanWriteIncrementValue(Part):
     ) -> None:
         """Write increment value.
 
-        Sets the distance of INCREMENT_MOVE_UP and INCREMENT_MOVE_DOWN; nothing moves.
+        Set the distance of INCREMENT_MOVE_UP and INCREMENT_MOVE_DOWN; nothing moves.
         ``WRITE_INCREMENT_VALUE``, section Write Increment Value.
 
         Erratum ``ms2000-reverse-conversion-remainder``.
 
-        :param increment: a distance, though the text calls it a position; a negative one exchanges
+        :param increment: a distance, although the text calls it a position; a negative value swaps
             up and down; in counts, 10 per um; from -8388608 to 8388607.
         :param um: ``increment`` in um; from -838860.8 to 838860.7.
         :param timeout: in seconds; by default the timeout of the device.
@@ -248,10 +249,10 @@ class CanStartMotor(Part):
     async def start_motor(self, *, timeout: float | None = None) -> None:
         """Start motor.
 
-        Enables the motor of the axis, or the function that the identifier stands for.
+        Enable the motor of the axis, or the function that the identifier stands for.
         ``START_MOTOR``, section Start / Enable Motor.
 
-        A motor that is enabled away from its target position may go there.
+        A motor enabled away from its target position may move there.
 
         Errata ``ms2000-size-exceptions``, ``ms2000-start-stop-data-size``.
 
@@ -271,11 +272,11 @@ class CanJoystickEnable(Part):
     async def joystick_enable(self, *, timeout: float | None = None) -> None:
         """Joystick enable.
 
-        Gives joystick or knob back to the operator. ``JOYSTICK_ENABLE``, section Joystick / Control
-        Device Enable.
+        Enable the joystick or knob again. ``JOYSTICK_ENABLE``, section Joystick / Control Device
+        Enable.
 
-        The document allows the command with the size slot and without it. Nothing moves by it
-        unless somebody moves the control device.
+        The document allows the command with and without the size slot. Nothing moves until the
+        operator moves the control device.
 
         Errata ``ms2000-no-reply-unsaid``, ``ms2000-size-exceptions``.
 
@@ -295,10 +296,10 @@ class CanJoystickDisable(Part):
     async def joystick_disable(self, *, timeout: float | None = None) -> None:
         """Joystick disable.
 
-        Disables the joystick or knob, so that it cannot interfere with moves of the host.
+        Disable the joystick or knob so that it cannot interfere with moves of the host.
         ``JOYSTICK_DISABLE``, section Joystick / Controller Disable.
 
-        The document allows the command with the size slot and without it.
+        The document allows the command with and without the size slot.
 
         Errata ``ms2000-joystick-disable-example-command``, ``ms2000-no-reply-unsaid``,
         ``ms2000-size-exceptions``.
@@ -325,12 +326,11 @@ class CanWriteRampingTime(Part):
     ) -> None:
         """Write ramping time.
 
-        Sets the time in which the stage ramps to full speed. ``WRITE_RAMPING_TIME``, section Write
-        Ramping Time.
+        Set the time that the stage takes to ramp to full speed. ``WRITE_RAMPING_TIME``, section
+        Write Ramping Time.
 
         Acceleration is top speed divided by ramp time. A short move accelerates at the same rate
-        and breaks its ramp off. To spare the motors, more than 50 ms are advised for ramps to the
-        full speed.
+        and cuts its ramp short. To spare the motors, use more than 50 ms for ramps to full speed.
 
         Errata ``ms2000-ramp-from-start-speed``, ``ms2000-ramp-time-example-advice``,
         ``ms2000-ramp-time-range``, ``ms2000-twos-complement``.
@@ -363,9 +363,9 @@ class CanWriteTopSpeed(Part):
     ) -> None:
         """Write top speed.
 
-        Sets the top speed of moves; nothing moves. ``WRITE_TOP_SPEED``, section Write Top Speed.
+        Set the top speed of moves; nothing moves. ``WRITE_TOP_SPEED``, section Write Top Speed.
 
-        It also changes the acceleration, which is top speed divided by ramp time.
+        This also changes the acceleration, which is top speed divided by ramp time.
         READ_MAXIMUM_SPEED reads it.
 
         Erratum ``ms2000-twos-complement``.
@@ -398,12 +398,12 @@ class CanMoveAbsolute(Part):
     ) -> MotionEnd:
         """Move absolute.
 
-        Moves the axis to a position. Waits until the motion has ended. ``WRITE_TARGET_POSITION``,
+        Move the axis to a position. Waits until the motion has ended. ``WRITE_TARGET_POSITION``,
         section Write Target Position (move).
 
-        The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS reports
-        when it is over, since the controller sends nothing unsolicited. After 255 the same byte is
-        WHERE_IN_TENTHS.
+        The text speaks of writing a buffer; the heading says that it is a move. Poll READ_STATUS to
+        find out when the move is over, because the controller sends nothing unsolicited. After 255,
+        the same byte is WHERE_IN_TENTHS.
 
         Erratum ``ms2000-reverse-conversion-remainder``.
 
@@ -433,12 +433,12 @@ class CanMoveAbsolute(Part):
     ) -> Motion:
         """Move absolute without waiting for the end.
 
-        Moves the axis to a position. Returns a handle to wait on as soon as the message is sent.
+        Move the axis to a position. Returns a handle to wait on as soon as the message is sent.
         ``WRITE_TARGET_POSITION``, section Write Target Position (move).
 
-        The text speaks of writing a buffer; the heading says that it is a move. READ_STATUS reports
-        when it is over, since the controller sends nothing unsolicited. After 255 the same byte is
-        WHERE_IN_TENTHS.
+        The text speaks of writing a buffer; the heading says that it is a move. Poll READ_STATUS to
+        find out when the move is over, because the controller sends nothing unsolicited. After 255,
+        the same byte is WHERE_IN_TENTHS.
 
         Erratum ``ms2000-reverse-conversion-remainder``.
 
@@ -471,18 +471,18 @@ class CanWriteVectorSpeed(Part):
     ) -> None:
         """Write vector speed.
 
-        Ramps the axis to a speed at once and keeps it moving. ``WRITE_VECTOR_SPEED``, section Write
-        Vector Speed.
+        Ramp the axis to a speed immediately and keep it moving. ``WRITE_VECTOR_SPEED``, section
+        Write Vector Speed.
 
         There is no target: the axis moves until another command stops it. STOP_MOTOR stops and
-        disables the motor; whether a speed of 0 ends the movement is not documented. Ramp time and
-        top speed set the acceleration.
+        disables the motor. The document does not say whether a speed of 0 ends the movement. Ramp
+        time and top speed set the acceleration.
 
         Erratum ``ms2000-vector-speed-sign``.
 
-        :param vector_speed: Not said to be signed or unsigned. Up to 32767 both readings agree;
-            beyond, the stage might move the other way. How to move backwards is not described; in
-            counts, 1 per um/s; from 0 to 32767.
+        :param vector_speed: The document does not say whether it is signed. Up to 32767 both
+            readings agree; above that, the stage might move the other way. The document does not
+            describe how to move backwards; in counts, 1 per um/s; from 0 to 32767.
         :param um_per_s: ``vector_speed`` in um/s; from 0 to 32767.
         :param timeout: in seconds; by default the timeout of the device.
         :raises MissingFieldError: if a value is missing; nothing is sent.
@@ -509,11 +509,11 @@ class CanReadMotorPosition(Part):
     async def read_motor_position(self, *, timeout: float | None = None) -> v.MotorPosition:
         """Read motor position.
 
-        Asks for the present position. Waits for the reply. ``READ_MOTOR_POSITION``, section Read
-        Motor Position.
+        Read the present position. Waits for the reply. ``READ_MOTOR_POSITION``, section Read Motor
+        Position.
 
-        Its reply is as long as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION; only the
-        request tells which of them it is.
+        Its reply has the same length as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION;
+        only the request shows which reply it is.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -532,7 +532,7 @@ class CanReadIncrementValue(Part):
     async def read_increment_value(self, *, timeout: float | None = None) -> v.IncrementValue:
         """Read increment value.
 
-        Asks for the distance of incremental moves. Waits for the reply. ``READ_INCREMENT_VALUE``,
+        Read the distance of incremental moves. Waits for the reply. ``READ_INCREMENT_VALUE``,
         section Read Increment Value.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -552,12 +552,12 @@ class CanReadIdentification(Part):
     async def read_identification(self, *, timeout: float | None = None) -> v.Identification:
         """Read identification.
 
-        Asks what kind of function the identifier stands for. Waits for the reply.
+        Read the kind of function that the identifier stands for. Waits for the reply.
         ``READ_IDENTIFICATION``, section Read Identification.
 
-        X, Y and Z answer with the same text; the document says nothing of other identifiers.
-        Repeating the command does not bring the version of the firmware, which this command set
-        cannot ask for.
+        X, Y and Z answer with the same text; the document does not mention other identifiers.
+        Repeating the command does not return the firmware version, which this command set cannot
+        read.
 
         Errata ``ms2000-blanks``, ``ms2000-identification-example-size``,
         ``ms2000-identification-sixth-byte``, ``ms2000-size-exceptions``.
@@ -583,7 +583,7 @@ class CanReadMotorPositionAndStatus(Part):
     ) -> v.MotorPositionAndStatus:
         """Read motor position and status.
 
-        Asks for the present position and the status byte at once. Waits for the reply.
+        Read the present position and the status byte in one reply. Waits for the reply.
         ``READ_MOTOR_POSITION_AND_STATUS``, section Read Motor Position and Status.
 
         Errata ``ms2000-position-status-example-bytes``, ``ms2000-position-status-example-command``,
@@ -607,7 +607,7 @@ class CanReadCurrentSpeed(Part):
     async def read_current_speed(self, *, timeout: float | None = None) -> v.CurrentSpeed:
         """Read current speed.
 
-        Asks for the speed that the trajectory of the servo has at this moment. Waits for the reply.
+        Read the speed of the servo trajectory at this moment. Waits for the reply.
         ``READ_CURRENT_SPEED``, section Read Current Speed.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -627,8 +627,8 @@ class CanReadRampTime(Part):
     async def read_ramp_time(self, *, timeout: float | None = None) -> v.RampTime:
         """Read ramp time.
 
-        Asks for the time of the ramps at both ends of a move. Waits for the reply.
-        ``READ_RAMP_TIME``, section Read Ramp Time.
+        Read the ramp time at both ends of a move. Waits for the reply. ``READ_RAMP_TIME``, section
+        Read Ramp Time.
 
         Errata ``ms2000-ramp-from-start-speed``, ``ms2000-twos-complement``.
 
@@ -649,8 +649,8 @@ class CanReadMaximumSpeed(Part):
     async def read_maximum_speed(self, *, timeout: float | None = None) -> v.MaximumSpeed:
         """Read maximum speed.
 
-        Asks for the speed that the stage must not exceed. Waits for the reply.
-        ``READ_MAXIMUM_SPEED``, section Read Maximum Speed.
+        Read the speed that the stage must not exceed. Waits for the reply. ``READ_MAXIMUM_SPEED``,
+        section Read Maximum Speed.
 
         WRITE_TOP_SPEED sets it.
 
@@ -673,7 +673,7 @@ class CanReadTargetPosition(Part):
     async def read_target_position(self, *, timeout: float | None = None) -> v.TargetPosition:
         """Read target position.
 
-        Asks for the position that the axis moves to, or has moved to. Waits for the reply.
+        Read the position that the axis moves to or has moved to. Waits for the reply.
         ``READ_TARGET_POSITION``, section Read Target Position.
 
         :param timeout: in seconds; by default the timeout of the device.
@@ -693,7 +693,7 @@ class CanReadStatusByte(Part):
     async def read_status_byte(self, *, timeout: float | None = None) -> v.StatusByte:
         """Read status byte.
 
-        Asks for the flags of the axis. Waits for the reply. ``READ_STATUS_BYTE``, section Read
+        Read the status flags of the axis. Waits for the reply. ``READ_STATUS_BYTE``, section Read
         Status Byte.
 
         Errata ``ms2000-servo-always-on``, ``ms2000-size-exceptions``,

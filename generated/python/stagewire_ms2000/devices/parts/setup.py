@@ -26,11 +26,12 @@ class CanSwitchToHighLevel(Part):
     def switch_to_high_level(self, *, timeout: float | None = None) -> None:
         """Switch to high level.
 
-        Leaves the low-level format; commands are ASCII text from then on. ``SWITCH_TO_HIGH_LEVEL``,
+        Leave the low-level format; commands are ASCII text from then on. ``SWITCH_TO_HIGH_LEVEL``,
         section Setup control commands.
 
         The letter must be a capital. A controller that looks for 255 anywhere may find these two
-        bytes in the data of a command; `refuse_prefix_bytes` keeps such values from being sent.
+        bytes in the data of a command; `refuse_prefix_bytes` refuses such values before they are
+        sent.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -48,10 +49,10 @@ class CanSwitchToLowLevel(Part):
     def switch_to_low_level(self, *, timeout: float | None = None) -> None:
         """Switch to low level.
 
-        Enters the low-level format; there is no other way into it. ``SWITCH_TO_LOW_LEVEL``, section
-        Setup control commands.
+        Enter the low-level format; there is no other way to enter it. ``SWITCH_TO_LOW_LEVEL``,
+        section Setup control commands.
 
-        Without it the controller expects ASCII text and does not understand a low-level command.
+        Until then the controller expects ASCII text and does not understand low-level commands.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -69,10 +70,10 @@ class CanWhereInHundredths(Part):
     def where_in_hundredths(self, *, timeout: float | None = None) -> None:
         """Where in hundredths.
 
-        Makes WHERE, a command of the high-level format, answer in hundredths of a micrometre.
+        Set WHERE, a command of the high-level format, to answer in hundredths of a micrometre.
         ``WHERE_IN_HUNDREDTHS``, section Setup control commands.
 
-        Positions of the low-level format stay tenths of a micrometre.
+        Positions in the low-level format remain tenths of a micrometre.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -90,10 +91,9 @@ class CanResetController(Part):
     def reset_controller(self, *, timeout: float | None = None) -> None:
         """Reset controller.
 
-        Resets the controller. ``RESET_CONTROLLER``, section Setup control commands.
+        Reset the controller. ``RESET_CONTROLLER``, section Setup control commands.
 
-        The document does not say which format is in force afterwards; send SWITCH_TO_LOW_LEVEL
-        again.
+        The document does not say which format is active afterwards; send SWITCH_TO_LOW_LEVEL again.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises TransportLostError: if the connection is lost.
@@ -111,10 +111,10 @@ class CanWhereInTenths(Part):
     def where_in_tenths(self, *, timeout: float | None = None) -> None:
         """Where in tenths.
 
-        Makes WHERE, a command of the high-level format, answer in tenths of a micrometre.
+        Set WHERE, a command of the high-level format, to answer in tenths of a micrometre.
         ``WHERE_IN_TENTHS``, section Setup control commands.
 
-        Positions of the low-level format are tenths of a micrometre in any case.
+        Positions in the low-level format are always tenths of a micrometre.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises TransportLostError: if the connection is lost.

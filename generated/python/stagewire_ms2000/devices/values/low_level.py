@@ -26,7 +26,7 @@ __all__ = [
 class Status(Values[m.ReadStatusReply]):
     """Values of ``READ_STATUS``.
 
-    Asks whether the axis is busy. Section Read Status.
+    Read whether the axis is busy. Section Read Status.
     """
 
     status = Named("status", e.Busy)
@@ -36,7 +36,7 @@ class Status(Values[m.ReadStatusReply]):
 class MotorPosition(Values[m.ReadMotorPositionReply]):
     """Values of ``READ_MOTOR_POSITION``.
 
-    Asks for the present position. Section Read Motor Position.
+    Read the present position. Section Read Motor Position.
     """
 
     position = Raw("position")
@@ -48,11 +48,11 @@ class MotorPosition(Values[m.ReadMotorPositionReply]):
 class IncrementValue(Values[m.ReadIncrementValueReply]):
     """Values of ``READ_INCREMENT_VALUE``.
 
-    Asks for the distance of incremental moves. Section Read Increment Value.
+    Read the distance of incremental moves. Section Read Increment Value.
     """
 
     increment = Raw("increment")
-    """A distance, not a place; in counts, 10 per um; from -8388608 to 8388607."""
+    """A distance, not a position; in counts, 10 per um; from -8388608 to 8388607."""
     um = InUnits("increment", "position", "um")
     """``increment`` in um; from -838860.8 to 838860.7."""
 
@@ -60,18 +60,18 @@ class IncrementValue(Values[m.ReadIncrementValueReply]):
 class Identification(Values[m.ReadIdentificationReply]):
     """Values of ``READ_IDENTIFICATION``.
 
-    Asks what kind of function the identifier stands for. Section Read Identification.
+    Read the kind of function that the identifier stands for. Section Read Identification.
     """
 
     identification = RawText("identification")
-    """EMOT, a blank and a colon; compare it without the two. The colon ends no command; text of at
-    most 6 characters."""
+    """EMOT, a blank and a colon; ignore the last two when comparing. The colon does not end a command;
+    text of at most 6 characters."""
 
 
 class MotorPositionAndStatus(Values[m.ReadMotorPositionAndStatusReply]):
     """Values of ``READ_MOTOR_POSITION_AND_STATUS``.
 
-    Asks for the present position and the status byte at once. Section Read Motor Position and
+    Read the present position and the status byte in one reply. Section Read Motor Position and
     Status.
     """
 
@@ -86,8 +86,7 @@ class MotorPositionAndStatus(Values[m.ReadMotorPositionAndStatusReply]):
 class CurrentSpeed(Values[m.ReadCurrentSpeedReply]):
     """Values of ``READ_CURRENT_SPEED``.
 
-    Asks for the speed that the trajectory of the servo has at this moment. Section Read Current
-    Speed.
+    Read the speed of the servo trajectory at this moment. Section Read Current Speed.
     """
 
     speed = Raw("speed")
@@ -99,7 +98,7 @@ class CurrentSpeed(Values[m.ReadCurrentSpeedReply]):
 class RampTime(Values[m.ReadRampTimeReply]):
     """Values of ``READ_RAMP_TIME``.
 
-    Asks for the time of the ramps at both ends of a move. Section Read Ramp Time.
+    Read the ramp time at both ends of a move. Section Read Ramp Time.
     """
 
     ramp_time = Raw("ramp_time")
@@ -111,7 +110,7 @@ class RampTime(Values[m.ReadRampTimeReply]):
 class MaximumSpeed(Values[m.ReadMaximumSpeedReply]):
     """Values of ``READ_MAXIMUM_SPEED``.
 
-    Asks for the speed that the stage must not exceed. Section Read Maximum Speed.
+    Read the speed that the stage must not exceed. Section Read Maximum Speed.
     """
 
     maximum_speed = Raw("maximum_speed")
@@ -123,7 +122,7 @@ class MaximumSpeed(Values[m.ReadMaximumSpeedReply]):
 class TargetPosition(Values[m.ReadTargetPositionReply]):
     """Values of ``READ_TARGET_POSITION``.
 
-    Asks for the position that the axis moves to, or has moved to. Section Read Target Position.
+    Read the position that the axis moves to or has moved to. Section Read Target Position.
     """
 
     target_position = Raw("target_position")
@@ -135,7 +134,7 @@ class TargetPosition(Values[m.ReadTargetPositionReply]):
 class StatusByte(Values[m.ReadStatusByteReply]):
     """Values of ``READ_STATUS_BYTE``.
 
-    Asks for the flags of the axis. Section Read Status Byte.
+    Read the status flags of the axis. Section Read Status Byte.
     """
 
     status = Bits("status", f.StatusBits)
