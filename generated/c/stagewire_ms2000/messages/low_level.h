@@ -18,7 +18,7 @@
 /**
  * INCREMENT_MOVE_UP (0x2B), to the controller, no data, size 0.
  *
- * Move the axis forwards by the increment from its present position.
+ * Move the axis forwards by the increment.
  *
  * The target is the present position plus the increment. It is counted from the present position,
  * not from the last target, so errors add up over a series of moves.
@@ -65,7 +65,7 @@ static inline ms2000_status ms2000_increment_move_up_decode(const uint8_t *bytes
 /**
  * INCREMENT_MOVE_DOWN (0x2D), to the controller, no data, size 0.
  *
- * Move the axis backwards by the increment from its present position.
+ * Move the axis backwards by the increment.
  *
  * The target is the present position minus the increment. Otherwise it behaves like
  * INCREMENT_MOVE_UP.

@@ -62,7 +62,7 @@ __all__ = [
 class IncrementMoveUp(Command):
     """``INCREMENT_MOVE_UP`` (0x2B), no data, size 0.
 
-    Move the axis forwards by the increment from its present position.
+    Move the axis forwards by the increment.
 
     The target is the present position plus the increment. It is counted from the present position,
     not from the last target, so errors add up over a series of moves.
@@ -86,7 +86,7 @@ class IncrementMoveUp(Command):
 class IncrementMoveDown(Command):
     """``INCREMENT_MOVE_DOWN`` (0x2D), no data, size 0.
 
-    Move the axis backwards by the increment from its present position.
+    Move the axis backwards by the increment.
 
     The target is the present position minus the increment. Otherwise it behaves like
     INCREMENT_MOVE_UP.

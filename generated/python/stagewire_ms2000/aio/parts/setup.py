@@ -18,16 +18,15 @@ __all__ = [
 
 
 class CanSwitchToHighLevel(Part):
-    """Switch to high level.
+    """Leave the low-level format; commands are ASCII text from then on.
 
     ``SWITCH_TO_HIGH_LEVEL``; section Setup control commands.
     """
 
     async def switch_to_high_level(self, *, timeout: float | None = None) -> None:
-        """Switch to high level.
+        """Leave the low-level format; commands are ASCII text from then on.
 
-        Leave the low-level format; commands are ASCII text from then on. ``SWITCH_TO_HIGH_LEVEL``,
-        section Setup control commands.
+        ``SWITCH_TO_HIGH_LEVEL``, section Setup control commands.
 
         The letter must be a capital. A controller that looks for 255 anywhere may find these two
         bytes in the data of a command; `refuse_prefix_bytes` refuses such values before they are
@@ -41,16 +40,15 @@ class CanSwitchToHighLevel(Part):
 
 
 class CanSwitchToLowLevel(Part):
-    """Switch to low level.
+    """Enter the low-level format; there is no other way to enter it.
 
     ``SWITCH_TO_LOW_LEVEL``; section Setup control commands.
     """
 
     async def switch_to_low_level(self, *, timeout: float | None = None) -> None:
-        """Switch to low level.
+        """Enter the low-level format; there is no other way to enter it.
 
-        Enter the low-level format; there is no other way to enter it. ``SWITCH_TO_LOW_LEVEL``,
-        section Setup control commands.
+        ``SWITCH_TO_LOW_LEVEL``, section Setup control commands.
 
         Until then the controller expects ASCII text and does not understand low-level commands.
 
@@ -62,15 +60,14 @@ class CanSwitchToLowLevel(Part):
 
 
 class CanWhereInHundredths(Part):
-    """Where in hundredths.
+    """Set WHERE, a command of the high-level format, to answer in hundredths of a micrometre.
 
     ``WHERE_IN_HUNDREDTHS``; section Setup control commands.
     """
 
     async def where_in_hundredths(self, *, timeout: float | None = None) -> None:
-        """Where in hundredths.
+        """Set WHERE, a command of the high-level format, to answer in hundredths of a micrometre.
 
-        Set WHERE, a command of the high-level format, to answer in hundredths of a micrometre.
         ``WHERE_IN_HUNDREDTHS``, section Setup control commands.
 
         Positions in the low-level format remain tenths of a micrometre.
@@ -83,15 +80,15 @@ class CanWhereInHundredths(Part):
 
 
 class CanResetController(Part):
-    """Reset controller.
+    """Reset the controller.
 
     ``RESET_CONTROLLER``; section Setup control commands.
     """
 
     async def reset_controller(self, *, timeout: float | None = None) -> None:
-        """Reset controller.
+        """Reset the controller.
 
-        Reset the controller. ``RESET_CONTROLLER``, section Setup control commands.
+        ``RESET_CONTROLLER``, section Setup control commands.
 
         The document does not say which format is active afterwards; send SWITCH_TO_LOW_LEVEL again.
 
@@ -103,15 +100,14 @@ class CanResetController(Part):
 
 
 class CanWhereInTenths(Part):
-    """Where in tenths.
+    """Set WHERE, a command of the high-level format, to answer in tenths of a micrometre.
 
     ``WHERE_IN_TENTHS``; section Setup control commands.
     """
 
     async def where_in_tenths(self, *, timeout: float | None = None) -> None:
-        """Where in tenths.
+        """Set WHERE, a command of the high-level format, to answer in tenths of a micrometre.
 
-        Set WHERE, a command of the high-level format, to answer in tenths of a micrometre.
         ``WHERE_IN_TENTHS``, section Setup control commands.
 
         Positions in the low-level format are always tenths of a micrometre.

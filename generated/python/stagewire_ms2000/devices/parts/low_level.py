@@ -36,16 +36,15 @@ __all__ = [
 
 
 class CanIncrementMoveUp(Part):
-    """Increment move up.
+    """Move the axis forwards by the increment.
 
     ``INCREMENT_MOVE_UP``; section Increment Move Up.
     """
 
     def increment_move_up(self, *, timeout: float | None = None) -> MotionEnd:
-        """Increment move up.
+        """Move the axis forwards by the increment.
 
-        Move the axis forwards by the increment from its present position. Waits until the motion
-        has ended. ``INCREMENT_MOVE_UP``, section Increment Move Up.
+        Waits until the motion has ended. ``INCREMENT_MOVE_UP``, section Increment Move Up.
 
         The target is the present position plus the increment. It is counted from the present
         position, not from the last target, so errors add up over a series of moves.
@@ -62,10 +61,10 @@ class CanIncrementMoveUp(Part):
         return self._act(t.INCREMENT_MOVE_UP, timeout)
 
     def start_increment_move_up(self) -> Motion:
-        """Increment move up without waiting for the end.
+        """Move the axis forwards by the increment without waiting for the end.
 
-        Move the axis forwards by the increment from its present position. Returns a handle to wait
-        on as soon as the message is sent. ``INCREMENT_MOVE_UP``, section Increment Move Up.
+        Returns a handle to wait on as soon as the message is sent. ``INCREMENT_MOVE_UP``, section
+        Increment Move Up.
 
         The target is the present position plus the increment. It is counted from the present
         position, not from the last target, so errors add up over a series of moves.
@@ -78,16 +77,15 @@ class CanIncrementMoveUp(Part):
 
 
 class CanIncrementMoveDown(Part):
-    """Increment move down.
+    """Move the axis backwards by the increment.
 
     ``INCREMENT_MOVE_DOWN``; section Increment Move Down.
     """
 
     def increment_move_down(self, *, timeout: float | None = None) -> MotionEnd:
-        """Increment move down.
+        """Move the axis backwards by the increment.
 
-        Move the axis backwards by the increment from its present position. Waits until the motion
-        has ended. ``INCREMENT_MOVE_DOWN``, section Increment Move Down.
+        Waits until the motion has ended. ``INCREMENT_MOVE_DOWN``, section Increment Move Down.
 
         The target is the present position minus the increment. Otherwise it behaves like
         INCREMENT_MOVE_UP.
@@ -104,10 +102,10 @@ class CanIncrementMoveDown(Part):
         return self._act(t.INCREMENT_MOVE_DOWN, timeout)
 
     def start_increment_move_down(self) -> Motion:
-        """Increment move down without waiting for the end.
+        """Move the axis backwards by the increment without waiting for the end.
 
-        Move the axis backwards by the increment from its present position. Returns a handle to wait
-        on as soon as the message is sent. ``INCREMENT_MOVE_DOWN``, section Increment Move Down.
+        Returns a handle to wait on as soon as the message is sent. ``INCREMENT_MOVE_DOWN``, section
+        Increment Move Down.
 
         The target is the present position minus the increment. Otherwise it behaves like
         INCREMENT_MOVE_UP.
@@ -120,15 +118,15 @@ class CanIncrementMoveDown(Part):
 
 
 class CanReadStatus(Part):
-    """Read status.
+    """Read whether the axis is busy.
 
     ``READ_STATUS``; section Read Status.
     """
 
     def read_status(self, *, timeout: float | None = None) -> v.Status:
-        """Read status.
+        """Read whether the axis is busy.
 
-        Read whether the axis is busy. Waits for the reply. ``READ_STATUS``, section Read Status.
+        Waits for the reply. ``READ_STATUS``, section Read Status.
 
         Whether a disabled axis can be busy depends on the firmware. For versions before 3.3 the
         document is ambiguous.
@@ -144,7 +142,7 @@ class CanReadStatus(Part):
 
 
 class CanWriteMotorPosition(Part):
-    """Write motor position.
+    """Set the present position counter; nothing moves.
 
     ``WRITE_MOTOR_POSITION``; section Write Motor Position.
     """
@@ -156,10 +154,9 @@ class CanWriteMotorPosition(Part):
         um: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Write motor position.
+        """Set the present position counter; nothing moves.
 
-        Set the present position counter; nothing moves. ``WRITE_MOTOR_POSITION``, section Write
-        Motor Position.
+        ``WRITE_MOTOR_POSITION``, section Write Motor Position.
 
         The axis keeps its place, which now has the new number. WRITE_TARGET_POSITION is the command
         that moves. After 255, the same byte is SWITCH_TO_HIGH_LEVEL.
@@ -180,16 +177,15 @@ class CanWriteMotorPosition(Part):
 
 
 class CanStop(Part):
-    """Stop.
+    """Stop and disable the motor of the axis, or the function that the identifier stands for.
 
     ``STOP_MOTOR``; section Stop / Disable Motor.
     """
 
     def stop(self, *, timeout: float | None = None) -> MotionEnd | None:
-        """Stop.
+        """Stop and disable the motor of the axis, or the function that the identifier stands for.
 
-        Stop and disable the motor of the axis, or the function that the identifier stands for. Sent
-        before all other requests. ``STOP_MOTOR``, section Stop / Disable Motor.
+        Sent before all other requests. ``STOP_MOTOR``, section Stop / Disable Motor.
 
         START_MOTOR enables it again. After 255, the same byte is SWITCH_TO_LOW_LEVEL.
 
@@ -205,7 +201,7 @@ class CanStop(Part):
 
 
 class CanWriteIncrementValue(Part):
-    """Write increment value.
+    """Set the distance of INCREMENT_MOVE_UP and INCREMENT_MOVE_DOWN; nothing moves.
 
     ``WRITE_INCREMENT_VALUE``; section Write Increment Value.
     """
@@ -217,9 +213,8 @@ class CanWriteIncrementValue(Part):
         um: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Write increment value.
+        """Set the distance of INCREMENT_MOVE_UP and INCREMENT_MOVE_DOWN; nothing moves.
 
-        Set the distance of INCREMENT_MOVE_UP and INCREMENT_MOVE_DOWN; nothing moves.
         ``WRITE_INCREMENT_VALUE``, section Write Increment Value.
 
         Erratum ``ms2000-reverse-conversion-remainder``.
@@ -239,15 +234,14 @@ class CanWriteIncrementValue(Part):
 
 
 class CanStartMotor(Part):
-    """Start motor.
+    """Enable the motor of the axis, or the function that the identifier stands for.
 
     ``START_MOTOR``; section Start / Enable Motor.
     """
 
     def start_motor(self, *, timeout: float | None = None) -> None:
-        """Start motor.
+        """Enable the motor of the axis, or the function that the identifier stands for.
 
-        Enable the motor of the axis, or the function that the identifier stands for.
         ``START_MOTOR``, section Start / Enable Motor.
 
         A motor enabled away from its target position may move there.
@@ -262,16 +256,15 @@ class CanStartMotor(Part):
 
 
 class CanJoystickEnable(Part):
-    """Joystick enable.
+    """Enable the joystick or knob again.
 
     ``JOYSTICK_ENABLE``; section Joystick / Control Device Enable.
     """
 
     def joystick_enable(self, *, timeout: float | None = None) -> None:
-        """Joystick enable.
+        """Enable the joystick or knob again.
 
-        Enable the joystick or knob again. ``JOYSTICK_ENABLE``, section Joystick / Control Device
-        Enable.
+        ``JOYSTICK_ENABLE``, section Joystick / Control Device Enable.
 
         The document allows the command with and without the size slot. Nothing moves until the
         operator moves the control device.
@@ -286,15 +279,14 @@ class CanJoystickEnable(Part):
 
 
 class CanJoystickDisable(Part):
-    """Joystick disable.
+    """Disable the joystick or knob so that it cannot interfere with moves of the host.
 
     ``JOYSTICK_DISABLE``; section Joystick / Controller Disable.
     """
 
     def joystick_disable(self, *, timeout: float | None = None) -> None:
-        """Joystick disable.
+        """Disable the joystick or knob so that it cannot interfere with moves of the host.
 
-        Disable the joystick or knob so that it cannot interfere with moves of the host.
         ``JOYSTICK_DISABLE``, section Joystick / Controller Disable.
 
         The document allows the command with and without the size slot.
@@ -310,7 +302,7 @@ class CanJoystickDisable(Part):
 
 
 class CanWriteRampingTime(Part):
-    """Write ramping time.
+    """Set the time that the stage takes to ramp to full speed.
 
     ``WRITE_RAMPING_TIME``; section Write Ramping Time.
     """
@@ -322,10 +314,9 @@ class CanWriteRampingTime(Part):
         ms: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Write ramping time.
+        """Set the time that the stage takes to ramp to full speed.
 
-        Set the time that the stage takes to ramp to full speed. ``WRITE_RAMPING_TIME``, section
-        Write Ramping Time.
+        ``WRITE_RAMPING_TIME``, section Write Ramping Time.
 
         Acceleration is top speed divided by ramp time. A short move accelerates at the same rate
         and cuts its ramp short. To spare the motors, use more than 50 ms for ramps to full speed.
@@ -347,7 +338,7 @@ class CanWriteRampingTime(Part):
 
 
 class CanWriteTopSpeed(Part):
-    """Write top speed.
+    """Set the top speed of moves; nothing moves.
 
     ``WRITE_TOP_SPEED``; section Write Top Speed.
     """
@@ -359,9 +350,9 @@ class CanWriteTopSpeed(Part):
         um_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Write top speed.
+        """Set the top speed of moves; nothing moves.
 
-        Set the top speed of moves; nothing moves. ``WRITE_TOP_SPEED``, section Write Top Speed.
+        ``WRITE_TOP_SPEED``, section Write Top Speed.
 
         This also changes the acceleration, which is top speed divided by ramp time.
         READ_MAXIMUM_SPEED reads it.
@@ -382,7 +373,7 @@ class CanWriteTopSpeed(Part):
 
 
 class CanMoveAbsolute(Part):
-    """Move absolute.
+    """Move the axis to a position.
 
     ``WRITE_TARGET_POSITION``; section Write Target Position (move).
     """
@@ -394,10 +385,10 @@ class CanMoveAbsolute(Part):
         um: Number | None = None,
         timeout: float | None = None,
     ) -> MotionEnd:
-        """Move absolute.
+        """Move the axis to a position.
 
-        Move the axis to a position. Waits until the motion has ended. ``WRITE_TARGET_POSITION``,
-        section Write Target Position (move).
+        Waits until the motion has ended. ``WRITE_TARGET_POSITION``, section Write Target Position
+        (move).
 
         The text speaks of writing a buffer; the heading says that it is a move. Poll READ_STATUS to
         find out when the move is over, because the controller sends nothing unsolicited. After 255,
@@ -424,10 +415,10 @@ class CanMoveAbsolute(Part):
         return self._act(t.MOVE_ABSOLUTE, timeout, counts=counts, um=um)
 
     def start_move_absolute(self, *, counts: int | None = None, um: Number | None = None) -> Motion:
-        """Move absolute without waiting for the end.
+        """Move the axis to a position without waiting for the end.
 
-        Move the axis to a position. Returns a handle to wait on as soon as the message is sent.
-        ``WRITE_TARGET_POSITION``, section Write Target Position (move).
+        Returns a handle to wait on as soon as the message is sent. ``WRITE_TARGET_POSITION``,
+        section Write Target Position (move).
 
         The text speaks of writing a buffer; the heading says that it is a move. Poll READ_STATUS to
         find out when the move is over, because the controller sends nothing unsolicited. After 255,
@@ -450,7 +441,7 @@ class CanMoveAbsolute(Part):
 
 
 class CanWriteVectorSpeed(Part):
-    """Write vector speed.
+    """Ramp the axis to a speed immediately and keep it moving.
 
     ``WRITE_VECTOR_SPEED``; section Write Vector Speed.
     """
@@ -462,10 +453,9 @@ class CanWriteVectorSpeed(Part):
         um_per_s: Number | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Write vector speed.
+        """Ramp the axis to a speed immediately and keep it moving.
 
-        Ramp the axis to a speed immediately and keep it moving. ``WRITE_VECTOR_SPEED``, section
-        Write Vector Speed.
+        ``WRITE_VECTOR_SPEED``, section Write Vector Speed.
 
         There is no target: the axis moves until another command stops it. STOP_MOTOR stops and
         disables the motor. The document does not say whether a speed of 0 ends the movement. Ramp
@@ -489,16 +479,15 @@ class CanWriteVectorSpeed(Part):
 
 
 class CanReadMotorPosition(Part):
-    """Read motor position.
+    """Read the present position.
 
     ``READ_MOTOR_POSITION``; section Read Motor Position.
     """
 
     def read_motor_position(self, *, timeout: float | None = None) -> v.MotorPosition:
-        """Read motor position.
+        """Read the present position.
 
-        Read the present position. Waits for the reply. ``READ_MOTOR_POSITION``, section Read Motor
-        Position.
+        Waits for the reply. ``READ_MOTOR_POSITION``, section Read Motor Position.
 
         Its reply has the same length as those of READ_INCREMENT_VALUE and READ_TARGET_POSITION;
         only the request shows which reply it is.
@@ -512,16 +501,15 @@ class CanReadMotorPosition(Part):
 
 
 class CanReadIncrementValue(Part):
-    """Read increment value.
+    """Read the distance of incremental moves.
 
     ``READ_INCREMENT_VALUE``; section Read Increment Value.
     """
 
     def read_increment_value(self, *, timeout: float | None = None) -> v.IncrementValue:
-        """Read increment value.
+        """Read the distance of incremental moves.
 
-        Read the distance of incremental moves. Waits for the reply. ``READ_INCREMENT_VALUE``,
-        section Read Increment Value.
+        Waits for the reply. ``READ_INCREMENT_VALUE``, section Read Increment Value.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -532,16 +520,15 @@ class CanReadIncrementValue(Part):
 
 
 class CanReadIdentification(Part):
-    """Read identification.
+    """Read the kind of function that the identifier stands for.
 
     ``READ_IDENTIFICATION``; section Read Identification.
     """
 
     def read_identification(self, *, timeout: float | None = None) -> v.Identification:
-        """Read identification.
+        """Read the kind of function that the identifier stands for.
 
-        Read the kind of function that the identifier stands for. Waits for the reply.
-        ``READ_IDENTIFICATION``, section Read Identification.
+        Waits for the reply. ``READ_IDENTIFICATION``, section Read Identification.
 
         X, Y and Z answer with the same text; the document does not mention other identifiers.
         Repeating the command does not return the firmware version, which this command set cannot
@@ -559,7 +546,7 @@ class CanReadIdentification(Part):
 
 
 class CanReadMotorPositionAndStatus(Part):
-    """Read motor position and status.
+    """Read the present position and the status byte in one reply.
 
     ``READ_MOTOR_POSITION_AND_STATUS``; section Read Motor Position and Status.
     """
@@ -569,10 +556,10 @@ class CanReadMotorPositionAndStatus(Part):
         *,
         timeout: float | None = None,
     ) -> v.MotorPositionAndStatus:
-        """Read motor position and status.
+        """Read the present position and the status byte in one reply.
 
-        Read the present position and the status byte in one reply. Waits for the reply.
-        ``READ_MOTOR_POSITION_AND_STATUS``, section Read Motor Position and Status.
+        Waits for the reply. ``READ_MOTOR_POSITION_AND_STATUS``, section Read Motor Position and
+        Status.
 
         Errata ``ms2000-position-status-example-bytes``, ``ms2000-position-status-example-command``,
         ``ms2000-position-status-example-size``, ``ms2000-position-status-example-status``,
@@ -587,16 +574,15 @@ class CanReadMotorPositionAndStatus(Part):
 
 
 class CanReadCurrentSpeed(Part):
-    """Read current speed.
+    """Read the speed of the servo trajectory at this moment.
 
     ``READ_CURRENT_SPEED``; section Read Current Speed.
     """
 
     def read_current_speed(self, *, timeout: float | None = None) -> v.CurrentSpeed:
-        """Read current speed.
+        """Read the speed of the servo trajectory at this moment.
 
-        Read the speed of the servo trajectory at this moment. Waits for the reply.
-        ``READ_CURRENT_SPEED``, section Read Current Speed.
+        Waits for the reply. ``READ_CURRENT_SPEED``, section Read Current Speed.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -607,16 +593,15 @@ class CanReadCurrentSpeed(Part):
 
 
 class CanReadRampTime(Part):
-    """Read ramp time.
+    """Read the ramp time at both ends of a move.
 
     ``READ_RAMP_TIME``; section Read Ramp Time.
     """
 
     def read_ramp_time(self, *, timeout: float | None = None) -> v.RampTime:
-        """Read ramp time.
+        """Read the ramp time at both ends of a move.
 
-        Read the ramp time at both ends of a move. Waits for the reply. ``READ_RAMP_TIME``, section
-        Read Ramp Time.
+        Waits for the reply. ``READ_RAMP_TIME``, section Read Ramp Time.
 
         Errata ``ms2000-ramp-from-start-speed``, ``ms2000-twos-complement``.
 
@@ -629,16 +614,15 @@ class CanReadRampTime(Part):
 
 
 class CanReadMaximumSpeed(Part):
-    """Read maximum speed.
+    """Read the speed that the stage must not exceed.
 
     ``READ_MAXIMUM_SPEED``; section Read Maximum Speed.
     """
 
     def read_maximum_speed(self, *, timeout: float | None = None) -> v.MaximumSpeed:
-        """Read maximum speed.
+        """Read the speed that the stage must not exceed.
 
-        Read the speed that the stage must not exceed. Waits for the reply. ``READ_MAXIMUM_SPEED``,
-        section Read Maximum Speed.
+        Waits for the reply. ``READ_MAXIMUM_SPEED``, section Read Maximum Speed.
 
         WRITE_TOP_SPEED sets it.
 
@@ -653,16 +637,15 @@ class CanReadMaximumSpeed(Part):
 
 
 class CanReadTargetPosition(Part):
-    """Read target position.
+    """Read the position that the axis moves to or has moved to.
 
     ``READ_TARGET_POSITION``; section Read Target Position.
     """
 
     def read_target_position(self, *, timeout: float | None = None) -> v.TargetPosition:
-        """Read target position.
+        """Read the position that the axis moves to or has moved to.
 
-        Read the position that the axis moves to or has moved to. Waits for the reply.
-        ``READ_TARGET_POSITION``, section Read Target Position.
+        Waits for the reply. ``READ_TARGET_POSITION``, section Read Target Position.
 
         :param timeout: in seconds; by default the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -673,16 +656,15 @@ class CanReadTargetPosition(Part):
 
 
 class CanReadStatusByte(Part):
-    """Read status byte.
+    """Read the status flags of the axis.
 
     ``READ_STATUS_BYTE``; section Read Status Byte.
     """
 
     def read_status_byte(self, *, timeout: float | None = None) -> v.StatusByte:
-        """Read status byte.
+        """Read the status flags of the axis.
 
-        Read the status flags of the axis. Waits for the reply. ``READ_STATUS_BYTE``, section Read
-        Status Byte.
+        Waits for the reply. ``READ_STATUS_BYTE``, section Read Status Byte.
 
         Errata ``ms2000-servo-always-on``, ``ms2000-size-exceptions``,
         ``ms2000-status-byte-example-limits``, ``ms2000-status-byte-example-ramping``,

@@ -101,14 +101,23 @@ def part_doc(protocol: Protocol, call: Call) -> str:
     """Return the docstring of a part, escaped."""
     names = ", ".join(f"``{message.name}``" for message in call.members.values())
     found = where(protocol, _pages(call.members.values()), call.message.overlay)
-    return docstring(f"{_title(call)}.\n\n    {paragraph(f'{names}; {found}.', 4)}\n    ")
+    first = paragraph(f"{_title(call)}.", 4)
+    return docstring(f"{first}\n\n    {paragraph(f'{names}; {found}.', 4)}\n    ")
 
 
 def _title(call: Call) -> str:
     """Return the title of a call as the beginning of a sentence."""
-    title = title_of(call.message) if call.message.kind == "message" else " ".join(call.words)
+    if call.message.kind != "message":  # a heading of the document, so the summary describes it
+        return _summary(call.message)[0]
+    title = title_of(call.message)
     stored = " that the controller has stored" if call.words[-1:] == ("stored",) else ""
     return title[:1].upper() + title[1:] + stored
+
+
+def _summary(message: Message) -> tuple[str, str]:
+    """Return the first sentence of a summary without its full stop, and the rest."""
+    first, _, rest = message.summary.partition(". ")
+    return first.removesuffix("."), rest
 
 
 def method_doc(
@@ -125,7 +134,7 @@ def method_doc(
         parts = [first, *_paragraphs(protocol, call, members, _HOW[verb])]
     else:
         start = verb == "start_"
-        first = f"{_title(call)}{' without waiting for the end' if start else ''}."
+        first = paragraph(f"{_title(call)}{' without waiting for the end' if start else ''}.", 8)
         how = _HOW["start_"] if start else _HOW.get(call.kind, "")
         parts = [first, *_paragraphs(protocol, call, [call.message], how)]
     lines = [paragraph(line, 8, 4) for line in _parameters(arguments)]
@@ -169,7 +178,11 @@ def _paragraphs(
     """
     found = where(protocol, _pages(members), members[0].overlay)
     names = ", ".join(f"``{member.name}``" for member in members)
-    text = " ".join(filter(None, (sentence(members[0].summary), how, f"{names}, {found}.")))
+    summary = members[0].summary
+    if members[0].kind != "message":  # its first sentence is the first line
+        summary = _summary(members[0])[1]
+    about = sentence(summary) if summary else ""
+    text = " ".join(filter(None, (about, how, f"{names}, {found}.")))
     yield paragraph(text, 8)
     notes = [note for note in (members[-1].note, call.layout.note) if note]
     yield paragraph(" ".join(map(sentence, notes)), 8)
