@@ -370,7 +370,7 @@ def test_show_keys_masks_and_firmware(stagewire: Stagewire) -> None:
     assert "Ctrl<X>" in axes
     assert " 0x01 " in stagewire("show", "status_bits").out
     assert " 0x00000001 " in stagewire("show", "dc_status_bits").out
-    assert "\nfirmware 3.3: From here on" in stagewire("show", "READ_STATUS").out
+    assert "\nfirmware 3.3: From this version on" in stagewire("show", "READ_STATUS").out
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         ("mls203", "16777216/125"),
         ("MOT_MOVE_JOG", "whether the position counter rises or falls"),
         ("MOT_MOVE_VELOCITY", "whether the position counter rises or falls"),
-        ("move_direction", "Whether the position counter rises or falls"),
+        ("move_direction", "whether the position counter rises or falls"),
         ("apt-clockwise-without-sign", "AlexShkarin/pyLabLib"),
         ("HW_RICHRESPONSE", "the document gives no layout"),
         ("MOT_SET_MOVEVELPARAMS", "without an id"),

@@ -190,14 +190,16 @@ Z8 = Stage(
             "2.6",
             "mm/s",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
         "max_acceleration": Limit.of(
             "4",
             "mm/s^2",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
     },
@@ -249,14 +251,16 @@ Z806 = Stage(
             "2.6",
             "mm/s",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
         "max_acceleration": Limit.of(
             "4",
             "mm/s^2",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
     },
@@ -312,14 +316,16 @@ Z812 = Stage(
             "2.6",
             "mm/s",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
         "max_acceleration": Limit.of(
             "4",
             "mm/s^2",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
     },
@@ -375,14 +381,16 @@ Z825 = Stage(
             "2.6",
             "mm/s",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
         "max_acceleration": Limit.of(
             "4",
             "mm/s^2",
             source=(
-                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+                "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and"
+                " Z825"
             ),
         ),
     },

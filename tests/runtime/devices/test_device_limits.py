@@ -194,12 +194,14 @@ def test_an_ms2000_has_the_maximum_velocity_of_the_user() -> None:
 
 
 def test_printing_a_device_shows_each_limit_and_its_source() -> None:
-    settings = "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, alike for Z806, Z812 and Z825"
+    settings = (
+        "ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, the same for Z806, Z812 and Z825"
+    )
     with z8()[1] as tdc:
         lines = str(tdc).splitlines()
     assert lines[2:6] == [
         "  channel 1: stage Z8",
-        "    travel: unknown (the series has actuators of 6, 12 and 25 mm; give stage Z806, Z812 or "
+        "    travel: unknown (the series has actuators of 6, 12 and 25 mm; specify stage Z806, Z812 or "
         "Z825); not checked; set it with travel_mm=",
         f"    maximum velocity: 2.6 mm/s (Z8, {settings})",
         f"    maximum acceleration: 4 mm/s^2 (Z8, {settings}); acceleration not checked: scale unknown",

@@ -269,7 +269,7 @@ def test_without_a_stage_only_counts_are_available() -> None:
 
 
 def test_an_undocumented_scale_is_not_guessed(tdc: TDC001, line: RecordingLink) -> None:
-    with pytest.raises(UnknownScaleError, match="no figure is taken; raw counts need no scale"):
+    with pytest.raises(UnknownScaleError, match="neither figure is used; raw counts need no scale"):
         tdc.change_vel_params(acceleration_mm_per_s2=1)
     assert line.raw == b""
 

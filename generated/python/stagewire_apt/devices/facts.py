@@ -1200,8 +1200,8 @@ ALIASES: dict[str, Alias] = {
         "K-Cube stepper driver, second version",
         like="TST001",
         source=(
-            "Issue 37 of the document, page 14, whose list for it has the motions and parameters "
-            "of the TST001; github MSLNZ/msl-"
+            "Issue 37 of the document, page 14, whose list for it includes the motions and "
+            "parameters of the TST001; github MSLNZ/msl-"
             "equipment/packages/resources/src/msl/equipment_resources/thorlabs/kst.py, one class "
             "for KST101 and KST201"
         ),
@@ -1259,8 +1259,8 @@ ALIASES: dict[str, Alias] = {
         "MST602",
         "Two-channel modular stepper driver (since 2013)",
         source=(
-            "Issue 37 of the document, page 61; page 87 has it name the channel of a move in the "
-            "direction byte, as no unit of Issue 3 does"
+            "Issue 37 of the document, page 61; on page 87 it names the channel of a move in the "
+            "direction byte, unlike any unit of Issue 3"
         ),
         prefixes=(50,),
         scales={"STEPPER_2048": "Issue 37 of the document, page 41: 2048 microsteps per full step"},
@@ -1307,7 +1307,7 @@ ALIASES: dict[str, Alias] = {
     "KVS30": Alias(
         "KVS30",
         "vertical stage with a built-in DC servo driver",
-        source="Issue 37 of the document, page 10, which has a list of messages for it alone",
+        source="Issue 37 of the document, page 10, which has a separate list of messages for it",
     ),
     "KBD101": Alias(
         "KBD101",
@@ -2397,8 +2397,8 @@ UNITS: dict[str, Unit] = {
         prefixes=(63,),
         pause_ms=50,
         pause_source=(
-            "as for the T-Cubes, for which public drivers leave 3 to 200 ms; of the Opto cubes "
-            "themselves nothing is known"
+            "as for the T-Cubes, for which public drivers wait 3 to 200 ms; no figure is known "
+            "for the Opto cubes themselves"
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -2454,8 +2454,8 @@ UNITS: dict[str, Unit] = {
         stages=("APT_STEPPER",),
         pause_ms=50,
         pause_source=(
-            "as for the T-Cubes, for which public drivers leave 3 to 200 ms; of the Opto cubes "
-            "themselves nothing is known"
+            "as for the T-Cubes, for which public drivers wait 3 to 200 ms; no figure is known "
+            "for the Opto cubes themselves"
         ),
         moving={
             m.MotGetStatusBits: ("status_bits", 0x000002F0),
@@ -2508,8 +2508,8 @@ UNITS: dict[str, Unit] = {
         stages=("Z8", "Z806", "Z812", "Z825"),
         pause_ms=50,
         pause_source=(
-            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
-            "and homed at once has locked up"
+            "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
+            " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
         moving={
@@ -2560,8 +2560,8 @@ UNITS: dict[str, Unit] = {
         prefixes=(81,),
         pause_ms=50,
         pause_source=(
-            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
-            "and homed at once has locked up"
+            "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
+            " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
         quantities=(
@@ -2596,8 +2596,8 @@ UNITS: dict[str, Unit] = {
         prefixes=(85,),
         pause_ms=50,
         pause_source=(
-            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
-            "and homed at once has locked up"
+            "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
+            " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
         moving={
@@ -2635,8 +2635,8 @@ UNITS: dict[str, Unit] = {
         prefixes=(84,),
         pause_ms=50,
         pause_source=(
-            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
-            "and homed at once has locked up"
+            "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
+            " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
         quantities=(
@@ -2671,8 +2671,8 @@ UNITS: dict[str, Unit] = {
         stages=("APT_STEPPER",),
         pause_ms=50,
         pause_source=(
-            "chosen between the 3 and 200 ms that public drivers leave; a T-Cube that is enabled "
-            "and homed at once has locked up"
+            "chosen between the 3 and 200 ms that public drivers wait; a T-Cube homed immediately"
+            " after being enabled has locked up"
         ),
         also_at=(0x11, 0x21),
         moving={
