@@ -70,5 +70,5 @@ def test_every_kind_of_framing_is_named() -> None:
     schema = json.loads((ROOT / "spec" / "schema" / "protocol.schema.json").read_bytes())
     kinds = schema["properties"]["framing"]["properties"]["kind"]["enum"]
     page = PAGE.read_text(encoding="utf-8")
-    table = page[page.index("## What can be described") :]
+    table = page[page.index("## Supported packet structures") :]
     assert sorted(re.findall(r"^\| `(\w+)` \|", table, re.M)) == sorted(kinds)
