@@ -1,1 +1,1 @@
-"""A second, independent reading of the vendor's document, and its comparison with ours."""
+"""A second, independent reading of the vendor's document, compared with our transcription."""

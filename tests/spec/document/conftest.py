@@ -1,4 +1,4 @@
-"""The reading of the documents and the files that they are compared with."""
+"""The documents as the programs read them, and the files with which they are compared."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ CHAPTERS = ("generic", "motor", "motor_2", "solenoid", "piezo")
 
 
 def document(protocol: str) -> text.Document:
-    """Return the document of a protocol; without it tests are skipped, or fail in CI that should have it."""
+    """Return the document of a protocol; without it skip the test, or fail in a CI that should have it."""
     path = text.find(protocol)
     if path is None:
-        reason = f"the text of the vendor's document is not here (see {text.VARIABLE})"
+        reason = f"the text of the vendor's document is not available (see {text.VARIABLE})"
         if os.environ.get("CI") and os.environ.get(text.VARIABLE) != text.WITHOUT:
             pytest.fail(reason)
         pytest.skip(reason)

@@ -1,7 +1,7 @@
 """Parsers for the parts of the vendor's document that are laid out regularly.
 
-They know the layout (headings, tables, lists, examples) and nothing of the protocol, and they never
-look at our transcription. A place that a parser cannot read is noted, not guessed.
+They depend on the layout (headings, tables, lists, examples) but not on the protocol, and they never read our
+transcription. A place that a parser cannot read is noted, not guessed.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class FieldTable:
 
 @dataclass(repr=False)
 class Reading:
-    """All that was read."""
+    """Everything that was read."""
 
     document: Document
     contents: list[Row] = field(default_factory=list)
@@ -106,12 +106,12 @@ class Reading:
 
 
 def plain(text: str) -> str:
-    """Drop the marks of the text format."""
+    """Drop the markup."""
     return re.sub(r"</?(?:b|u|a|sup)\b[^>]*>", "", text.replace("\\", "")).strip("#* \t")
 
 
 def squash(text: str) -> str:
-    """Keep letters and digits only, for a blank between two pieces of a torn word is not seen."""
+    """Keep only letters and digits, because blanks within torn words are unreliable."""
     return re.sub(r"[^a-z0-9]", "", text.casefold())
 
 
@@ -121,7 +121,7 @@ def pairs(text: str) -> list[tuple[str, str]]:
 
 
 def short(name: str) -> str:
-    """Return the name as it stands in a heading of the witness: without MGMSG, underlines only."""
+    """Return the name as in a heading of the witness: without MGMSG, and with underscores only."""
     return re.sub(r"[ _]+", "_", plain(name).rstrip(":;")).removeprefix("MGMSG_")
 
 
@@ -164,7 +164,7 @@ def read_contents(reading: Reading) -> None:
 
 
 def read_overview(reading: Reading) -> None:
-    """Rows of the form name, id, words: only the overview tables have them."""
+    """Read rows of the form name, id, words, which only the overview tables have."""
     document = reading.document
     for number in document.numbers():
         cells = document[number].split("\t")
@@ -178,7 +178,7 @@ def read_overview(reading: Reading) -> None:
 
 
 def list_rows(reading: Reading) -> Iterator[tuple[int, str]]:
-    """Lines of the cross-reference lists, each with the title of its list."""
+    """Yield the lines of the cross-reference lists, each with the title of its list."""
     document = reading.document
     title = ""
     for number in document.numbers():
@@ -210,7 +210,7 @@ def read_lists(reading: Reading) -> None:
 
 
 def read_headings(reading: Reading) -> None:
-    """Lines of names alone, with as many ids in the same line or in the next ones."""
+    """Read lines with names only, and as many ids in the same line or the next ones."""
     document = reading.document
     pending: list[tuple[int, str]] = []
     for number in document.numbers():
@@ -239,7 +239,7 @@ def read_headings(reading: Reading) -> None:
 
 
 def read_mentions(reading: Reading) -> None:
-    """Names in the running text and in descriptions."""
+    """Read the names in the running text and in descriptions."""
     document = reading.document
     known = {line for heading in reading.headings for line in heading.lines}
     known |= {row.line for row in reading.overview} | {number for number, _ in list_rows(reading)}
@@ -252,7 +252,7 @@ def read_mentions(reading: Reading) -> None:
 
 
 def read_pages(reading: Reading) -> None:
-    """Where a footer is missing, the page that contents and lists print for a heading may help."""
+    """Narrow the pages of lines without a footer by the pages of headings in contents and lists."""
     document = reading.document
     for line, number in document.footers.items():
         if number is None:
@@ -297,7 +297,7 @@ def read_fields(reading: Reading) -> None:
 
 
 def field_lines(document: Document, start: int) -> Iterator[int]:
-    """Lines of a field table; it goes on behind a footer when a row follows there at once."""
+    """Yield the lines of a field table; it continues after a footer if a row follows immediately."""
     number = start + 1
     while True:
         while "\t" in document[number]:
@@ -318,7 +318,7 @@ def field_lines(document: Document, start: int) -> Iterator[int]:
 
 
 def read_field_table(reading: Reading, start: int) -> FieldTable:
-    """Read names and formats; a name without a format ends the name in the row above."""
+    """Read names and formats; a name without a format completes the name in the row above."""
     rows: list[tuple[str, str] | None] = []
     for number in field_lines(reading.document, start):
         row = cells_of(reading.document[number])
@@ -326,7 +326,7 @@ def read_field_table(reading: Reading, start: int) -> FieldTable:
         if not name:
             continue
         last = rows[-1] if rows else None
-        extra = form and not re.fullmatch(r"\w+(\[\w+\])?", form)  # a column too many
+        extra = form and not re.fullmatch(r"\w+(\[\w+\])?", form)  # an extra column
         if not extra and (form or (re.match("[A-Z]", text) and not name.startswith("("))):
             rows.append((name, form))
         elif last is not None:
@@ -349,7 +349,7 @@ def numbers_in(cells: list[str]) -> list[int]:
 
 
 def is_number_row(cells: list[str]) -> bool:
-    """Numbers that count up, and hardly anything else."""
+    """Whether a row has ascending numbers and hardly anything else."""
     found = numbers_in(cells)
     words = [word for cell in cells for word in cell.split()]
     counting = sum(after == before + 1 for before, after in pairwise(found))
@@ -360,18 +360,18 @@ def is_number_row(cells: list[str]) -> bool:
 
 
 def is_label_row(cells: list[str]) -> bool:
-    """Recognise "header only" and "header ... data", torn as they are."""
+    """Whether a row is "header only" or "header ... data", even if torn."""
     return bool(re.match(r"he.{1,3}der", squash("".join(cells))))
 
 
 def is_data_label(cells: list[str]) -> bool:
-    """Recognise the word "data" over a row of data cells: "Do ta", "rta", "L Data"."""
+    """Whether a row is the label "data" above data cells, such as "Do ta", "rta" or "L Data"."""
     return bool(re.fullmatch(r"[ldatoirn1]{1,5}", squash("".join(cells))))
 
 
 @dataclass
 class Context:
-    """What has been printed over the next table."""
+    """The text printed above the next table."""
 
     label: str = ""
     direction: str = ""
@@ -428,7 +428,7 @@ def message_for(heading: Heading | None, context: Context) -> str:
 
 
 def read_block(reading: Reading, block: list[int], context: Context) -> None:
-    """Read one run of lines with cells: the parts of a byte table, or something else."""
+    """Read a block of lines with cells: the parts of a byte table, or something else."""
     rows = [(number, cells_of(reading.document[number])) for number in block]
     for index, (number, cells) in enumerate(rows):
         after = rows[index + 1 :]
@@ -476,14 +476,14 @@ def read_first_part(
     if column is not None and numbers[column : column + 6] == list("012345") and not squeezed:
         table.header = header_by_column(cells, below, column)
         data = cells[column + 6 :]
-        if has_data and not data[0]:  # nothing stands where the data begin
+        if has_data and not data[0]:  # the first data cell is empty
             data = []
     elif is_shared(numbers):
         table.header = header_by_share(numbers, cells)
         data = []
     else:
         table.header, data = header_by_words(cells, below)
-    if "d" in table.header[:4]:  # cells are lost, and the others have moved up
+    if "d" in table.header[:4]:  # cells are lost, and the others have moved left
         table.header = [None] * 6
     if None in table.header:
         reading.cannot_read(line, "header")
@@ -492,9 +492,9 @@ def read_first_part(
 
 
 def header_by_column(cells: list[str], below: list[list[str]], column: int) -> list[str | None]:
-    """Read the header where every number stands over its own column."""
+    """Read the header of a table with one number above each column."""
     for cell in cells[: column + 6]:
-        if len(cell.split()) == 6:  # all six are squeezed into one cell
+        if len(cell.split()) == 6:  # all six are in one cell
             return list(cell.split())
     parts = [cells[column : column + 6]]
     for row in below:
@@ -508,19 +508,19 @@ def header_by_column(cells: list[str], below: list[list[str]], column: int) -> l
         words = [part[place] for part in parts if place < len(part) and part[place]]
         header.append(" ".join(words) or None)
     stray = "".join(cells[:column])
-    if stray.isascii() and stray.isalnum():  # a piece of the first cell stands outside
+    if stray.isascii() and stray.isalnum():  # a piece of the first cell is outside the table
         header[0] = None
     return header
 
 
 def is_shared(numbers: list[str]) -> bool:
-    """Tell whether cells of the number row hold several numbers, with none lost."""
+    """Whether cells of the number row contain several numbers, with none missing."""
     shared = any(len(cell.split()) > 1 for cell in numbers)
     return shared and numbers_in(numbers)[:6] == [0, 1, 2, 3, 4, 5]
 
 
 def header_by_share(numbers: list[str], cells: list[str]) -> list[str | None]:
-    """Read the header where one cell of the number row holds several numbers."""
+    """Read the header of a table with several numbers in one cell of the number row."""
     header: list[str | None] = []
     for numbered, cell in zip(numbers, cells, strict=False):
         count = len(numbered.split())
@@ -530,7 +530,7 @@ def header_by_share(numbers: list[str], cells: list[str]) -> list[str | None]:
 
 
 def header_by_words(cells: list[str], below: list[list[str]]) -> tuple[list[str | None], list[str]]:
-    """Read the header, without the help of a number row, word by word up to "d s"."""
+    """Read the header without a number row, word by word up to "d s"."""
     words = [(word, index) for index, cell in enumerate(cells) for word in cell.split()]
     words = [(word, index) for word, index in words if re.search(r"\w", word)]
     header: list[str | None] = []
@@ -557,7 +557,7 @@ def header_by_words(cells: list[str], below: list[list[str]]) -> tuple[list[str 
 
 
 def read_data(reading: Reading, line: int, rows: list[tuple[int, list[str]]]) -> None:
-    """Read the names of one row of data cells; a name that goes on from the row above counts once."""
+    """Read the names of one row of data cells; a name continued from the row above counts once."""
     table = reading.tables[-1]
     rows = [(n, row) for n, row in rows if any(re.search(r"[^\W_]{2}", cell) for cell in row)]
     if not rows:
@@ -578,7 +578,7 @@ def read_data(reading: Reading, line: int, rows: list[tuple[int, list[str]]]) ->
 
 
 def vocabulary(reading: Reading, line: int) -> tuple[dict[str, str], dict[str, str]]:
-    """Names that the document prints whole: under the same heading, and anywhere."""
+    """Return the names that the document prints intact, under the same heading and anywhere."""
     near: dict[str, str] = {}
     wide: dict[str, str] = {}
     here = heading_of(reading, line)
@@ -598,7 +598,7 @@ def vocabulary(reading: Reading, line: int) -> tuple[dict[str, str], dict[str, s
 
 
 def byte_table_lines(document: Document) -> set[int]:
-    """Lines of all blocks that hold a row of byte numbers or a header label."""
+    """Return the lines of all blocks with a row of byte numbers or a header label."""
     found: set[int] = set()
     block: list[int] = []
     for number in document.numbers():
@@ -613,7 +613,7 @@ def byte_table_lines(document: Document) -> set[int]:
 
 
 def printed_phrases(reading: Reading) -> list[str]:
-    """Two or three capitalised words in a row, anywhere outside the byte tables."""
+    """Return two or three successive capitalised words outside the byte tables."""
     if not reading.phrases:
         document = reading.document
         cells = byte_table_lines(document)
@@ -653,7 +653,7 @@ def name_cells(reading: Reading, line: int, cells: list[str]) -> list[str] | Non
 
 
 def is_doubled_end(name: str, words: list[tuple[str, int]], place: int) -> bool:
-    """The end of a name may stand a second time, in a cell of its own behind the tear."""
+    """Whether a word is the end of a name, repeated in a separate cell after a tear."""
     word, index = words[place]
     return index != words[place - 1][1] and len(word) >= 3 and name.endswith(word)
 
@@ -663,7 +663,7 @@ def whole(words: list[tuple[str, int]], names: dict[str, str]) -> str | None:
 
 
 def torn(words: list[tuple[str, int]], names: dict[str, str]) -> str | None:
-    """Find the one name that these pieces give when each tear has spoilt a letter on either side."""
+    """Find the only name that fits these pieces if each tear may damage a letter on either side."""
     pieces: list[str] = []
     before = None
     for word, index in words:
@@ -680,9 +680,9 @@ def torn(words: list[tuple[str, int]], names: dict[str, str]) -> str | None:
 
 
 def tear_pattern(pieces: list[str]) -> tuple[re.Pattern[str], int]:
-    """At a tear the last and the first letter may be misread, and one letter may be lost.
+    """Return a pattern for torn pieces, and the number of letters that must be present.
 
-    Return the pattern and the number of letters that must be there.
+    At a tear, the last and the first letter may be misread, and one letter may be lost.
     """
     text, sure = "", 0
     for index, piece in enumerate(pieces):
@@ -701,7 +701,7 @@ def tear_pattern(pieces: list[str]) -> tuple[re.Pattern[str], int]:
 
 
 def read_examples(reading: Reading) -> None:
-    """Read the byte lines, and find the breakdowns ("Header: ..") that have lost theirs."""
+    """Read the byte lines, and find the breakdowns ("Header: ..") whose byte line is lost."""
     document = reading.document
     sent = False
     for number in document.numbers():

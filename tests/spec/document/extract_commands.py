@@ -1,7 +1,7 @@
 """Parsers for the document that describes commands one by one, each under a heading with a table.
 
-They know the wording of the document and nothing of the protocol, and they never look at our
-transcription. What they find has the form of the witness, so that the two can be compared as they are.
+They depend on the wording of the document but not on the protocol, and they never read our transcription.
+Their results have the same form as the witness, so the two can be compared directly.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ SIZES = re.compile(
 
 @dataclass(frozen=True)
 class Paragraph:
-    """A sentence may go on behind an empty line: the lines that were joined, and where each begins."""
+    """Joined lines of a sentence that continues after empty lines, with the start of each line."""
 
     line: int
     text: str
@@ -91,7 +91,7 @@ class Paragraph:
 
 
 def paragraphs(document: Document, first: int, last: int) -> Iterator[Paragraph]:
-    """Join a long line that ends without a stop with the next, where that begins in small letters."""
+    """Join a long line without a full stop to the next line if that begins in lower case."""
     text, starts = "", []
     lines = [line for line in range(first, last + 1) if document[line].strip()]
     for line, following in zip_longest(lines, lines[1:]):
@@ -106,7 +106,7 @@ def paragraphs(document: Document, first: int, last: int) -> Iterator[Paragraph]
 
 
 def given(line: int, match: re.Match[str]) -> Data:
-    """Return the groups that a match has."""
+    """Return the line and the groups of a match."""
     groups = match.groupdict().items()
     return {"line": line, **{key: text.strip() for key, text in groups if text is not None}}
 
@@ -123,9 +123,9 @@ def sections(document: Document) -> list[tuple[int, str, int]]:
 
 
 def commands(document: Document) -> list[Data]:
-    """Return what stands under the heading of each command."""
+    """Return the contents of the section of each command."""
     found = [_command(document, *section) for section in sections(document)]
-    # A reply is that of the command which the sentence names, wherever the sentence stands
+    # A reply belongs to the command that the sentence names, in whichever section the sentence is
     status = next(entry for entry in found if entry["title"] == "Read Status")
     for entry in found:
         if entry is not status and any("means" in reply for reply in entry.get("replies", [])):
@@ -176,7 +176,7 @@ def _paragraph(part: Paragraph, entry: Data, lists: Data) -> None:
 
 
 def mentions(document: Document) -> list[Data]:
-    """Return the commands that are named in passing."""
+    """Return the commands that are mentioned in other places."""
     found = []
     for line in document.numbers():
         rows = [m for pattern in MENTIONS for m in pattern.finditer(document[line])]
@@ -185,7 +185,7 @@ def mentions(document: Document) -> list[Data]:
 
 
 def format_chapter(document: Document) -> Data:
-    """Return what the document says of the form of all commands."""
+    """Return the statements of the document about the form of all commands."""
     end = sections(document)[0][0] - 1
     parts = list(paragraphs(document, 1, end))
     reserved = next(part.line for part in parts if "reserved for future use" in part.text)

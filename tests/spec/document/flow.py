@@ -1,7 +1,7 @@
-"""The words of a vendor's document in reading order, and where a quotation stands in them.
+"""The words of a vendor's document in reading order, and the places of quotations.
 
 Tables with descriptions are read cell by cell, so that a sentence that fills several rows of a cell is a
-sentence again. Blanks, markup and line ends count for nothing: the scan has too many of them.
+sentence again. Blanks, markup and line ends are ignored, because the scan has too many of them.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from functools import cached_property
 
 from .text import Document
 
-# Words that make a sentence say how something has to behave, or usually does.
+# Words of sentences about required or usual behaviour.
 WORDS = (
-    # duties, what may be, and what may not
+    # duties, permissions and prohibitions
     "must|shall|should|may|can|always|never|only|cannot|required|requires|recommended|acceptable|allowed",
     "not (?:be )?(?:allowed|altered|changed|supported|used|applicable|required|relevant|implemented)",
     "do not|does not|no longer (?:any )?need|ignored|unused|applicable|apply|applies|applied|"
     "supports?|fixed|at least|until",
-    # what comes back, what goes out, and what stays
+    # answers, messages and stored values
     "will|is sent|are sent|sends?|sent|returned|returns?|responds?|no (?:response|reply)|response is",
     "is output|are output|automatically|periodically|continuously|immediately|swapped|stored|saved",
     # values
     "in the range|range (?:is|\\d)|value range|accepts?|between \\d|maximum of|less than|greater than",
     "signed|unsigned|is set|are set|set to|default (?:value|setting|state)",
-    # what a message is for
+    # purposes of messages
     "used to (?:set|start|stop|request|load|save|limit|select)|stops?|disables?|enables?|resume|initiates",
     # habits
     "typically|usually|normally|in general|by default",
@@ -45,7 +45,7 @@ UPPER_HEADING = re.compile(r"[A-Z][A-Z ]+[A-Z]|Command: [A-Z].*")
 
 
 def plain(text: str) -> str:
-    """Drop the marks of the text format and write letters of one sound in one way."""
+    """Drop the markup and replace variants of the same character by one."""
     text = MARKUP.sub("", text.replace("\\mu", "μ"))
     return "".join(LETTERS.get(letter, letter) for letter in text)
 
@@ -56,11 +56,11 @@ def squeeze(text: str) -> str:
 
 @dataclass(frozen=True)
 class Piece:
-    """Some words of one line: the whole line, or its part in the column that is being read."""
+    """Some words of one line: the whole line, or its part in the current column."""
 
     line: int
     text: str
-    ends: bool  # nothing that comes behind belongs to the same sentence
+    ends: bool  # the sentence does not continue after it
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Sentence:
 
 
 def sections(document: Document) -> dict[int, tuple[int, int]]:
-    """Return which section each line stands in, where headings and no footers divide a document."""
+    """Return the section of each line, for a document divided by headings instead of footers."""
     found = {}
     section = 0
     for number in document.numbers():
@@ -83,7 +83,7 @@ def sections(document: Document) -> dict[int, tuple[int, int]]:
 
 
 class Flow:
-    """All words of a document without blanks, each with its line and the pages it can stand on."""
+    """All words of a document without blanks, each with its line and its possible pages."""
 
     def __init__(self, document: Document, paged: bool) -> None:
         self.document = document
@@ -99,11 +99,11 @@ class Flow:
         self.letters = "".join(letters)
 
     def pages(self, place: int) -> tuple[int, int]:
-        """Return the first and the last page on which a letter can stand."""
+        """Return the first and the last possible page of a letter."""
         return self._pages(self.lines[place])
 
     def on(self, page: int) -> tuple[int, int]:
-        """Return where the letters that can stand on a page begin and end."""
+        """Return the range of the letters that are possibly on a page."""
         places = self._by_page.get(page)
         return places or (0, 0)
 
@@ -117,9 +117,9 @@ class Flow:
         return found
 
     def find(self, quotation: str, page: int) -> list[tuple[int, int]] | str:
-        """Return where a quotation stands that begins on a page, or the words that are not there.
+        """Return the places of a quotation that begins on a page, or the words that are missing.
 
-        Words left out are "…". A quotation without any is found as often as it stands on the page.
+        "…" marks omitted words. A quotation without it is found as often as it appears on the page.
         """
         start, end = self.on(page)
         _, behind = self.on(page + 1)
@@ -144,7 +144,7 @@ class Flow:
         return self.document[self.lines[place]].startswith("#")
 
     def sentences(self) -> Iterator[Sentence]:
-        """Return the sentences that say how something has to behave, each with its normative words."""
+        """Yield the sentences in order."""
         place = 0
         held: list[Piece] = []
         start = 0
@@ -168,7 +168,7 @@ class Flow:
 
 
 def pieces(document: Document) -> Iterator[Piece]:
-    """Return the words of a document, column by column where a table has descriptions."""
+    """Yield the words of a document, column by column in tables with descriptions."""
     code = False
     in_fields = False
     tables = byte_tables(document)
@@ -197,7 +197,7 @@ def pieces(document: Document) -> Iterator[Piece]:
 
 
 def byte_tables(document: Document) -> set[int]:
-    """Return the lines of byte tables, which say nothing in words: blocks with a row of numbers."""
+    """Return the lines of byte tables, which contain no sentences: blocks with a row of numbers."""
     found: set[int] = set()
     block: list[int] = []
     for number in [*document.numbers(), 0]:
@@ -211,7 +211,7 @@ def byte_tables(document: Document) -> set[int]:
 
 
 def _closes(document: Document, number: int, code: bool) -> bool:
-    """Whether a sentence ends with this line: a blank line, and a capital or a mark behind it."""
+    """Whether a sentence ends with this line: a blank line follows, then a capital or a mark."""
     if code:
         return False
     behind = number + 1

@@ -1,4 +1,4 @@
-"""Every example in the document of commands is one of ours, line by line and byte by byte."""
+"""examples.yaml has every example of the command document, line by line and byte by byte."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def matches(document: Document, pattern: re.Pattern[str]) -> Iterator[tuple[int,
 
 
 def ours(entries: list[Json], *keys: str, **wanted: Any) -> list[tuple[Any, ...]]:
-    """Return line and values of the examples that have all of ``keys`` and are what is wanted."""
+    """Return line and values of the examples that have all of ``keys`` and match ``wanted``."""
     return sorted(
         (entry["line"], *(entry[key] for key in keys))
         for entry in entries
@@ -72,7 +72,7 @@ def test_sections(command_document: Document, entries: list[Json]) -> None:
     assert wrong == []
 
 
-def test_they_stand_in_the_order_of_the_document(entries: list[Json]) -> None:
+def test_examples_are_in_the_order_of_the_document(entries: list[Json]) -> None:
     lines = [entry["line"] for entry in entries]
     assert lines == sorted(lines)
 
@@ -97,7 +97,7 @@ def test_replies(command_document: Document, entries: list[Json], compared: Coun
 
 
 def test_silence(command_document: Document, entries: list[Json], compared: Counter[str]) -> None:
-    """Where no reply is printed, the command of the same section has none."""
+    """A statement that there is no reply belongs to the command of its section."""
     lines = [line for line, _ in matches(command_document, SILENCE)]
     assert len(lines) == 10
     silent = [entry for entry in entries if "unanswered" in entry.get("claim", {})]
@@ -109,7 +109,7 @@ def test_silence(command_document: Document, entries: list[Json], compared: Coun
     compared["command examples: no reply"] = len(lines)
 
 
-def test_every_line_that_speaks_of_a_reply(command_document: Document, entries: list[Json]) -> None:
+def test_every_line_about_a_reply(command_document: Document, entries: list[Json]) -> None:
     lines = [line for line, _ in matches(command_document, ANY_REPLY)]
     assert len(lines) == 21
     assert set(lines) <= {entry["line"] for entry in entries}
@@ -221,10 +221,10 @@ def test_bits(command_document: Document, entries: list[Json], compared: Counter
     compared["command examples: bits"] = len(table) + len(reply)
 
 
-def test_bytes_that_prose_spells(
+def test_bytes_spelled_out_in_prose(
     command_document: Document, entries: list[Json], compared: Counter[str]
 ) -> None:
-    """Prose that names three bytes names those of the example above it, but once."""
+    """Three bytes spelled out in prose are those of the example above, with one exception."""
     lines = {number: command_document[number] for number in command_document.numbers()}
     whole = " ".join(lines.values())
     spelled = [match.groups() for match in SPELLED.finditer(re.sub(r"\s+", " ", whole))]

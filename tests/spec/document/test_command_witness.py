@@ -1,4 +1,4 @@
-"""What the program reads in the document of commands is what the transcription says, fact by fact."""
+"""The transcription of the command document agrees with the program's reading, fact by fact."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ def test_commands(command_document: Document, printed_commands: Data, compared: 
 def test_mentions(command_document: Document, printed_commands: Data, compared: Counts) -> None:
     expected = printed_commands["commands"]["mentions"]
     assert extract_commands.mentions(command_document) == expected
-    compared["commands named in passing"] = len(expected)
+    compared["commands mentioned in other places"] = len(expected)
 
 
 def test_wording(command_document: Document, printed_commands: Data, compared: Counts) -> None:
-    """The words stand in their lines, and no sentence is torn but those that are listed."""
+    """The words are in their lines, and only the listed sentences are torn."""
     words = printed_commands["wording"]["words"]
     rows = [tuple(row) for listed in words.values() for row in listed]
     assert [(line, text) for line, text in rows if text not in command_document[line]] == []
@@ -71,7 +71,7 @@ def test_wording(command_document: Document, printed_commands: Data, compared: C
 
 
 def test_spelling(command_document: Document, printed_commands: Data) -> None:
-    """Every line with the word that is misspelt most often is listed."""
+    """Every line with the most frequent misspelling is listed."""
     listed = {
         line
         for line, text in printed_commands["wording"]["words"]["spelling"]
@@ -81,9 +81,9 @@ def test_spelling(command_document: Document, printed_commands: Data) -> None:
 
 
 def test_every_number_in_a_table(command_document: Document, printed_commands: Data) -> None:
-    """A row with a tab is a row of some table; no such row of the document is left out."""
+    """A line with a tab is a row of a table; every such line of the document is transcribed."""
     rows = {n for n in command_document.numbers() if "\t" in command_document[n]}
-    notation = range(53, 58)  # how numbers and keys are written in the document itself
+    notation = range(53, 58)  # the notation of numbers and keys in the document
     headings = {11, 26}
     chapters = [printed_commands[name] for name in (*CHAPTERS, "commands")]
     assert rows - lines(chapters) == {*notation, *headings}

@@ -1,4 +1,4 @@
-"""Every line of bytes in the document is an example of ours, and the three lost ones are known."""
+"""examples.yaml has every line of bytes in the document, and the three lost lines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KINDS = ("tx", "rx", "lost")
 def chosen(examples: Mapping[str, Any]) -> dict[int, Mapping[str, Any]]:
     entries = [entry for entry in examples.values() if entry["kind"] in KINDS]
     found = {entry["line"]: entry for entry in entries}
-    assert len(found) == len(entries), "a line is claimed by two examples"
+    assert len(found) == len(entries), "two examples have the same line"
     return found
 
 
@@ -55,7 +55,7 @@ def test_bytes(reading: Reading, examples: Mapping[str, Any], compared: Counter[
 
 
 def test_pages(reading: Reading, examples: Mapping[str, Any], compared: Counter[str]) -> None:
-    """The other examples, too, stand on the pages that they name."""
+    """All examples, including those without bytes, are on the pages that they name."""
     wrong = []
     for slug, entry in examples.items():
         low, high = reading.document.pages(entry["line"])

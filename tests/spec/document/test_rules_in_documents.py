@@ -1,8 +1,8 @@
-"""Rules against the documents, both ways: no sentence without its rule, no rule without its sentence.
+"""Every requirement in the documents has a rule, and every rule quotes its page.
 
-A program reads the sentences that say how something has to behave; people wrote the rules. A word such as
-"must" or "will" that no rule quotes needs a reason in ``not_rules.yaml``; a quotation that is not on its page
-is an error, too.
+A program finds the sentences about required behaviour; people wrote the rules. A word such as "must" or
+"will" that no rule quotes needs a reason in ``not_rules.yaml``. A quotation that is not on its page is also
+an error.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .conftest import SPEC
 PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 NOT_RULES = Path(__file__).parent / "not_rules.yaml"
 CONTENTS = {"thorlabs_apt": 5, "asi_ms2000": 0}  # pages of contents before the text begins
-SENTENCES = {"thorlabs_apt": 500, "asi_ms2000": 120}  # that the program finds at least
+SENTENCES = {"thorlabs_apt": 500, "asi_ms2000": 120}  # minimum number that the program finds
 Entry = dict[str, Any]
 
 
@@ -35,7 +35,7 @@ def protocol(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def read(protocol: str, request: pytest.FixtureRequest) -> flow.Flow:
-    """Return the flow of a document, with its pages as sure as its headings make them."""
+    """Return the flow of a document, with its pages narrowed by its headings."""
     if protocol == "thorlabs_apt":
         return flow.Flow(request.getfixturevalue("reading").document, paged=True)
     return flow.Flow(request.getfixturevalue("command_document"), paged=False)
@@ -52,7 +52,7 @@ def not_rules(protocol: str) -> list[Entry]:
 
 
 def quoted(read: flow.Flow, entries: dict[str, Entry]) -> tuple[bytearray, list[str]]:
-    """Mark the letters that quotations cover; return them, and the quotations that are nowhere."""
+    """Return a mark for each letter that quotations cover, and the quotations that were not found."""
     covered = bytearray(len(read.letters))
     lost = []
     for name, entry in entries.items():
@@ -104,13 +104,13 @@ def test_every_sentence_has_its_rule(
         if 0 in by_rules[place] and 0 in by_others[place]
     ]
     assert not lost
-    assert not missing, "neither a rule nor not_rules.yaml quotes\n" + "\n".join(missing)
+    assert not missing, "neither a rule nor not_rules.yaml quotes:\n" + "\n".join(missing)
 
 
-def test_what_is_no_rule_is_needed(
+def test_every_entry_of_not_rules_is_needed(
     read: flow.Flow, protocol: str, rules: dict[str, Entry], not_rules: list[Entry]
 ) -> None:
-    """An entry that quotes no normative word, or what a rule quotes, is out of date."""
+    """An entry is out of date if it quotes no normative word, or only words that a rule quotes."""
     by_rules, _ = quoted(read, rules)
     places = [place for _, _, place in words(read, protocol) if 0 in by_rules[place]]
     idle = []

@@ -1,4 +1,4 @@
-"""What the program reads in the document is what the transcription says, place by place."""
+"""The transcription agrees with the program's reading of the document, place by place."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def at(reading: Reading, what: str) -> set[int]:
 
 
 def places(node: Any) -> Iterator[tuple[int, int]]:
-    """Give the line and the page of everything in the witness that has both."""
+    """Yield the line and the page of every entry of the witness that has both."""
     if isinstance(node, dict):
         if isinstance(node.get("page"), int) and isinstance(node.get("line"), int):
             yield node["line"], node["page"]
@@ -30,12 +30,12 @@ def places(node: Any) -> Iterator[tuple[int, int]]:
 
 
 def raw(reading: Reading, line: int) -> str:
-    """Return a line as the witness writes a damaged row: cells divided by strokes."""
+    """Return a line in the form of a damaged row of the witness: cells separated by |."""
     return tidy(reading.document[line].replace("\t", " | "))
 
 
 def tidy(text: str) -> str:
-    """Drop doubled blanks and empty cells at the end."""
+    """Drop repeated blanks, and empty cells at the end."""
     return re.sub(r"\s+", " ", text).strip(" |")
 
 
@@ -63,7 +63,7 @@ def test_pages(reading: Reading, printed: Data, compared: Counts) -> None:
 
 
 def test_pages_of_all_lines(reading: Reading, compared: Counts) -> None:
-    """Every line has a page; together they are the 138 of the document, in order."""
+    """Every line has a page; together they are the 138 pages of the document in order."""
     document = reading.document
     ranges = [document.pages(number) for number in document.numbers()]
     assert ranges == sorted(ranges)
@@ -151,7 +151,7 @@ def byte_tables(messages: Data) -> dict[int, tuple[str, Data]]:
 
 
 def test_byte_tables(reading: Reading, messages: Data, compared: Counts) -> None:
-    """Place, message, label, structure and packet, and the last number of every table."""
+    """Every table agrees in place, message, label, structure, packet and last number."""
     found = {
         table.line: (
             table.message,
@@ -181,7 +181,7 @@ def test_header_cells(reading: Reading, messages: Data, compared: Counts) -> Non
     wrong = []
     for table in reading.tables:
         if table.line not in expected:
-            continue  # test_byte_tables says so
+            continue  # test_byte_tables reports it
         cells = expected[table.line][1]["header"]
         assert len(table.header) == len(cells) == 6, table.line
         wrong += [
@@ -194,7 +194,7 @@ def test_header_cells(reading: Reading, messages: Data, compared: Counts) -> Non
 
 
 def same_names(found: Sequence[str | None], expected: Sequence[str]) -> bool:
-    """Compare names but for blanks and case; a row that cannot be read may hold any names."""
+    """Names agree except for blanks and case; an unreadable row matches any names."""
     if not found:
         return not expected
     if found[0] is None:
@@ -209,7 +209,7 @@ def test_data_names(reading: Reading, messages: Data, compared: Counts) -> None:
     wrong = []
     for table in reading.tables:
         if table.line not in expected:
-            continue  # test_byte_tables says so
+            continue  # test_byte_tables reports it
         columns = [name for name in expected[table.line][1].get("columns", []) if name]
         if not same_names(table.columns, columns):
             wrong.append((table.line, table.columns, columns))
@@ -218,7 +218,7 @@ def test_data_names(reading: Reading, messages: Data, compared: Counts) -> None:
 
 
 def test_field_tables(reading: Reading, messages: Data, compared: Counts) -> None:
-    """Names and formats of the field tables, under the heading where they stand."""
+    """Names and formats of every field table agree, under the same heading."""
     headings = {name: heading for heading in reading.headings for name in heading.names}
     expected: dict[int, list[Any]] = {}
     for name, entry in messages.items():

@@ -1,4 +1,4 @@
-"""The text of a vendor's document: where it lies, its lines, and on which page a line stands."""
+"""The text of a vendor's document: its path, its lines, and the page of each line."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from checkout import ROOT
 
 NAMES = {"thorlabs_apt": "000_10158ebefc6a9f15.txt", "asi_ms2000": "001_d6e265560c7eb5e3.txt"}
 VARIABLE = "STAGEWIRE_DOCUMENTS"
-WITHOUT = "none"  # a public CI, which cannot have the documents
+WITHOUT = "none"  # for a public CI, which cannot have the documents
 
 FOOTER = re.compile(r"^\**Thorlabs Confidential\**(?: Page (?P<page>\d+) of \d+)?(?P<rest>.*)$")
 
 
 def find(protocol: str) -> Path | None:
-    """Return the path of the text of a protocol's document, or None where it is not at hand."""
+    """Return the path of the text of a protocol's document, or None if it is not available."""
     named = os.environ.get(VARIABLE)
     if named == WITHOUT:
         return None
@@ -28,7 +28,7 @@ def find(protocol: str) -> Path | None:
 
 @dataclass(repr=False)
 class Document:
-    """Lines (numbered from one), footers, and the range of pages on which each line can stand."""
+    """Lines (numbered from one), footers, and the range of possible pages of each line."""
 
     lines: list[str]
     footers: dict[int, int | None] = field(default_factory=dict)
@@ -52,7 +52,7 @@ class Document:
         return number in self.footers
 
     def pages(self, number: int) -> tuple[int, int]:
-        """Return the first and the last page on which the line can stand."""
+        """Return the first and the last possible page of a line."""
         return self._pages[number]
 
     def sure(self, number: int) -> bool:
@@ -68,7 +68,7 @@ class Document:
                 self.lines[number - 1] = match["rest"].strip()
 
     def footer_pages(self) -> dict[int, tuple[int, int]]:
-        """A footer without number lies between the numbered ones around it."""
+        """Return the first and the last possible page of each footer."""
         order = sorted(self.footers)
         found: dict[int, tuple[int, int]] = {}
         before = 0
@@ -96,7 +96,7 @@ class Document:
         for line in sorted(ends):
             for number in range(start, line + 1):
                 self._pages[number] = (low, ends[line][1])
-            if self[line]:  # what runs on behind the footer is on the next page
+            if self[line]:  # text after the footer is on the next page
                 self._pages[line] = (ends[line][1] + 1, ends[line][1] + 1)
             start, low = line + 1, ends[line][0] + 1
         for number in range(start, len(self.lines) + 1):
@@ -116,7 +116,7 @@ class Document:
         return found
 
     def anchor(self, number: int, page: int) -> None:
-        """Narrow a stretch: from this line on it is on this page or later, before it not later."""
+        """Narrow a stretch: the line and its successors are on the page or later, the others not later."""
         low, high = self._pages[number]
         if not low <= page <= high or low == high:
             return

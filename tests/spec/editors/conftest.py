@@ -1,4 +1,4 @@
-"""The YAML language server, running for the tests of a process."""
+"""A running YAML language server, shared by the tests of a process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from language_server import LanguageServer
 
 HERE = Path(__file__).parent
 
-# As docs/how-to/editors.md says: no catalogue of schemas from the network.
+# As in docs/how-to/editors.md: do not load a schema catalogue from the network.
 SETTINGS = {
     "yaml": {
         "schemaStore": {"enable": False},
@@ -26,13 +26,13 @@ SETTINGS = {
 
 @pytest.fixture(scope="session")
 def node_modules() -> Path:
-    """The folder with the server."""
+    """Return the folder with the server."""
     return npm.node_modules(HERE)
 
 
 @pytest.fixture(scope="session")
 def server(node_modules: Path) -> Iterator[LanguageServer]:
-    """A language server without the network, set up as ``docs/how-to/editors.md`` says."""
+    """Run a language server without network access, configured as in ``docs/how-to/editors.md``."""
     program = node_modules / "yaml-language-server" / "bin" / "yaml-language-server"
     with LanguageServer(program, "yaml", SETTINGS, before=HERE / "offline.cjs") as it:
         yield it

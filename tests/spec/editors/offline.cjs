@@ -1,7 +1,7 @@
-// Loaded into the language server before anything else: whatever it needs, it has on this machine.
+// Loaded into the language server first: it must not use the network.
 "use strict";
 const { Socket } = require("node:net");
 
 Socket.prototype.connect = function () {
-  throw new Error("the language server asked for the network");
+  throw new Error("the language server tried to use the network");
 };

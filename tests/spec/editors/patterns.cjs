@@ -1,5 +1,5 @@
-// Reads a JSON array of [pattern, texts]; prints for each text whether JavaScript finds the pattern in it.
-// The language server compiles patterns in the same way.
+// Reads a JSON array of [pattern, texts] and prints for each text whether JavaScript finds the pattern in it.
+// The patterns are compiled as in the language server.
 "use strict";
 const { readFileSync } = require("node:fs");
 

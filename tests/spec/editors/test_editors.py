@@ -1,6 +1,6 @@
-"""What an editor with the YAML language server makes of spec files (``docs/how-to/editors.md``).
+"""Spec files in an editor with the YAML language server (``docs/how-to/editors.md``).
 
-The server is the real one, and finds the schemas as it does for everybody: by the first line of each file.
+The tests run the real server, which finds the schema by the first line of each file.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ def name(path: Path) -> str:
 
 
 def squiggles(server: LanguageServer, more: str = "") -> dict[str, list[dict[str, Any]]]:
-    """Return the diagnostics of all files of the project, with something written at their ends."""
+    """Return the diagnostics of all files of the project, with ``more`` appended to each."""
     texts = {path: f"{path.read_text(encoding='utf-8')}{more}" for path in FILES}
     found = server.open_all(texts)
     server.close(*texts)
     return {name(path): said for path, said in found.items()}
 
 
-def test_right_files_have_no_squiggles(server: LanguageServer) -> None:
+def test_valid_files_have_no_squiggles(server: LanguageServer) -> None:
     found = squiggles(server)
     assert {
         "spec/asi_ms2000/protocol.yaml",
@@ -49,16 +49,16 @@ def test_right_files_have_no_squiggles(server: LanguageServer) -> None:
     assert server.messages == []
 
 
-def test_every_file_is_held_against_its_schema(server: LanguageServer) -> None:
-    """A key that it does not know has a squiggle, so it was found."""
+def test_every_file_is_validated_against_its_schema(server: LanguageServer) -> None:
+    """An unknown key is underlined, so the schema was found."""
     for path, found in squiggles(server, "unheard_of: 1\n").items():
         line = (ROOT / path).read_text(encoding="utf-8").count("\n")
         places = {(said["message"], said["range"]["start"]["line"]) for said in found}
         assert ("Property unheard_of is not allowed.", line) in places, path
 
 
-def test_a_lost_schema_is_said(server: LanguageServer) -> None:
-    """Without this the tests above would prove nothing."""
+def test_a_missing_schema_is_reported(server: LanguageServer) -> None:
+    """Otherwise the tests above would pass without a schema."""
     text = MESSAGES.read_text(encoding="utf-8").replace("../../schema/", "../../lost/", 1)
     [squiggle] = server.open(MESSAGES, text)
     server.close(MESSAGES)
@@ -74,11 +74,11 @@ def test_a_lost_schema_is_said(server: LanguageServer) -> None:
         ("direction: to_controller", "direction: out", "out", "Valid values"),
         ("MOT_VELPARAMS:", "Mot_velparams:", "Mot_velparams", "not allowed"),
         ("quantity: velocity", "quantity: Velo City", "Velo City", "lower_snake_case"),
-        ("title: ", 'title: "\\u202E" #', '"\\u202E"', "plain text in one line"),
+        ("title: ", 'title: "\\u202E" #', '"\\u202E"', "plain text on one line"),
         ("id: 0x0443", "id: 0x10443", "0x10443", "maximum of 65535"),
     ],
 )
-def test_a_mistake_has_a_squiggle_in_its_place(
+def test_a_mistake_is_underlined_in_its_place(
     server: LanguageServer, right: str, wrong: str, marked: str, said: str
 ) -> None:
     text = MESSAGES.read_text(encoding="utf-8")
@@ -103,7 +103,7 @@ def test_completion_within_a_field(server: LanguageServer) -> None:
     start = text.index(field)
     offered = complete(server, text[:start] + new + text[start:], start + len(new) - 1)
     assert offered.keys() >= FIELD
-    assert "unit and a scale" in str(offered["quantity"]["documentation"])
+    assert "its unit and scale" in str(offered["quantity"]["documentation"])
     started = new.replace("        \n", "        format: word\n        qua\n")
     offered = complete(server, text[:start] + started + text[start:], start + len(started) - 1)
     assert "quantity" in offered
@@ -122,7 +122,7 @@ def test_completion_of_values(server: LanguageServer) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_completion_in_a_new_file(server: LanguageServer, kind: str, tmp_path: Path) -> None:
-    """With its first line alone a file offers all that it may begin with."""
+    """With only its first line, a file offers all top-level keys."""
     path = tmp_path / f"{kind}.yaml"
     schema = (SCHEMAS / f"{kind}.schema.json").as_posix()
     text = f"# yaml-language-server: $schema={schema}\n\n"
@@ -136,13 +136,13 @@ def test_completion_in_a_new_file(server: LanguageServer, kind: str, tmp_path: P
 @pytest.mark.parametrize(
     ("key", "title", "said"),
     [
-        ("quantity: velocity", "Quantity", "a unit and a scale"),
+        ("quantity: velocity", "Quantity", "its unit and scale"),
         ("spelling: ", "Spelling", "run-together name"),
         ("  MOT_VELPARAMS:", "Parameter set", "a set has one of header"),
         ("chapter: motor", "Chapter", "short name of the chapter"),
     ],
 )
-def test_hover_shows_what_the_schema_says(
+def test_hover_shows_the_description_in_the_schema(
     server: LanguageServer, key: str, title: str, said: str
 ) -> None:
     text = MESSAGES.read_text(encoding="utf-8")
@@ -164,7 +164,7 @@ def complete(server: LanguageServer, text: str, offset: int) -> dict[str, dict[s
 
 
 def position(text: str, offset: int) -> tuple[int, int]:
-    """Return line and character of a place in a text, as the protocol counts them."""
+    """Return line and character of an offset in a text, as the protocol counts them."""
     begin = text.rfind("\n", 0, offset) + 1
     return text.count("\n", 0, offset), len(text[begin:offset].encode("utf-16-le")) // 2
 
@@ -184,7 +184,7 @@ def patterns(schema: Any) -> Iterator[str]:
 
 
 def texts() -> set[str]:
-    """Return words of the spec, and what could slip through a pattern."""
+    """Return words of the spec, and texts that a pattern might accept by mistake."""
     words = {
         word
         for path in FILES[::4]
@@ -197,8 +197,8 @@ def texts() -> set[str]:
     return words | {"", "µm/s²", "\U0001f600", "A\U00010400", "é", "Ⅷ", "٣", "x" * 300}
 
 
-def test_patterns_mean_the_same_in_javascript() -> None:
-    """Python and the language server find them in the same texts: names, line feeds, hidden signs."""
+def test_patterns_match_the_same_texts_in_javascript() -> None:
+    """Python and the language server agree on names, line feeds and invisible characters."""
     words = sorted(texts())
     found = {
         pattern
