@@ -3930,7 +3930,7 @@ static inline apt_status apt_mot_req_dcstatusupdate_decode(
  * Erratum apt-dcstatus-velocity-word: printed word; encoded short.
  *
  * Erratum apt-list-tdc001-dcstatus: printed MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE;
- * encoded MOT_GET_DCSTATUSUPDATE, too.
+ * encoded also MOT_GET_DCSTATUSUPDATE.
  *
  * Erratum apt-status-bit-counting: printed bits 13, 14, 15 and 25; encoded masks 0x00001000,
  * 0x00002000, 0x00004000 and 0x01000000.

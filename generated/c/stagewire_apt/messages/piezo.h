@@ -751,7 +751,7 @@ static inline apt_status apt_pz_req_maxtravel_decode(
  * from the actuator itself.
  *
  * Erratum apt-list-bpc30x-maxtravel: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL; encoded
- * PZ_GET_MAXTRAVEL, too.
+ * also PZ_GET_MAXTRAVEL.
  *
  * Erratum apt-maxtravel-example-addresses: printed 01 A2; encoded 81 22.
  *

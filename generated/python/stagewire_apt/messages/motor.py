@@ -4144,7 +4144,7 @@ class MotGetDcStatusUpdate(FramedMessage):
 
     Erratum ``apt-dcstatus-velocity-word``: printed word; encoded short.
     Erratum ``apt-list-tdc001-dcstatus``: printed MOT_REQ_DCSTATUSUPDATE and MOT_ACK_DCSTATUSUPDATE;
-        encoded MOT_GET_DCSTATUSUPDATE, too.
+        encoded also MOT_GET_DCSTATUSUPDATE.
     Erratum ``apt-status-bit-counting``: printed bits 13, 14, 15 and 25; encoded masks 0x00001000,
         0x00002000, 0x00004000 and 0x01000000.
     Erratum ``apt-status-velocity-factor``: printed 204.8 per mm/s; encoded 2.048 per mm/s.

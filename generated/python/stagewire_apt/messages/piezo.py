@@ -712,7 +712,7 @@ class PzGetMaxTravel(FramedMessage):
     :param travel: in steps of 100 nm; no format is printed; in counts of 1/10 um; from 0 to 65535.
 
     Erratum ``apt-list-bpc30x-maxtravel``: printed PZ_SET_OUTPUTMAXVOLTS and no PZ_GET_MAXTRAVEL;
-        encoded PZ_GET_MAXTRAVEL, too.
+        encoded also PZ_GET_MAXTRAVEL.
     Erratum ``apt-maxtravel-example-addresses``: printed 01 A2; encoded 81 22.
     Erratum ``apt-maxtravel-format-missing``: printed no format of Travel; encoded word.
     Erratum ``apt-maxtravel-unit``: printed a value (in microns); encoded steps of 100 nm.
