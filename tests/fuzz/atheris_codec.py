@@ -1,19 +1,19 @@
-"""Fuzz the codec and the framer, guided by coverage, and count that it was done.
+"""Fuzz the codec and the framer, guided by coverage, and count the executions.
 
     python tests/fuzz/atheris_codec.py                       # 10 million executions, three processes
     python tests/fuzz/atheris_codec.py --executions 100000 --seed 7
     python tests/fuzz/atheris_codec.py --replay build/fuzz/stream-crash-…
 
-Four of ten executions frame a stream, five decode or encode a single frame, which is faster
-(``properties.py``), and one reads a stream of commands and of replies (``command_properties.py``). The
-corpus begins with the worked examples and captures; inputs are changed by ``streams.py`` and
-``command_streams.py``, and now and then by libFuzzer's own mutations. The exit is 1 when a property was
-broken, an undocumented exception came, fewer executions than asked for went through all their
-checks, or something that should be met (a kind of event, a refusal) never came. What broke a
-property is kept below ``build/fuzz``.
+Of a hundred executions, 40 frame a stream, 59 decode or encode a single frame, which is faster
+(``properties.py``), and one reads a stream of commands and replies (``command_properties.py``). The corpus
+starts with the worked examples and captures. ``streams.py`` and ``command_streams.py`` mutate the inputs, and
+one mutation in ten is libFuzzer's own. Inputs that break a property are kept below ``build/fuzz``.
 
-An execution is counted by the worker itself, after its last check, in memory that all processes
-share: a worker that dies early cannot pass for one that is done.
+The exit status is 1 if a property was broken, an undocumented exception was raised, fewer executions than
+requested completed, or an expected kind of event or refusal never occurred.
+
+Each worker counts an execution after its last check, in shared memory. A worker that dies early therefore
+cannot look complete.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SHARES = {
     "stream": 40,
     "codec": 59,
     "commands": 1,
-}  # in hundredths: one of commands is many streams
+}  # in hundredths: one execution of "commands" runs many streams
 LONGEST = 512
 _SECONDS_AN_INPUT = 20
 _MEBIBYTES = 1024
@@ -50,7 +50,7 @@ _SLOT = 8  # bytes of a counter
 
 
 def work(target: str, executions: int, seed: int, folder: Path) -> None:
-    """Fuzz one target; libFuzzer ends the process."""
+    """Fuzz one target. libFuzzer ends the process."""
     import atheris
 
     with atheris.instrument_imports(include=["stagewire", "stagewire_apt", "stagewire_ms2000"]):
@@ -58,7 +58,8 @@ def work(target: str, executions: int, seed: int, folder: Path) -> None:
         import streams
 
         check: Callable[[bytes], None] = getattr(properties, f"check_{target}")
-        for data in streams.beginnings(target):  # what is only imported on use, is imported now
+        # Import the modules that are imported on first use.
+        for data in streams.beginnings(target):
             check(data)
 
     with (folder / f"{target}.counts").open("r+b") as file:
@@ -95,7 +96,7 @@ def work(target: str, executions: int, seed: int, folder: Path) -> None:
 
 
 class Worker(NamedTuple):
-    """A process that fuzzes one target, its counters and what it prints."""
+    """A process that fuzzes one target, with its counters and its log."""
 
     target: str
     executions: int
@@ -105,12 +106,12 @@ class Worker(NamedTuple):
 
     @property
     def done(self) -> int:
-        """Executions that went through all their checks."""
+        """Number of executions that passed all their checks."""
         return int(self.counts[0])
 
 
 def start(target: str, executions: int, seed: int, names: tuple[str, ...]) -> Worker:
-    """Start a worker on a fresh corpus: the same seed begins in the same way."""
+    """Start a worker on a fresh corpus, so that the same seed starts from the same inputs."""
     import streams
 
     corpus = BUILD / f"{target}-corpus"
@@ -131,7 +132,7 @@ def start(target: str, executions: int, seed: int, names: tuple[str, ...]) -> Wo
 
 
 def watch(workers: list[Worker]) -> dict[str, float]:
-    """Wait for all workers, with a line a minute; return the seconds that each took."""
+    """Wait for all workers, printing progress every minute; return the seconds that each one took."""
     began = said = time.monotonic()
     seconds: dict[str, float] = {}
     while len(seconds) < len(workers):
@@ -148,12 +149,12 @@ def watch(workers: list[Worker]) -> dict[str, float]:
 
 
 def report(worker: Worker, seconds: float, names: tuple[str, ...]) -> list[str]:
-    """Print the figures of a worker; return what is wrong with them."""
+    """Print the figures of a worker and return the problems found in them."""
     text = worker.log.read_text(encoding="utf-8", errors="replace")
     coverage = _COVERAGE.findall(text)
     edges, features = coverage[-1] if coverage else ("no", "no")
     print(
-        f"{worker.target}: {worker.done:,} executions, {worker.done / seconds:,.0f} a second, "
+        f"{worker.target}: {worker.done:,} executions, {worker.done / seconds:,.0f} per second, "
         f"{edges} edges covered, {features} features"
     )
     seen = dict(zip(names, worker.counts[1:], strict=True))
@@ -161,11 +162,11 @@ def report(worker: Worker, seconds: float, names: tuple[str, ...]) -> list[str]:
     wrong = []
     if worker.process.returncode:
         print(text[-4000:])
-        wrong.append(f"ended with {worker.process.returncode}; see {worker.log}")
+        wrong.append(f"exited with status {worker.process.returncode}; see {worker.log}")
     if worker.done < worker.executions:
-        wrong.append(f"{worker.done:,} executions of {worker.executions:,} went through")
+        wrong.append(f"only {worker.done:,} of {worker.executions:,} executions completed")
     if not coverage:
-        wrong.append("libFuzzer reported no coverage: nothing guided it")
+        wrong.append("libFuzzer reported no coverage, so the run was not guided")
     return [f"{worker.target}: {what}" for what in wrong]
 
 
@@ -192,21 +193,21 @@ def fuzz(executions: int, seed: int) -> int:
         wrong += report(worker, seconds[worker.target], SEEN)
     for slot, name in enumerate(SEEN, 1):
         if not any(worker.counts[slot] for worker in workers):
-            wrong.append(f"nothing of the kind {name} ever came")
+            wrong.append(f"{name} never occurred")
     done = sum(worker.done for worker in workers)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(
         f"{done:,} executions in {max(seconds.values()):,.0f} s, "
-        f"{done / max(seconds.values()):,.0f} a second; "
+        f"{done / max(seconds.values()):,.0f} per second; "
         f"{used.ru_utime + used.ru_stime:,.0f} s of processor time"
     )
     for problem in wrong:
-        print(f"wrong: {problem}")
+        print(f"problem: {problem}")
     return int(bool(wrong))
 
 
 def replay(path: Path) -> None:
-    """Run one input that was kept, without the fuzzer; raise what it raises."""
+    """Run one kept input without the fuzzer, and raise its error."""
     import properties
 
     target = next(target for target in SHARES if path.name.startswith(target))

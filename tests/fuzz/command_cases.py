@@ -1,7 +1,7 @@
-"""What users give to the commands that know a protocol: hex, captures, fields, names, testee lines.
+"""User input for the commands that decode, encode and describe: hex, captures, fields, names, testee lines.
 
-Every function makes one :class:`~sandbox.Case` from a ``random.Random``. They begin with what is right,
-made from the registry, and damage it in the grammar of the input.
+Every public function makes one :class:`~sandbox.Case` from a ``random.Random``. It starts with valid input
+made from the registry, and damages it in the grammar of that input.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ NAMES = sorted(
 
 
 def _argument(text: str) -> str:
-    """Return what can be an argument of a process: no NUL, no half of a character."""
+    """Return the text as a valid process argument, without NUL and lone surrogates."""
     return text.replace("\0", "").encode("utf-8", "replace").decode("utf-8")
 
 
 def _sometimes(rng: Random, *options: tuple[str, Callable[[], str]]) -> Iterator[str]:
-    """Yield some of the options, mostly with a right value."""
+    """Yield some of the options, usually with a valid value."""
     for option, value in options:
         if rng.random() < 0.3:
             yield option
@@ -91,17 +91,17 @@ def _hex(rng: Random, data: bytes) -> str:
 
 
 def _decoding(arguments: list[str], stdin: bytes = b"", **files: bytes) -> Case:
-    """Return a case of ``stagewire decode``, which may write to the folder ``out`` alone."""
+    """Return a case of ``stagewire decode``, which may write only to the folder ``out``."""
     kept: dict[str, Content] = {f"{OUT}/readme.txt": b"", **files}
     return Case(("decode", *arguments), stdin=stdin, files=kept, may_write=OUT, holds=_decoded)
 
 
 def _decoded(case: Case, ran: Ran) -> None:
-    """JSON lines are that, and a file is there when all was decoded, and only then."""
+    """Check that every JSON line is valid, and that a file is written exactly if decoding ran to the end."""
     written = {path.name for path in (ran.folder / OUT).glob("*")} - {"readme.txt"}
     wanted = {"decoded"} if "--output" in case.arguments and ran.code != 2 else set()
     if written != wanted:
-        raise Wrong(f"exit {ran.code}, and {sorted(written)} was written, not {sorted(wanted)}")
+        raise Wrong(f"exit status {ran.code}: wrote {sorted(written)}, not {sorted(wanted)}")
     if "--json" not in case.arguments and "jsonl" not in case.arguments:
         return
     said = (ran.folder / OUT / "decoded").read_bytes() if written else ran.out
@@ -109,7 +109,7 @@ def _decoded(case: Case, ran: Ran) -> None:
         try:
             json.loads(line)
         except ValueError as error:
-            raise Wrong(f"no JSON line: {error}: {line[:200]!r}") from None
+            raise Wrong(f"invalid JSON line: {error}: {line[:200]!r}") from None
 
 
 def decode_hex(rng: Random) -> Case:
@@ -123,7 +123,7 @@ def decode_hex(rng: Random) -> Case:
 
 
 def decode_file(rng: Random) -> Case:
-    """A file or standard input: raw bytes, hex text, captures as JSON or JSON lines."""
+    """A file or standard input with raw bytes, hex text, or captures as JSON or JSON lines."""
     content = rng.choice((_raw, _hex_text, _json, _json_lines))(rng)
     if rng.random() < 0.3:
         content = damaged_bytes(rng, content)
@@ -198,7 +198,7 @@ def _layouts() -> list[tuple[Json, Json, list[Json]]]:
 
 
 def _value(rng: Random, field: Json) -> Any:
-    """Return a value that the field takes, as JSON carries it."""
+    """Return a valid value of the field in its JSON form."""
     if field["kind"] == "text":
         return "x" * rng.randrange(field["size"] + 1)
     if field["kind"] == "bytes":
@@ -208,7 +208,7 @@ def _value(rng: Random, field: Json) -> Any:
 
 
 def _written(rng: Random, field: Json) -> str:
-    """Return a value as a person writes it."""
+    """Return a valid value of the field as a person writes it."""
     names = [*(field.get("enum") or {}), *(field.get("flags") or {})]
     if names and rng.random() < 0.4:
         return rng.choice("|,+").join(rng.sample(names, rng.randrange(1, min(3, len(names)) + 1)))
@@ -219,7 +219,7 @@ def _written(rng: Random, field: Json) -> str:
 
 
 def encode(rng: Random) -> Case:
-    """A message with a form, addresses and fields."""
+    """A message name with a form, addresses and fields."""
     message, layout, fields = rng.choice(_layouts())
     words = [f"{field['name']}={_written(rng, field)}" for field in fields]
     name = message["name"] if rng.random() < 0.9 else rng.choice((word(rng), rng.choice(NAMES)))
@@ -251,7 +251,7 @@ def encode(rng: Random) -> Case:
 
 
 def show(rng: Random) -> Case:
-    """A name, nearly."""
+    """A name, often misspelt."""
     name = rng.choice(NAMES) if rng.random() < 0.7 else word(rng)
     for _ in range(rng.choice((0, 0, 1, 2))):
         name = damaged_text(rng, name)
@@ -263,7 +263,7 @@ def show(rng: Random) -> Case:
 
 
 def conformance(rng: Random) -> Case:
-    """``conformance examples`` reads what is installed and no file of the user's: its options only."""
+    """Options of ``conformance examples``, which reads no files of the user."""
     options = [option for option in ("--coverage", "--json", "--summary") if rng.random() < 0.5]
     options += _sometimes(
         rng, ("--protocol", lambda: PROTOCOL.name), ("--protocol", lambda: "other")
@@ -292,7 +292,7 @@ _OPTIONS = (
 
 
 def arguments(rng: Random) -> Case:
-    """Any words in any order; what they name to be written stays in the folder ``out``."""
+    """Random words in any order, with output only in the folder ``out``."""
     words = [rng.choice(_COMMANDS)] if rng.random() < 0.9 else []
     for _ in range(rng.randrange(6)):
         words.append(rng.choice((rng.choice(_OPTIONS), rng.choice(_OPTIONS), _argument(word(rng)))))
@@ -367,7 +367,7 @@ def _line(rng: Random) -> bytes:
 
 
 def testee(rng: Random) -> Case:
-    """Some lines; the last may lack its end."""
+    """Some lines, of which the last may lack its line end."""
     lines = b"\n".join(_line(rng) for _ in range(rng.choice((1, 5, 20))))
     return Case(("testee",), stdin=lines + b"\n" * (rng.random() < 0.8), holds=_answered)
 
@@ -379,13 +379,13 @@ def _answer_schema() -> jsonschema.protocols.Validator:
 
 
 def _answered(case: Case, ran: Ran) -> None:
-    """Every line has one answer, in order, by the schema, with its id."""
+    """Check that every line has one answer, in order, valid under the schema and with its id."""
     lines = case.stdin.split(b"\n")
     if not lines[-1]:
         lines.pop()
     answers = ran.out.splitlines()
     if ran.code or len(answers) != len(lines):
-        raise Wrong(f"exit {ran.code}, {len(answers)} answers to {len(lines)} lines")
+        raise Wrong(f"exit status {ran.code}, {len(answers)} answers to {len(lines)} lines")
     for line, answer in zip(lines, answers, strict=True):
         said = json.loads(answer)
         problem = next(_answer_schema().iter_errors(said), None)
@@ -398,11 +398,11 @@ def _answered(case: Case, ran: Ran) -> None:
 
 
 def _id_of(line: bytes) -> int | str | None:
-    """Return the id of a request, None where there is no reading one."""
+    """Return the id of a request, or None if it cannot be read."""
 
     def once(pairs: list[tuple[str, Any]]) -> Json:
         if len(dict(pairs)) < len(pairs):
-            raise ValueError("twice")
+            raise ValueError("duplicate key")
         return dict(pairs)
 
     def refuse(name: str) -> None:

@@ -1,4 +1,4 @@
-"""What must hold of commands and replies, whatever comes; as ``properties.py`` of messages."""
+"""Properties of commands and replies that hold for any bytes, like those of messages in ``properties.py``."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ REQUESTS = tuple(
 
 
 def check_commands(data: bytes) -> None:
-    """Read a stream as a controller does and as a host does, whole and in chunks."""
+    """Read a stream as a controller and as a host, whole and in chunks."""
     controls, stream = (
         data[:COMMAND_CONTROLS].ljust(COMMAND_CONTROLS, b"\0"),
         data[COMMAND_CONTROLS:],
@@ -49,7 +49,7 @@ def check_commands(data: bytes) -> None:
 
 
 def _edges(length: int, first: int, second: int) -> list[int]:
-    """Return where the stream is cut."""
+    """Return the positions at which the stream is cut."""
     edges = [0]
     sizes = cycle((1,) if first < 16 else (first % 40 + 1, second % 300 + 1, 1))
     while edges[-1] < length:
@@ -61,7 +61,9 @@ def _check_framer(stream: bytes, edges: list[int]) -> None:
     framer = PROTOCOL.framer()
     events = framer.feed(stream)
     pending = framer.pending
-    assert b"".join([event.raw for event in events]) + pending == stream, "bytes went astray"
+    assert b"".join([event.raw for event in events]) + pending == stream, (
+        "bytes were lost or reordered"
+    )
     assert len(pending) < LONGEST, f"{len(pending)} bytes are pending"
     count(Seen.COMMAND_PENDING, bool(pending))
     for event in events:
@@ -74,15 +76,15 @@ def _check_framer(stream: bytes, edges: list[int]) -> None:
         new = other.feed(stream[start:stop])
         fed += stop - start
         out += sum([len(event.raw) for event in new])
-        assert out + len(other.pending) == fed, "bytes went astray"
+        assert out + len(other.pending) == fed, "bytes were lost or reordered"
         assert len(other.pending) < LONGEST, f"{len(other.pending)} bytes are pending"
         in_chunks += new
     assert join_garbage(in_chunks) == join_garbage(events), "the events depend on the chunks"
-    assert other.pending == pending, "what is pending depends on the chunks"
+    assert other.pending == pending, "the pending bytes depend on the chunks"
 
 
 def _check_event(event: Event) -> None:
-    """What an event says of its bytes is what the codec says of them."""
+    """Check that an event agrees with the codec about its bytes."""
     raw = event.raw
     assert raw, "an event without bytes"
     if isinstance(event, CommandReceived):
@@ -103,14 +105,14 @@ def _check_event(event: Event) -> None:
 
 
 def _check_frame(frame: CommandFrame, raw: bytes) -> None:
-    """A frame encodes to the bytes that came, is equal to itself made anew, and safe when it has to be."""
+    """Check that a frame encodes to its bytes, can be rebuilt, and is refused if it holds a setup command."""
     message = frame.message
     layout = message.layout
     count(Seen.SETUP_COMMAND if frame.axis is None else Seen.COMMAND)
     count(Seen.IGNORED_BYTES, bool(frame.extra))
-    assert len(raw) <= LONGEST, "a command that is too long"
-    assert frame.encode(allow_dummy=True) == raw, "not the bytes that came"
-    assert PROTOCOL.decode(memoryview(raw)) == frame, "decoded twice, unequal"
+    assert len(raw) <= LONGEST, "the command is too long"
+    assert frame.encode(allow_dummy=True) == raw, "the frame encodes to other bytes"
+    assert PROTOCOL.decode(memoryview(raw)) == frame, "decoding twice gave unequal frames"
     assert CommandFrame(message, frame.axis, frame.extra, frame.sized) == frame
     assert PROTOCOL.message_class(layout.message, frame.form) is type(message)
     try:
@@ -121,14 +123,14 @@ def _check_frame(frame: CommandFrame, raw: bytes) -> None:
     looks = any(a == marks.prefix and b in marks.setup for a, b in pairwise(raw))
     try:
         assert frame.encode(allow_dummy=True, refuse_prefix_bytes=True) == raw
-        assert frame.axis is None or not looks, "it holds a setup command and was not refused"
+        assert frame.axis is None or not looks, "a frame that holds a setup command was encoded"
     except OutOfRangeError:
         count(Seen.LOOKS_LIKE_SETUP)
-        assert looks, "refused, and yet it holds no setup command"
+        assert looks, "a frame that holds no setup command was refused"
 
 
 def _check_decode(raw: bytes) -> None:
-    """Exactly what the framer takes for one whole command is decoded."""
+    """Check that bytes decode exactly when the framer receives them as one whole command."""
     framer = PROTOCOL.framer()
     events = framer.feed(raw)
     one = [type(event) for event in events] == [CommandReceived] and not framer.pending
@@ -136,33 +138,33 @@ def _check_decode(raw: bytes) -> None:
         PROTOCOL.decode(raw)
     except REFUSALS:
         count(Seen.COMMAND_REFUSED)
-        assert not one, "refused, and yet a whole command"
+        assert not one, "a whole command was refused"
     else:
-        assert one, "decoded, and yet not one whole command"
+        assert one, "bytes that are not one whole command were decoded"
 
 
 def _check_replies(stream: bytes, edges: list[int], first: int, silence: int) -> None:
-    """Ask whenever nothing is outstanding: each reply is as long as its request says, and none is shifted."""
+    """Send a request whenever none is outstanding: each reply has the right length, and none is shifted."""
     decoder = PROTOCOL.replies()
     out = b""
-    late = False  # whether bytes may come that belong to no outstanding request
+    late = False  # whether bytes of an earlier request may still arrive
     for turn, (start, stop) in enumerate(pairwise(edges)):
         request = REQUESTS[(first + turn) % len(REQUESTS)]
         if decoder.outstanding is None:
             try:
                 decoder.sent(request)
             except OutstandingReplyError:
-                assert late, "refused, and yet no reply can come"
+                assert late, "a request was refused although no late reply can arrive"
             else:
-                assert not late, "sent while a late reply may come"
-                assert len(out) == start, "sent while bytes are pending"
+                assert not late, "a request was accepted while a late reply may arrive"
+                assert len(out) == start, "a request was accepted while bytes are pending"
         events = decoder.feed(stream[start:stop])
         count(Seen.LATE_REPLY, late)
         for event in events:
             if isinstance(event, ReplyReceived):
-                assert not late, "a late reply was taken for an answer"
+                assert not late, "a late reply was matched to a request"
                 count(Seen.REPLY)
-                assert event.reply.pack() == event.raw, "not the bytes that came"
+                assert event.reply.pack() == event.raw, "the reply packs to other bytes"
                 assert PROTOCOL.decode_reply(event.raw, event.request) == event.reply
         late = late or any(isinstance(event, Garbage) for event in events)
         if turn == silence % 16:
@@ -172,4 +174,4 @@ def _check_replies(stream: bytes, edges: list[int], first: int, silence: int) ->
             late = False
             decoder.drained()
         out += b"".join([event.raw for event in events])
-        assert out + decoder.pending == stream[:stop], "bytes went astray"
+        assert out + decoder.pending == stream[:stop], "bytes were lost or reordered"

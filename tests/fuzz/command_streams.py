@@ -1,4 +1,4 @@
-"""Bytes to try commands with: real commands, and damage done to them; as ``streams.py`` of messages."""
+"""Fuzzing inputs for commands: real ones and damaged ones, like those for messages in ``streams.py``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stagewire.protocols import Command, SetupCommand
 from stagewire_ms2000 import PROTOCOL
 
 COMMAND_CONTROLS = 4
-"""Bytes before a stream: the chunks (two bytes), the first request, when the host gives up."""
+"""Control bytes before a stream: chunk sizes (two bytes), first request, when the host gives up."""
 
 COMMANDS = tuple(cls for cls in PROTOCOL.messages if issubclass(cls, Command))
 SETUP_COMMANDS = tuple(cls for cls in PROTOCOL.messages if issubclass(cls, SetupCommand))
@@ -22,7 +22,7 @@ def _byte(rng: Random) -> int:
 
 
 def command(rng: Random) -> bytes:
-    """Return one command, whole and right more often than not."""
+    """Return one command, usually whole and valid."""
     if rng.random() < 0.1:
         return rng.choice(SETUP_COMMANDS)().pack()
     layout = rng.choice(COMMANDS).layout
@@ -35,19 +35,19 @@ def command(rng: Random) -> bytes:
         size = _byte(rng)
     data = bytes(_byte(rng) for _ in range(layout.length))
     count = rng.choice((0,) * 9 + (1, 2, 250, 256, 300))
-    # A long run of different bytes would hold a terminator sooner or later.
+    # A long run of different bytes would probably contain a terminator.
     extra = bytes((_byte(rng),)) * count if count > 2 else bytes(_byte(rng) for _ in range(count))
     return bytes((axis, layout.id, size)) + data + extra + bytes((PROTOCOL.marks.terminator,))
 
 
 def beginnings() -> list[bytes]:
-    """Return the inputs that a fuzzer begins with."""
+    """Return the inputs a fuzzer starts from."""
     rng = Random(0)
     return [new_commands(rng) for _ in range(200)]
 
 
 def new_commands(rng: Random) -> bytes:
-    """Return control bytes and a few commands one after the other, some of them damaged."""
+    """Return control bytes and a few consecutive commands, some of them damaged."""
     made = b"".join([command(rng) for _ in range(rng.choice((0, 1, 1, 2, 4, 8)))])
     for _ in range(rng.choice((0, 0, 1, 2))):
         made = _damaged(rng, made)
@@ -61,15 +61,14 @@ def change_commands(rng: Random, data: bytes) -> bytes:
     controls, body = data[:COMMAND_CONTROLS].ljust(COMMAND_CONTROLS, b"\0"), data[COMMAND_CONTROLS:]
     if rng.random() < 0.2:
         controls = rng.randbytes(COMMAND_CONTROLS)
-    if (
-        len(body) > LONG and rng.random() < 0.7
-    ):  # most accidents lengthen, and long streams are slow
+    # Most mutations lengthen the stream, and long streams are slow.
+    if len(body) > LONG and rng.random() < 0.7:
         return controls + body[: rng.randrange(len(body))]
     return controls + _damaged(rng, body)
 
 
 def _damaged(rng: Random, data: bytes) -> bytes:
-    """Return ``data`` after one accident."""
+    """Return ``data`` with one mutation."""
     at = rng.randrange(len(data) + 1)
     rest = at + rng.choice((0, 1, 1, 2, 4))
     kind = rng.randrange(4)

@@ -1,7 +1,7 @@
-"""What vendors declare: the PICS of a controller, and the failures that are expected of a codec.
+"""Files that vendors write: the PICS of a controller, and the expected failures of a codec.
 
-Every function makes one :class:`~sandbox.Case` from a ``random.Random``. The files are read and held against
-what there is; nothing is asked.
+Every public function makes one :class:`~sandbox.Case` from a ``random.Random``. The command only validates
+the file; it sends nothing to a controller or codec.
 """
 
 from __future__ import annotations
@@ -71,12 +71,12 @@ def _damaged(rng: Random, text: str) -> bytes:
 
 
 def pics(rng: Random) -> Case:
-    """What a vendor declares of a controller."""
+    """The PICS of a controller."""
     arguments = ("conformance", "device", "--pics", "pics.toml", "--list")
     return Case(arguments, files={"pics.toml": _damaged(rng, rng.choice(PICS))})
 
 
 def expected(rng: Random) -> Case:
-    """The failures that are expected of a codec."""
+    """The expected failures of a codec."""
     arguments = ("conformance", "codec", "--expected", "expected.toml", "--list", "--only", "order")
     return Case(arguments, files={"expected.toml": _damaged(rng, EXPECTED)})

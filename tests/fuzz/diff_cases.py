@@ -1,4 +1,4 @@
-"""What users give to ``stagewire diff``: two specs, as folders and as revisions of a repository."""
+"""User input for ``stagewire diff``: two specs, as folders and as revisions of a repository."""
 
 from __future__ import annotations
 
@@ -46,19 +46,19 @@ def diff(rng: Random) -> Case:
 
 
 def _compared(case: Case, ran: Ran) -> None:
-    """With ``--json`` a comparison that was made is one JSON object."""
+    """Check that a completed comparison with ``--json`` prints one JSON object."""
     if "--json" in case.arguments and ran.code != 2:
         json.loads(ran.out)
 
 
 @cache
 def _repository() -> Path:
-    """Return a git repository with the good spec in two revisions; it goes with the process."""
+    """Return a git repository with two revisions of the good spec, removed when the process ends."""
     folder = Path(tempfile.mkdtemp())
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     shutil.copytree(good(), folder / "spec")
     git = ["git", "-c", "user.name=nobody", "-c", "user.email=nobody@example.org"]
-    # nothing of the user's: in a hook of git, GIT_DIR is the repository that is being committed to
+    # Ignore the user's settings. In a Git hook, GIT_DIR is the repository that is being committed to.
     environment = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}
     environment |= {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
     units = folder / "spec" / "tiny" / "units.yaml"

@@ -1,4 +1,4 @@
-"""Texts that people and programs get wrong: what stands in place of a value, and damage to a text."""
+"""Malformed input: unsuitable values, and damage to texts, bytes and trees."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WORDS = (
 
 
 def word(rng: Random) -> str:
-    """Return a word that somebody might write where it does not belong."""
+    """Return a word that may be unsuitable as a value."""
     if rng.random() < 0.7:
         return rng.choice(WORDS)
     if rng.random() < 0.5:
@@ -34,12 +34,12 @@ def word(rng: Random) -> str:
 
 
 def damaged_text(rng: Random, text: str) -> str:
-    """Return a text after one accident: to its lines, its words or its characters."""
+    """Return a text with one mutation of its lines, words or characters."""
     return rng.choice(_TEXT)(rng, text)
 
 
 def _lines(rng: Random, text: str) -> str:
-    """Lose, double, swap, indent or cut lines."""
+    """Delete, duplicate, swap, indent or cut lines."""
     lines = text.split("\n")
     at = rng.randrange(len(lines))
     other = rng.randrange(len(lines))
@@ -63,7 +63,7 @@ _BREAKS = " ,:;=[]{}()\n\"'"
 
 
 def _words(rng: Random, text: str) -> str:
-    """Put another word where one stands."""
+    """Replace one word."""
     start = rng.randrange(len(text) + 1)
     while start and text[start - 1] not in _BREAKS:
         start -= 1
@@ -96,7 +96,7 @@ _TEXT: tuple[Callable[[Random, str], str], ...] = (
 
 
 def damaged_bytes(rng: Random, data: bytes) -> bytes:
-    """Return bytes after one accident, such as a wrong encoding."""
+    """Return bytes with one mutation, such as another encoding."""
     kind = rng.randrange(6)
     at = rng.randrange(len(data) + 1)
     if kind == 0:
@@ -114,11 +114,11 @@ def damaged_bytes(rng: Random, data: bytes) -> bytes:
     )
 
 
-# Trees, as of JSON and YAML
+# Trees of JSON and YAML
 
 
 def damaged_tree(rng: Random, tree: Any) -> Any:
-    """Change ``tree`` at one place, in place where it can be; return it."""
+    """Change one value of ``tree``, in place if possible, and return the tree."""
     places = _places(tree) if isinstance(tree, (dict, list)) else []
     if not places:
         return _other(rng, tree)
@@ -129,7 +129,7 @@ def damaged_tree(rng: Random, tree: Any) -> Any:
         holder[key] = _other(rng, old)
     elif kind == 3:
         del holder[key]
-    elif kind == 4:  # what stands elsewhere
+    elif kind == 4:  # a value from elsewhere in the tree
         other, at = rng.choice(places)
         holder[key] = _copy(other[at])
     elif kind == 5 and isinstance(old, str):
@@ -145,7 +145,7 @@ def damaged_tree(rng: Random, tree: Any) -> Any:
 
 
 def _places(tree: Any) -> list[tuple[Any, Any]]:
-    """Return every place of a tree, as what holds it and the key there."""
+    """Return every value of a tree as its container and its key."""
     found: list[tuple[Any, Any]] = []
     waiting = [tree]
     while waiting:
@@ -159,7 +159,7 @@ def _places(tree: Any) -> list[tuple[Any, Any]]:
 
 
 def _other(rng: Random, old: Any) -> Any:
-    """Return another value: of the same type and wrong, or of another type."""
+    """Return another value: an unsuitable one of the same type, or one of another type."""
     kind = rng.randrange(8)
     if kind == 0:
         return rng.choice((None, True, False, [], {}, 0, "", 1.5, float("inf")))

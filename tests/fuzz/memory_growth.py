@@ -1,14 +1,14 @@
-"""Frame and decode ten million frames in one stream: memory must not grow.
+"""Frame and decode ten million frames of one stream, and check that memory does not grow.
 
     python tests/fuzz/memory_growth.py
     python tests/fuzz/memory_growth.py --frames 1000000
 
-One framer sees a stream that never ends: frames of every layout, a few damaged, some unknown, cut into
-reads of different sizes, most of them of a few frames; every message is decoded and encoded again.
-Memory is what the system holds for the process (resident), after a collection of garbage. It is
-compared with that after the first tenth, when every layout was decoded once, and the framer
-remembers as many headers as it ever will. The exit is 1 when it grew by a mebibyte or more, or when
-a byte went astray.
+One framer receives an endless stream of frames of every layout. A few are damaged, and some are unknown. The
+reads differ in size; most hold a few frames. Every message is decoded and encoded again.
+
+The program measures resident memory after a garbage collection, and compares it with the value after the
+first tenth. By then every layout was decoded once, and the framer remembers as many headers as it ever will.
+The exit status is 1 if memory grew by a mebibyte or more, or if a byte was lost.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _PIECE = 1 << 17
 
 
 def resident() -> int:
-    """Return the bytes of memory that the process has; where the system does not say, the most it had."""
+    """Return the resident memory of the process in bytes, or its peak if the system does not report it."""
     gc.collect()
     if _STATM.exists():
         return int(_STATM.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
@@ -49,7 +49,7 @@ def resident() -> int:
 
 
 def reads(rng: Random) -> Iterator[bytes]:
-    """Yield an endless stream: pieces of damaged frames in a random order, each with new damage."""
+    """Yield an endless stream: prepared pieces in random order, each with new damage."""
     pieces = []
     for _ in range(_PIECES):
         made = bytearray()
@@ -69,7 +69,7 @@ def reads(rng: Random) -> Iterator[bytes]:
 
 
 def use(events: list[Event]) -> tuple[int, int]:
-    """Decode and encode every message; return how many frames these events are, and their bytes."""
+    """Decode and encode every message; return the numbers of frames and of bytes in these events."""
     frames = size = 0
     for event in events:
         raw = event.raw
@@ -77,12 +77,12 @@ def use(events: list[Event]) -> tuple[int, int]:
         if isinstance(event, (Received, Undocumented)):
             frames += 1
             if event.frame.encode() != raw:
-                raise AssertionError(f"decoded and encoded, other bytes: {raw.hex(' ')}")
+                raise AssertionError(f"decoding and encoding gave other bytes: {raw.hex(' ')}")
     return frames, size
 
 
 def main() -> int:
-    """Feed the frames; return 1 when memory grew."""
+    """Feed the frames; return 1 if memory grew or bytes were lost."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--frames", type=int, default=FRAMES)
     parser.add_argument("--seed", type=int, default=1)
@@ -116,13 +116,13 @@ def main() -> int:
     )
     wrong = []
     if growth >= BOUND:
-        wrong.append(f"memory grew by {growth:,} bytes, the bound is {BOUND:,}")
+        wrong.append(f"memory grew by {growth:,} bytes; the limit is {BOUND:,}")
     if out + len(framer.pending) != fed:
         wrong.append(f"{fed:,} bytes in, {out:,} out, {len(framer.pending)} pending")
     if longest >= HEADER_SIZE + MAXIMUM_PACKET:
         wrong.append(f"{longest} bytes were pending, more than one frame")
     for problem in wrong:
-        print(f"wrong: {problem}")
+        print(f"problem: {problem}")
     return int(bool(wrong))
 
 

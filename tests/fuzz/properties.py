@@ -1,8 +1,8 @@
-"""What must hold of the codec and the framer, whatever comes: functions of bytes.
+"""Properties of the codec and the framer that hold for any bytes.
 
-Each takes one input, some control bytes and what they control, and raises :class:`AssertionError` when a
-property is broken; anything else that it raises is an undocumented exception. The coverage-guided fuzzer
-(``atheris_codec.py``) and the seeded run of the tests call the same functions.
+Each check takes one input: some control bytes, followed by the data to process. It raises
+:class:`AssertionError` if a property is broken; any other exception is an undocumented one. The
+coverage-guided fuzzer (``atheris_codec.py``) and the seeded tests call the same functions.
 """
 
 from __future__ import annotations
@@ -79,14 +79,14 @@ for _cls in PROTOCOL.messages:
 # The framer
 
 _LIFETIME = 20_000
-"""Inputs that one framer sees: making one costs more than framing, and its memory of headers counts."""
+"""Inputs per framer. Creating one costs more than framing, and its memory of headers must also be tested."""
 
 _framers: dict[tuple[End, int], tuple[Framer, Framer]] = {}
 _age = 0
 
 
 def _two_framers(end: End, context: int) -> tuple[Framer, Framer]:
-    """Return two framers in step, told of every source what is known of it."""
+    """Return two equal framers that have the given context for every source address."""
     global _age
     _age += 1
     if _age > _LIFETIME:
@@ -104,10 +104,10 @@ def _two_framers(end: End, context: int) -> tuple[Framer, Framer]:
 
 
 def check_stream(data: bytes) -> None:
-    """Frame one stream whole, in chunks, and with a frame given up on the way.
+    """Frame one stream whole, in chunks, and with a frame abandoned partway.
 
-    A failure that only a framer with a past shows is looked for again with a new one, so that an input
-    that was kept fails alone, or says that it does not.
+    A failure is repeated with new framers. If it does not occur again, the message says so, because the input
+    that is kept cannot reproduce it alone.
     """
     try:
         _check_stream(data)
@@ -117,7 +117,9 @@ def check_stream(data: bytes) -> None:
             _check_stream(data)
         except Exception:
             raise error from None
-        raise AssertionError(f"only with a framer that framed other streams: {error}") from error
+        raise AssertionError(
+            f"only with a framer that has framed other streams: {error}"
+        ) from error
 
 
 def _check_stream(data: bytes) -> None:
@@ -129,7 +131,9 @@ def _check_stream(data: bytes) -> None:
 
     events = framer.feed(stream)
     pending = framer.pending
-    assert b"".join([event.raw for event in events]) + pending == stream, "bytes went astray"
+    assert b"".join([event.raw for event in events]) + pending == stream, (
+        "bytes were lost or reordered"
+    )
     assert len(pending) < MAXIMAL_FRAME, f"{len(pending)} bytes are pending"
     whole = join_garbage(events)
     _check_first(stream, whole, end)
@@ -140,13 +144,13 @@ def _check_stream(data: bytes) -> None:
     if controls[3] & 1:
         _check_abandoned(stream, controls[3], framer, end, context)
     else:
-        assert framer.abandon() == other.abandon(), "what is given up depends on the chunks"
+        assert framer.abandon() == other.abandon(), "the abandoned bytes depend on the chunks"
 
 
 def _check_chunks(
     stream: bytes, sizes: Iterator[int], framer: Framer, whole: list[Event], pending: bytes
 ) -> None:
-    """Feed the stream in chunks: the same events, and nothing is held but one frame and one read."""
+    """Check that chunks give the same events, and that the framer holds at most one frame and one read."""
     events: list[Event] = []
     position = waiting = 0
     while position < len(stream):
@@ -154,33 +158,33 @@ def _check_chunks(
         position += len(chunk)
         new = framer.feed(chunk)
         emitted = sum([len(event.raw) for event in new])
-        held = waiting + len(chunk)  # all that the framer can have, as nothing came out twice
+        held = waiting + len(chunk)  # all the framer can hold, as no byte is emitted twice
         waiting = len(framer.pending)
         assert emitted + waiting == held, f"{emitted} out, {waiting} pending, {held} in"
         assert waiting < MAXIMAL_FRAME, f"{waiting} bytes are pending"
         events += new
-    assert framer.pending == pending, "what is pending depends on the chunks"
+    assert framer.pending == pending, "the pending bytes depend on the chunks"
     assert join_garbage(events) == whole, "the events depend on the chunks"
 
 
 def _check_abandoned(stream: bytes, where: int, framer: Framer, end: End, context: Context) -> None:
-    """Give up somewhere in the stream: no byte is lost, nothing waits, and it goes on."""
+    """Check that abandoning a frame loses no byte, leaves none pending, and lets the framer continue."""
     cut = len(stream) * where // 255
     framer.reset()
     before = framer.feed(stream[:cut])
     count(Seen.PENDING, bool(framer.pending))
     given_up = framer.abandon()
-    assert not framer.pending, "something is pending after giving up"
+    assert not framer.pending, "bytes are still pending after abandon()"
     count(Seen.ABANDONED, bool(given_up))
     for event in given_up:
         _check_event(event, end, context)
     after = framer.feed(stream[cut:])
     out = b"".join([event.raw for event in (*before, *given_up, *after)])
-    assert out + framer.pending == stream, "bytes went astray after giving up"
+    assert out + framer.pending == stream, "bytes were lost or reordered after abandon()"
 
 
 def _sizes(kind: int, size: int) -> Iterator[int]:
-    """Return the sizes of chunks: all the same, or by turns."""
+    """Return the sizes of chunks, constant or alternating."""
     if kind < 16:
         return cycle((1,))
     if kind < 128:
@@ -193,7 +197,7 @@ def _declared(raw: bytes) -> int:
 
 
 def _check_first(stream: bytes, events: list[Event], end: End) -> None:
-    """A right frame at the beginning of a stream is given out as it is."""
+    """Check that a valid frame at the start of a stream is received unchanged."""
     if len(stream) < HEADER_SIZE:
         return
     raw = stream[: _declared(stream)]
@@ -206,7 +210,9 @@ def _check_first(stream: bytes, events: list[Event], end: End) -> None:
     if frame.extra or not receives or (frame.dest, frame.source) not in RIGHT[receives]:
         return
     if isinstance(frame.message, UndocumentedMessage):
-        assert events[:1] == [Undocumented(raw)], "an undocumented frame in step was not given out"
+        assert events[:1] == [Undocumented(raw)], (
+            "a valid undocumented frame at the start was not received"
+        )
         return
     if not raw[4] & DATA_FLAG:
         parameters = raw[2] | raw[3] << 8
@@ -214,24 +220,24 @@ def _check_first(stream: bytes, events: list[Event], end: End) -> None:
         if lost_its_flag or (layout.only_zero and parameters):
             return
     count(Seen.WHOLE_FIRST)
-    assert events[:1] == [Received(raw)], "a right frame in step was not given out"
+    assert events[:1] == [Received(raw)], "a valid frame at the start was not received"
 
 
 def _check_event(event: Event, end: End, context: Context) -> None:
-    """What an event says of its bytes is what the codec says of them."""
+    """Check that an event agrees with the codec about its bytes."""
     raw = event.raw
     kind = event.__class__
     assert raw, "an event without bytes"
     if kind is Garbage:
         count(Seen.GARBAGE)
         return
-    assert len(raw) == _declared(raw) <= MAXIMAL_FRAME, "not one whole frame"
+    assert len(raw) == _declared(raw) <= MAXIMAL_FRAME, "an event without exactly one whole frame"
     addresses = raw[4] & ~DATA_FLAG, raw[5]
     if kind is Unknown or kind is BadLength:
         expected = UnknownMessageError if kind is Unknown else BadLengthError
         count(Seen.UNKNOWN if kind is Unknown else Seen.BAD_LENGTH)
         if kind is Unknown:
-            assert addresses in RIGHT[end.receives], "an unknown frame for somebody else"
+            assert addresses in RIGHT[end.receives], "an unknown frame for another address"
         try:
             PROTOCOL.decode(raw)
         except expected:
@@ -239,14 +245,16 @@ def _check_event(event: Event, end: End, context: Context) -> None:
         raise AssertionError(f"{event!r} decodes")
     assert kind is Received or kind is Undocumented, f"an event of kind {kind}"
     frame = event.frame  # type: ignore[attr-defined]
-    assert frame.encode() == raw, "not the bytes that came"
+    assert frame.encode() == raw, "the frame encodes to other bytes"
     if context:
-        assert frame == PROTOCOL.decode(raw, context), "not what the framer was told"
+        assert frame == PROTOCOL.decode(raw, context), (
+            "the framer ignored the context of the source"
+        )
     message = frame.message
-    if kind is Undocumented:  # framed like an unknown one: by its addresses, not by its direction
+    if kind is Undocumented:  # framed by its addresses, like an unknown frame, not by its direction
         count(Seen.UNDOCUMENTED)
-        assert isinstance(message, UndocumentedMessage), "undocumented, and yet it has a layout"
-        assert addresses in RIGHT[end.receives], "an undocumented frame for somebody else"
+        assert isinstance(message, UndocumentedMessage), "an undocumented message that has a layout"
+        assert addresses in RIGHT[end.receives], "an undocumented frame for another address"
     else:
         count(Seen.MESSAGE)
         count(Seen.EXTRA, bool(frame.extra))
@@ -275,7 +283,7 @@ _REFUSED = {
 
 
 def check_codec(data: bytes) -> None:
-    """Decode one frame, or make one by name; the first byte chooses, and the context."""
+    """Decode one frame, or build one by name. The first byte chooses which, and the context."""
     if not data:
         return
     if data[0] & 0x80:
@@ -292,10 +300,10 @@ def _check_decode(raw: bytes, context: Context) -> None:
         _check_refused(raw, error)
         return
     count(Seen.DECODED)
-    assert frame.encode() == raw, "decoded and encoded, other bytes"
+    assert frame.encode() == raw, "decoding and encoding gave other bytes"
     again = PROTOCOL.decode(memoryview(raw), context)
-    assert again == frame, "decoded twice, unequal"
-    assert hash(again) == hash(frame), "equal, with unequal hashes"
+    assert again == frame, "decoding twice gave unequal frames"
+    assert hash(again) == hash(frame), "equal frames have unequal hashes"
     message = frame.message
     assert Frame(message, frame.dest, frame.source, frame.extra) == frame
     assert type(message).keep(message.values()) == message
@@ -303,14 +311,16 @@ def _check_decode(raw: bytes, context: Context) -> None:
 
 
 def _check_refused(raw: bytes, error: CodecError) -> None:
-    """What is refused is refused for what it is, whatever the context."""
+    """Check that the error names the actual defect, in any context."""
     whole = len(raw) >= HEADER_SIZE
     if isinstance(error, TruncatedError):
-        assert not whole or len(raw) < _declared(raw), "truncated, and yet whole"
+        assert not whole or len(raw) < _declared(raw), "TruncatedError for a whole frame"
     elif isinstance(error, TrailingBytesError):
-        assert len(raw) > _declared(raw), "trailing bytes, and yet none too many"
+        assert len(raw) > _declared(raw), "TrailingBytesError without trailing bytes"
     elif isinstance(error, UnknownMessageError):
-        assert raw[0] | raw[1] << 8 not in _LENGTHS, "unknown, and yet it has a layout"
+        assert raw[0] | raw[1] << 8 not in _LENGTHS, (
+            "UnknownMessageError for an id that has a layout"
+        )
     else:
         length = _declared(raw) - HEADER_SIZE
         known = _LENGTHS[raw[0] | raw[1] << 8]
@@ -318,7 +328,7 @@ def _check_refused(raw: bytes, error: CodecError) -> None:
 
 
 def _check_rebuilt(message: Message) -> None:
-    """A message made by name from the values of a decoded one is that one, or out of range."""
+    """Check that rebuilding a decoded message from its values gives an equal one, unless out of range."""
     layout = message.layout
     values = message.values()
     data = None
@@ -331,11 +341,11 @@ def _check_rebuilt(message: Message) -> None:
         made = PROTOCOL.build(layout.message, values, layout.form, data)
     except OutOfRangeError:
         return
-    assert made == message, f"{made!r} made from the values of {message!r}"
+    assert made == message, f"{made!r} was built from the values of {message!r}"
 
 
 def _check_build(reader: _Reader) -> None:
-    """Make a message by name from any values: only documented refusals, and it comes back equal."""
+    """Build a message by name from any values: it is refused with a documented error or round-trips."""
     cls = PROTOCOL.messages[reader.byte() % len(PROTOCOL.messages)]
     layout = cls.layout
     name, form = reader.name(layout.message), reader.form(layout.form)
@@ -360,14 +370,14 @@ def _check_build(reader: _Reader) -> None:
     count(Seen.BUILT)
     layout = message.layout
     decoded = PROTOCOL.decode(raw, layout.when or None)
-    assert decoded.encode() == raw, "encoded and decoded, other bytes"
+    assert decoded.encode() == raw, "encoding and decoding gave other bytes"
     if extra and len(raw) - HEADER_SIZE in _LENGTHS[layout.id] - {layout.length}:
-        return  # the extra bytes made another layout of it
-    assert decoded == frame, f"{decoded!r} came back for {frame!r}"
+        return  # with the extra bytes, another layout matches
+    assert decoded == frame, f"{frame!r} was decoded as {decoded!r}"
 
 
 class _Reader:
-    """Takes values from bytes; zeros when there are none left."""
+    """A source of values read from bytes, followed by zeros."""
 
     __slots__ = ("_at", "_data")
 
@@ -435,7 +445,7 @@ _ANY_VALUE: tuple[Callable[[_Reader], Any], ...] = (
 
 
 def _right_value(field: dict[str, Any]) -> Callable[[_Reader], Any]:
-    """Return what takes a value of the field from bytes: within its range, but for some texts."""
+    """Return a function that reads a value of the field, in range except for some texts."""
     size = field["size"]
     if field["kind"] == "text":
         return lambda reader: _text(reader, size)
@@ -446,7 +456,7 @@ def _right_value(field: dict[str, Any]) -> Callable[[_Reader], Any]:
 
 
 def _text(reader: _Reader, size: int) -> str:
-    """Return a text that fits, or one that is too long, ends with a NUL or is not latin-1."""
+    """Return a text that fits, is too long, ends with a NUL, or is not Latin-1."""
     kind = reader.byte()
     text = reader.take(size).decode("latin-1")
     if kind < 160:

@@ -1,13 +1,13 @@
-"""Run the command in a folder of its own, and watch what it does there.
+"""Run the command in an isolated folder, and watch its effects.
 
-A :class:`Case` is a command line, what comes on standard input and the files that it finds. It is run in
-this process through the entry of the command (``stagewire_cli.main.main``), or as a real process. Either
-way it has to end within the limit with one of the documented exit codes, without a traceback, and may
-write nowhere but below the folder that the case allows.
+A :class:`Case` consists of a command line, standard input, and the files in the working folder. It runs in
+this process through the entry point of the command (``stagewire_cli.main.main``), or as a real process.
+Either way it must end within the time limit, with a documented exit status and without a traceback, and may
+write only below the folder that the case allows.
 
-In this process an audit hook of Python sees every file that is opened to write, made, renamed or
-removed, and every process and connection, before it happens. Around it, and for real processes, the
-whole sandbox is listed before and after.
+In this process, a Python audit hook intercepts every opening of a file for writing, every creation, renaming
+and removal of a file, every new process and every connection. In addition, and for real processes, the whole
+sandbox is listed before and after the run.
 """
 
 from __future__ import annotations
@@ -37,31 +37,31 @@ _PROCESS = [sys.executable, "-c", "from stagewire_cli.main import run; run()"]
 
 
 class Wrong(AssertionError):
-    """What a run of the command must not do."""
+    """The error of a case in which the command misbehaved."""
 
 
 class _Hang(BaseException):
-    """The limit is over; a base exception, so that no handler of the command swallows it."""
+    """The time limit has passed. A base exception, so that no handler of the command catches it."""
 
 
 class _Escape(BaseException):
-    """The command is about to touch what it must not."""
+    """The command is about to do something forbidden."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """A symbolic link, instead of the content of a file."""
+    """A symbolic link in place of a file."""
 
     target: str
 
 
 Content = bytes | Link | None
-"""What a file holds; None: it is not there, though the base has it."""
+"""Content of a file. None removes a file of the base."""
 
 
 @dataclass(frozen=True)
 class Ran:
-    """What a run of the command gave."""
+    """Result of a run of the command."""
 
     code: int
     out: bytes
@@ -70,22 +70,22 @@ class Ran:
 
 
 def _nothing(case: Case, ran: Ran) -> None:
-    """Ask for nothing more than of every command."""
+    """Check nothing beyond the rules for every command."""
 
 
 @dataclass(frozen=True)
 class Case:
     """One run of the command.
 
-    :param arguments: of the command line.
-    :param stdin: what comes on standard input.
+    :param arguments: command-line arguments.
+    :param stdin: content of standard input.
     :param files: path below the working folder -> content.
-    :param base: folder that is copied to the path ``spec`` first.
-    :param may_write: the one folder below the working folder that the command may write to. Temporary
-        files may come and go in their own folder.
-    :param may_start: the programs that the command may run.
-    :param may_listen: whether the command may wait for connections, from this machine alone.
-    :param holds: raises :class:`Wrong` unless what came of it is right.
+    :param base: folder to copy to the path ``spec`` first.
+    :param may_write: the only folder below the working folder that the command may write to. Temporary
+        files are also allowed in the folder for them.
+    :param may_start: programs that the command may run.
+    :param may_listen: whether the command may listen for connections from this machine.
+    :param holds: raises :class:`Wrong` unless the result is correct.
     """
 
     arguments: tuple[str, ...]
@@ -99,10 +99,10 @@ class Case:
 
 
 class Sandbox:
-    """A folder with a working folder, a home and a folder for temporary files in it.
+    """A folder with a working folder, a home folder and a folder for temporary files.
 
-    :param root: an empty folder, this sandbox's own.
-    :param seconds: a run that takes longer hangs.
+    :param root: an empty folder for this sandbox.
+    :param seconds: time limit of a run.
     """
 
     def __init__(self, root: Path, seconds: float) -> None:
@@ -115,7 +115,7 @@ class Sandbox:
         self._environment = {"HOME": str(self.root / "home"), "TMPDIR": str(self.root / "tmp")}
 
     def run(self, case: Case, *, as_process: bool = False) -> Ran:
-        """Run a case; raise :class:`Wrong` when it does what it must not."""
+        """Run a case; raise :class:`Wrong` if the command misbehaves."""
         self._prepare(case)
         allowed = self.work / case.may_write if case.may_write else None
         before = self._listing(allowed)
@@ -124,11 +124,11 @@ class Sandbox:
         after = self._listing(allowed)
         if before != after:
             changed = sorted(str(p) for p, _ in before.items() ^ after.items())
-            raise Wrong(f"files changed where none should: {', '.join(changed)}")
+            raise Wrong(f"files changed outside the allowed folder: {', '.join(changed)}")
         try:
             case.holds(case, ran)
         except (ValueError, KeyError, TypeError, OSError) as error:
-            raise Wrong(f"what came of it cannot be read: {error}") from error
+            raise Wrong(f"cannot read the result: {error}") from error
         return ran
 
     def _prepare(self, case: Case) -> None:
@@ -148,7 +148,7 @@ class Sandbox:
                 path.write_bytes(content)
 
     def _listing(self, allowed: Path | None) -> dict[Path, tuple[int, int]]:
-        """Return what is in the sandbox, but for the folder that may be written to."""
+        """Return the content of the sandbox, except the folder that may be written to."""
         listed = {}
         for folder, names, files in os.walk(self.root):
             here = Path(folder)
@@ -156,7 +156,7 @@ class Sandbox:
                 names[:] = [name for name in names if here / name != allowed]
             for name in (*names, *files):
                 state = os.lstat(here / name)
-                # a folder's time changes with the allowed one; what is in it is listed anyway
+                # ignore the times of folders: writing to the allowed folder can change them
                 listed[here / name] = (
                     (state.st_size, state.st_mtime_ns) if name in files else (0, 0)
                 )
@@ -172,11 +172,11 @@ class Sandbox:
                 env=environment,
                 input=case.stdin,
                 capture_output=True,
-                timeout=self.seconds + 10,  # the start of Python on a busy machine
+                timeout=self.seconds + 10,  # time to start Python on a busy machine
                 check=False,
             )
         except subprocess.TimeoutExpired:
-            raise Wrong(f"no end after {self.seconds} s") from None
+            raise Wrong(f"still running after {self.seconds} s") from None
         return Ran(ended.returncode, ended.stdout, ended.stderr, self.work)
 
     def _here(self, case: Case, allowed: Path | None) -> Ran:
@@ -191,7 +191,7 @@ class Sandbox:
             stack.enter_context(_replaced(sys, dict(zip(_STREAMS, streams, strict=True))))
             stack.enter_context(_replaced(sys, {"dont_write_bytecode": True}))
             stack.enter_context(_replaced(tempfile, {"tempdir": str(self.root / "tmp")}))
-            # Both would be made anew for every case, and take longer than most cases do.
+            # Creating these two for every case would take longer than most cases.
             stack.enter_context(_replaced(stagewire_cli.main, {"command": lambda _: made}))
             stack.enter_context(_replaced(metadata, {"entry_points": _entry_points}))
             stack.enter_context(_environment(self._environment))
@@ -202,7 +202,7 @@ class Sandbox:
             try:
                 code = stagewire_cli.main.main(list(case.arguments))
             except _Hang:
-                raise Wrong(f"no end after {self.seconds} s") from None
+                raise Wrong(f"still running after {self.seconds} s") from None
             except _Escape:
                 code = 0
             except BaseException as error:
@@ -210,7 +210,7 @@ class Sandbox:
             for stream in streams[1:]:
                 stream.flush()
         if watch.escapes:
-            raise Wrong(f"the command would touch what it must not: {', '.join(watch.escapes)}")
+            raise Wrong(f"the command attempted a forbidden operation: {', '.join(watch.escapes)}")
         return Ran(code, out.getvalue(), err.getvalue(), self.work)
 
 
@@ -223,27 +223,28 @@ def _command() -> Any:
     return typer.main.get_command(stagewire_cli.main.command())
 
 
-_STEERING = ("Cc", "Cf", "Cs", "Zl", "Zp")  # categories of characters that no terminal shows as one
+# Categories of characters that a terminal does not print.
+_STEERING = ("Cc", "Cf", "Cs", "Zl", "Zp")
 
 
 def _check_end(case: Case, ran: Ran) -> None:
     if ran.code not in (0, 1, 2):
-        raise Wrong(f"exit code {ran.code}: {ran.err[-500:]!r}")
+        raise Wrong(f"exit status {ran.code}: {ran.err[-500:]!r}")
     for name, said in (("output", ran.out), ("error", ran.err)):
         if b"Traceback (most recent call last)" in said:
             raise Wrong(f"a traceback on standard {name}: {said[-2000:].decode(errors='replace')}")
         try:
-            text = said.decode("utf-8").replace("\r\n", "\n")  # as CSV ends its lines
+            text = said.decode("utf-8").replace("\r\n", "\n")  # CSV lines end with CR LF
         except UnicodeDecodeError as error:
             raise Wrong(f"standard {name} is not UTF-8: {error}") from None
-        known = {"\n", "\t", *"".join(case.arguments)}  # an argument is repeated as it was typed
+        known = {"\n", "\t", *"".join(case.arguments)}  # arguments are echoed unchanged
         steering = {c for c in set(text) - known if unicodedata.category(c) in _STEERING}
         if steering:
-            raise Wrong(f"standard {name} holds {sorted(steering)}, which could steer a terminal")
+            raise Wrong(f"standard {name} holds {sorted(steering)}, which can control a terminal")
     if ran.code == 2 and not ran.err.strip():
-        raise Wrong("called wrongly, and not a word on standard error")
+        raise Wrong("exit status 2 without a message on standard error")
     if ran.code == 1 and not (ran.out.strip() or ran.err.strip()):
-        raise Wrong("something is wrong, and not a word about it")
+        raise Wrong("exit status 1 without a message")
 
 
 @contextlib.contextmanager
@@ -283,11 +284,11 @@ def _limited(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, saved)
 
 
-# The watch. An audit hook stays for as long as the process lives: it looks at a variable of the module.
+# The watch. An audit hook cannot be removed, so it checks a module variable.
 
 _TO_WRITE = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _HERE = ("127.0.0.1", "::1")
-_PATHS = {  # event -> its arguments that are paths that change, each with the open folder it begins at
+_PATHS = {  # event -> indexes of the changed path and of the folder descriptor it is relative to
     "os.chmod": ((0, 2),), "os.chown": ((0, 3),), "os.link": ((1, 3),), "os.mkdir": ((0, 2),),
     "os.remove": ((0, 1),), "os.rename": ((0, 2), (1, 3)), "os.rmdir": ((0, 1),),
     "os.symlink": ((1, 2),), "os.truncate": ((0, None),), "os.utime": ((0, 3),),
@@ -299,7 +300,7 @@ _NEVER = frozenset({
 
 
 class _Watch:
-    """What a case may touch, and what it would have touched beside that."""
+    """The operations that a case may perform, and the forbidden ones that it attempted."""
 
     def __init__(self, folders: list[Path], case: Case) -> None:
         self.folders = folders
@@ -307,7 +308,7 @@ class _Watch:
         self.escapes: list[str] = []
 
     def see(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """Look at one event before it happens; end the run if it must not."""
+        """Check one event before it happens; end the run if it is forbidden."""
         if event in _NEVER and not self._may(event, arguments):
             self._end(f"{event} {', '.join(map(str, arguments[:2]))}")
         for path in _changed(event, arguments):
@@ -332,14 +333,14 @@ def _changed(event: str, arguments: tuple[Any, ...]) -> Iterator[str]:
         if isinstance(name, (str, bytes, os.PathLike)) and flags & _TO_WRITE:
             yield os.path.realpath(os.fsdecode(name))
     for at, begins in _PATHS.get(event, ()):
-        if isinstance(arguments[at], int):  # an open file: that was seen when it was opened
+        if isinstance(arguments[at], int):  # an open file was already checked when it was opened
             continue
-        # the last part is what changes, be it a link or not
+        # the last component itself changes, even if it is a link
         folder, name = os.path.split(os.fsdecode(arguments[at]))
         descriptor = -1 if begins is None else arguments[begins]
         if descriptor != -1:
             opened = f"/proc/self/fd/{descriptor}"
-            if not os.path.exists(opened):  # no such folder on this system: the listing has to do
+            if not os.path.exists(opened):  # not on this system; the listing still detects it
                 continue
             folder = os.path.join(os.path.realpath(opened), folder)
         yield os.path.join(os.path.realpath(folder), name)

@@ -1,8 +1,8 @@
-"""What users give to the commands that read a spec: its YAML files, and a folder to write to.
+"""User input for the commands that read a spec: its YAML files, and a folder to write to.
 
-The small good specs of the generator's tests, one a framing, and the overlays for two of them have a file of
-every kind. One to three of their files are damaged, in their text or in the tree that the text spells, or
-the files themselves are lost, moved or doubled.
+The generator's tests have a small good spec for each framing, and overlays for two of them. Together they
+have a file of every kind. A case damages one to three of these files, either the text or the YAML tree, or
+removes, moves or duplicates files.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FILES = {
 }
 _ROOMS = ("captures", "errata", "examples", "messages", "printed")
 KINDS = sorted({p.parent.name if p.parent.name in _ROOMS else p.stem for p in map(Path, FILES)})
-"""The kinds of files of a spec, after their folders or names."""
+"""The kinds of spec files, named after their folders or file names."""
 
 OUT = "out"
 _TARGETS = ("c", "c-tests", "python", "registry", "vectors")
@@ -48,7 +48,7 @@ _ODD_NAMES = (
 
 @cache
 def good() -> Path:
-    """Return a folder with all good files, those of all protocols; it goes with the process."""
+    """Return a folder with the good files of all protocols, removed when the process ends."""
     folder = Path(tempfile.mkdtemp())
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     for name, content in FILES.items():
@@ -58,7 +58,7 @@ def good() -> Path:
 
 
 def _commands(rng: Random) -> tuple[str, ...]:
-    """Return a command line that reads the spec, perhaps by the folder of its protocol."""
+    """Return a command line that reads the spec, or the folder of one protocol."""
     alone = ("spec/tiny", "spec/turtle", "spec/carousel")
     folder = "spec" if rng.random() < 0.8 else rng.choice(alone)
     command = rng.random()
@@ -79,8 +79,8 @@ def _commands(rng: Random) -> tuple[str, ...]:
 
 
 def _case(rng: Random, files: dict[str, Content]) -> Case:
-    """Return a case on the good spec with some files changed."""
-    if rng.random() < 0.05:  # the files themselves
+    """Return a case that runs on the good spec with some files changed."""
+    if rng.random() < 0.05:  # rename or duplicate a file
         name = rng.choice(list(FILES))
         odd = rng.choice((*_ODD_NAMES, *FILES))
         if not any(odd.startswith(f"{other}/") for other in FILES):
@@ -99,17 +99,17 @@ def _case(rng: Random, files: dict[str, Content]) -> Case:
 
 
 def spec_text(rng: Random) -> Case:
-    """Files of a spec whose text was damaged."""
+    """A spec with damaged text in some files."""
     return _case(rng, damaged_texts(rng))
 
 
 def spec_tree(rng: Random) -> Case:
-    """Files of a spec that are right as YAML and say something else."""
+    """A spec with other content in some files, which are still valid YAML."""
     return _case(rng, damaged_trees(rng))
 
 
 def damaged_texts(rng: Random) -> dict[str, Content]:
-    """Return files whose text was damaged, by name."""
+    """Return files with damaged text, by name."""
     files: dict[str, Content] = {}
     for name in rng.sample(list(FILES), rng.choice((1, 1, 2))):
         text = FILES[name].decode("utf-8")
@@ -122,12 +122,12 @@ def damaged_texts(rng: Random) -> dict[str, Content]:
 
 @cache
 def _tree(name: str) -> str:
-    """Return the tree that a file spells, as JSON: quick to copy."""
+    """Return the YAML tree of a file as JSON, which is quick to copy."""
     return json.dumps(yaml.safe_load(FILES[name]))
 
 
 def damaged_trees(rng: Random) -> dict[str, Content]:
-    """Return files that say something else, by name."""
+    """Return files with changed trees, by name."""
     files: dict[str, Content] = {}
     for name in rng.sample(list(FILES), rng.choice((1, 1, 2))):
         tree: Any = json.loads(_tree(name))
@@ -141,7 +141,7 @@ def damaged_trees(rng: Random) -> dict[str, Content]:
 
 
 def _other_texts(rng: Random, tree: Any) -> None:
-    """Change texts that no rule constrains, so that the spec stays right and is generated from."""
+    """Change texts that no rule restricts, so that the spec stays valid and code is generated."""
     if isinstance(tree, list):
         for item in tree:
             _other_texts(rng, item)
@@ -157,20 +157,20 @@ _FREE_TEXTS = ("summary", "note", "title", "date", "found", "resolution", "evide
 
 
 def _yaml(tree: Any) -> bytes:
-    # wide, as a text that is folded would be refused for its line breaks
+    # wide lines: folded text would be refused for its line breaks
     text: str = yaml.dump(tree, Dumper=_Plain, allow_unicode=True, sort_keys=False, width=10_000)
     return text.encode("utf-8", "surrogatepass")
 
 
 class _Plain(yaml.SafeDumper):
-    """Writes what stands in two places twice: an alias would be refused, and the tree not looked at."""
+    """A dumper without aliases, which would be refused before the tree is checked."""
 
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
 
 def _checked(case: Case, ran: Ran) -> None:
-    """A spec is right, or every diagnostic has a code and a place that is there."""
+    """Check that every diagnostic has a code and the name of an existing file."""
     if "--format" in case.arguments:
         _reported(case.arguments[-1], ran)
     elif ran.code == 1:
@@ -179,13 +179,13 @@ def _checked(case: Case, ran: Ran) -> None:
                 continue  # the hint of the diagnostic above
             place, _, rest = line.partition(": ")
             name = place.rsplit(":", 2)[0]
-            there = "\\" in name or (ran.folder / name).exists()  # odd signs are shown as escapes
+            there = "\\" in name or (ran.folder / name).exists()  # special characters are escaped
             if not there or not rest.startswith("SW"):
-                raise Wrong(f"a diagnostic without a place or a code: {line!r}")
+                raise Wrong(f"diagnostic without an existing file or a code: {line!r}")
 
 
 def _reported(format: str, ran: Ran) -> None:
-    """What programs read can be read, and says what the exit code says."""
+    """Check that a machine-readable report is valid and agrees with the exit status."""
     text = ran.out.decode("utf-8" if format == "github" else "ascii")
     try:
         if format == "github":
@@ -195,27 +195,27 @@ def _reported(format: str, ran: Ran) -> None:
         else:
             said = [case for suite in JUnitXml.fromstring(text) for case in suite if case.result]
     except SyntaxError as error:
-        raise Wrong(f"what is no XML: {error}") from error
+        raise Wrong(f"invalid XML: {error}") from error
     if bool(said) != (ran.code == 1) or not all(said):
-        raise Wrong(f"a report in {format} that exit code {ran.code} contradicts: {text[:200]}")
+        raise Wrong(f"exit status {ran.code} contradicts the {format} report: {text[:200]}")
 
 
 def _formatted(case: Case, ran: Ran) -> None:
-    """What was read is left as YAML that says the same; nothing is left half-written."""
+    """Check that other files keep their content as YAML, and that no temporary file remains."""
     spec = ran.folder / "spec"
     for path in sorted(spec.rglob("*")):
         name = path.relative_to(spec).as_posix()
         if f"spec/{name}" in case.files or path.is_dir():
             continue
         if name not in FILES:
-            raise Wrong(f"{name} is left over")
+            raise Wrong(f"{name} is a leftover file")
         content = path.read_bytes()
         if content != FILES[name] and yaml.safe_load(content) != json.loads(_tree(name)):
-            raise Wrong(f"{name} says something else")
+            raise Wrong(f"the content of {name} changed")
 
 
 def _generated(case: Case, ran: Ran) -> None:
-    """What was generated is Python and JSON; nothing is left half-written."""
+    """Check that generated Python and JSON is valid, and that no temporary file remains."""
     _checked(case, ran)
     out = ran.folder / OUT
     for path in sorted(out.rglob("*")) if ran.code == 0 else ():
@@ -228,11 +228,11 @@ def _generated(case: Case, ran: Ran) -> None:
             elif path.suffix == ".json":
                 json.loads(text)
             elif path.name.startswith("."):
-                raise Wrong(f"{path.name} is left over")
+                raise Wrong(f"{path.name} is a leftover file")
         except (SyntaxError, ValueError) as error:
-            raise Wrong(f"{path.relative_to(out)} was generated and is wrong: {error}") from error
+            raise Wrong(f"generated {path.relative_to(out)} is invalid: {error}") from error
     if ran.code and out.exists() and not any(name.startswith(OUT) for name in case.files):
-        raise Wrong("the spec was refused, and something was written")
+        raise Wrong("the spec was refused, but files were written")
 
 
 _BY_COMMAND = {
@@ -240,7 +240,7 @@ _BY_COMMAND = {
     "format": ("spec", _formatted),
     "generate": (OUT, _generated),
 }
-"""Where a command may write, and what holds for what came of it."""
+"""For each command, the folder it may write to and the check of its result."""
 
 
 # The folder to write to
@@ -261,7 +261,7 @@ _MINE = b"made by hand\n"
 
 
 def manifest(rng: Random) -> Case:
-    """A manifest that lies, and files and links in the way, in the folder that is generated into."""
+    """An output folder with an incorrect manifest, and with files and links in the way."""
     digests = (hashlib.sha256(_MINE).hexdigest(), "", "0" * 64, word(rng))
     listed: Any = {path: rng.choice(digests) for path in rng.sample(_PATHS, rng.randrange(6))}
     tree: Any = {"schema_version": 2, "files": listed}
@@ -286,13 +286,13 @@ def manifest(rng: Random) -> Case:
     if rng.random() < 0.3 and not any(n.startswith(link) or link.startswith(n) for n in files):
         files[link] = Link(target)
     arguments = ("generate", "--spec", "spec", "--out", OUT)
-    if rng.random() < 0.3:  # then nothing may be written at all
+    if rng.random() < 0.3:  # nothing may be written
         return Case((*arguments, "--check"), files=files, base=good(), holds=_kept)
     return Case(arguments, files=files, base=good(), may_write=OUT, holds=_kept)
 
 
 def _kept(case: Case, ran: Ran) -> None:
-    """What was made by hand and is in no manifest is still there."""
+    """Check that files made by hand, and not in the manifest, still exist unchanged."""
     precious = ran.folder.parent / "precious" / "file.txt"
     if precious.read_text(encoding="utf-8") != "somebody else's\n":
         raise Wrong("a file outside the folder was changed")
@@ -305,4 +305,4 @@ def _kept(case: Case, ran: Ran) -> None:
         ours = kept in listed if isinstance(listed, dict) else False
         path = ran.folder / name
         if content == _MINE and not ours and not (path.is_file() and path.read_bytes() == _MINE):
-            raise Wrong(f"{kept} was made by hand, and is lost")
+            raise Wrong(f"{kept}, made by hand, was lost")

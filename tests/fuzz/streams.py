@@ -1,9 +1,9 @@
-"""Bytes to try the codec with: real frames of the registry, and damage done to them.
+"""Fuzzing inputs for the codec: real frames of the registry, and damaged ones.
 
-Random bytes hardly ever hold a known id, a fitting length and right addresses at once; a fuzzer that
-begins with them tries the refusal of unknown ids over and over. So frames are made from the layouts, and then
-cut, flipped, doubled, spliced and lengthened. Everything comes from one ``random.Random``: the same seed
-gives the same bytes.
+Random bytes rarely contain a known id, a matching length and valid addresses together. A fuzzer that starts
+from them mostly tests the refusal of unknown ids. This module therefore builds frames from the layouts, and
+then cuts, flips, duplicates, splices and lengthens them. One ``random.Random`` makes every choice, so the
+same seed gives the same bytes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 STREAM_CONTROLS = 4
-"""Bytes before a stream: end and context, the chunks (two bytes), where it is given up."""
+"""Control bytes before a stream: end and context, chunk sizes (two bytes), where to abandon."""
 
 LAYOUTS = tuple(cls.layout for cls in PROTOCOL.messages)
 UNDOCUMENTED_IDS = frozenset(
@@ -48,7 +48,7 @@ INTERESTING = (0x00, 0x01, 0x04, 0x06, 0x0E, 0x50, 0x7F, 0x80, 0x81, 0xD0, 0xFF)
 
 
 def _published() -> list[bytes]:
-    """Return the frames of the worked examples and captures, the misprinted ones included."""
+    """Return the frames of the worked examples and captures, including the misprinted ones."""
     vectors = PROTOCOL.vectors()
     found = set()
     for entry in [*vectors["examples"], *vectors["captures"]]:
@@ -63,7 +63,7 @@ PUBLISHED = tuple(_published())
 
 
 def frame(rng: Random) -> bytes:
-    """Return one frame, whole and right more often than not."""
+    """Return one frame, usually whole and valid."""
     if rng.random() < 0.1:
         return rng.choice(PUBLISHED)
     layout = rng.choice(LAYOUTS)
@@ -74,7 +74,7 @@ def frame(rng: Random) -> bytes:
     elif rng.random() < 0.05:
         id = rng.choice((id ^ 1 << rng.randrange(16), rng.randrange(1 << 16)))
     kind = rng.random()
-    if length and kind < 0.08:  # as newer controllers send, or too long for that
+    if length and kind < 0.08:  # longer, as newer controllers send, or longer than that
         length = min(length + rng.choice((1, 2, 4, 6, 12, 60)), MAXIMUM_PACKET)
     elif length and kind < 0.12:
         length = rng.randrange(length)
@@ -119,7 +119,7 @@ def _byte(rng: Random) -> int:
 
 
 def beginnings(target: str) -> list[bytes]:
-    """Return the inputs that a fuzzer begins with: what was published, and one of each layout."""
+    """Return the inputs a fuzzer starts from: the published frames, and one input per layout."""
     if target == "commands":
         return command_streams.beginnings()
     rng = Random(0)
@@ -131,7 +131,7 @@ def beginnings(target: str) -> list[bytes]:
 
 
 def new_stream(rng: Random) -> bytes:
-    """Return control bytes and a few frames one after the other, some of them damaged."""
+    """Return control bytes and a few consecutive frames, some of them damaged."""
     made = b"".join([frame(rng) for _ in range(rng.randrange(1, 9))])
     for _ in range(rng.choice((0, 1, 1, 2, 4))):
         made = damaged(rng, made)
@@ -145,15 +145,14 @@ def change_stream(rng: Random, data: bytes) -> bytes:
     controls, body = data[:STREAM_CONTROLS].ljust(STREAM_CONTROLS, b"\0"), data[STREAM_CONTROLS:]
     if rng.random() < 0.3:
         controls = _overwrite(rng, controls) if rng.random() < 0.5 else rng.randbytes(len(controls))
-    if (
-        len(body) > LONG and rng.random() < 0.7
-    ):  # most accidents lengthen, and long streams are slow
+    # Most mutations lengthen the stream, and long streams are slow.
+    if len(body) > LONG and rng.random() < 0.7:
         return controls + _cut(rng, body)
     return controls + damaged(rng, body)
 
 
 def new_codec(rng: Random) -> bytes:
-    """Return a byte that chooses, and one frame, or what a message is to be made of by name."""
+    """Return the choosing byte, followed by one frame or by the values for building a message by name."""
     choice = rng.randrange(256)
     if choice & 0x80:
         return bytes((choice,)) + rng.randbytes(rng.choice((10, 40, 120)))
@@ -162,7 +161,7 @@ def new_codec(rng: Random) -> bytes:
 
 
 def change_codec(rng: Random, data: bytes) -> bytes:
-    """Return an input with what follows its first byte changed."""
+    """Return an input with its frame, its values or its context changed."""
     kind = rng.random()
     if kind < 0.3 or not data:
         return new_codec(rng)
@@ -172,12 +171,12 @@ def change_codec(rng: Random, data: bytes) -> bytes:
     return data[:1] + change(rng, data[1:])
 
 
-# Accidents
+# Mutations
 
 
 def damaged(rng: Random, data: bytes) -> bytes:
-    """Return ``data`` after one accident."""
-    return rng.choice(_ACCIDENTS)(rng, data)
+    """Return ``data`` with one mutation."""
+    return rng.choice(_MUTATIONS)(rng, data)
 
 
 def _flip(rng: Random, data: bytes) -> bytes:
@@ -234,7 +233,7 @@ def _cut(rng: Random, data: bytes) -> bytes:
 
 
 def _header(rng: Random, data: bytes) -> bytes:
-    """Change what the header of the first frame, or of one behind it, declares."""
+    """Change the header of the first frame or of a later one."""
     at = 0
     while len(data) - at >= HEADER_SIZE and rng.random() < 0.7:
         packet = data[at + 4] & DATA_FLAG
@@ -256,6 +255,6 @@ def _header(rng: Random, data: bytes) -> bytes:
     return data[:at] + bytes(header) + data[at + HEADER_SIZE :]
 
 
-_ACCIDENTS: tuple[Callable[[Random, bytes], bytes], ...] = (
+_MUTATIONS: tuple[Callable[[Random, bytes], bytes], ...] = (
     _flip, _overwrite, _lose, _double, _insert, _splice, _replace, _append, _cut, _header, _header,
 )  # fmt: skip

@@ -1,4 +1,7 @@
-"""What the properties have seen: so that a run that never met a frame cannot pass for one without a fault."""
+"""Counts of what the properties met.
+
+A run that never received a frame finds no fault either; these counts show the difference.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from enum import IntEnum
 
 
 class Seen(IntEnum):
-    """What is counted, and where in the tally."""
+    """Events and refusals that are counted, with their index in the tally."""
 
     MESSAGE = 0
     UNDOCUMENTED = 1
@@ -46,11 +49,11 @@ _tally: MutableSequence[int] = [0] * len(SEEN)
 
 
 def count_in(tally: MutableSequence[int]) -> None:
-    """Count in ``tally`` from now on: one integer for each name of :data:`SEEN`."""
+    """Count in ``tally`` from now on. It has one integer for each name of :data:`SEEN`."""
     global _tally
     _tally = tally
 
 
 def count(what: Seen, number: int = 1) -> None:
-    """Count what was seen."""
+    """Count one occurrence, or several."""
     _tally[what] += number

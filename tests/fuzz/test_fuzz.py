@@ -1,6 +1,6 @@
-"""A short, seeded run of everything that is fuzzed, and proof that the fuzzers find what is broken.
+"""Short, seeded runs of all fuzzers, and tests that the fuzzers find defects.
 
-The long runs are programs: ``atheris_codec.py``, ``memory_growth.py`` and ``user_input.py``.
+The programs for long runs are ``atheris_codec.py``, ``memory_growth.py`` and ``user_input.py``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from stagewire_apt import PROTOCOL
 
 HERE = Path(__file__).parent
 SEED = 1
-LIMIT = 60.0  # far beyond what any case takes, so that no busy machine fails a test
+LIMIT = 60.0  # far longer than any case takes, even on a busy machine
 
 CASES = {
     "spec-text": 40,
@@ -53,10 +53,10 @@ CASES = {
 }
 
 PARTS = pytest.mark.parametrize("part", [20, pytest.param(1, marks=pytest.mark.matrix)])
-"""Of so many cases `make test` runs one, and `make test-all` each."""
+"""`make test` runs one case in 20, `make test-all` runs all."""
 
 OF_A_SPEC = ("spec-text", "spec-tree", "manifest", "diff")
-"""What is done to a good spec, of which most stays as it is."""
+"""Targets that change small parts of a good spec."""
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def sandbox(tmp_path: Path) -> Sandbox:
 
 @pytest.fixture
 def seen() -> Iterator[list[int]]:
-    """Count what the properties see, in a list of its own."""
+    """Count the events of the properties in a new list."""
     tally = [0] * len(properties.SEEN)
     properties.count_in(tally)
     yield tally
@@ -99,7 +99,7 @@ def run_properties(streamed: int, coded: int, commanded: int = 0) -> None:
 
 
 @PARTS
-def test_the_properties_hold_and_everything_comes_up(part: int, seen: list[int]) -> None:
+def test_the_properties_hold_and_every_kind_of_event_occurs(part: int, seen: list[int]) -> None:
     run_properties(3000 // part, 10_000 // part, 3000 // part)
     assert [name for name, number in zip(properties.SEEN, seen, strict=True) if not number] == []
 
@@ -154,14 +154,14 @@ def forget_to_poison(abandon: Callable[[ReplyDecoder], list[Event]]) -> Callable
     ],
     ids=[
         "garbage is lost",
-        "what is read at once counts",
+        "events depend on the chunks",
         "extra bytes are lost",
         "garbage between commands is lost",
         "ignored bytes are lost",
         "a late reply answers the next request",
     ],
 )
-def test_a_broken_codec_is_found(
+def test_the_properties_detect_a_broken_codec(
     owner: type, name: str, breaking: Callable[..., object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(owner, name, breaking(getattr(owner, name)))
@@ -169,7 +169,7 @@ def test_a_broken_codec_is_found(
         run_properties(300, 300, 300)
 
 
-def test_an_undocumented_exception_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_properties_detect_an_undocumented_exception(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise KeyError("id")
 
@@ -178,41 +178,45 @@ def test_an_undocumented_exception_is_found(monkeypatch: pytest.MonkeyPatch) -> 
         properties.check_codec(bytes(7))
 
 
-def test_every_layout_is_among_the_frames() -> None:
+def test_generated_frames_cover_every_message_id() -> None:
     rng = Random(SEED)
     met = {int.from_bytes(streams.frame(rng)[:2], "little") for _ in range(20_000)}
     assert met >= streams.IDS
 
 
 @pytest.mark.matrix
-def test_memory_does_not_grow() -> None:
+def test_memory_does_not_grow_with_the_stream() -> None:
     command = [sys.executable, str(HERE / "memory_growth.py"), "--frames", "100000"]
     ran = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert "grown by" in ran.stdout
 
 
-# What users feed to the command
+# User input of the command
 
 
 @PARTS
 @pytest.mark.parametrize("target", user_input.TARGETS)
-def test_the_command_stands_what_users_feed_to_it(target: str, part: int, sandbox: Sandbox) -> None:
+def test_any_user_input_ends_with_a_documented_exit_status(
+    target: str, part: int, sandbox: Sandbox
+) -> None:
     cases = max(2, CASES[target] // part)
     with quick_specs() if target in OF_A_SPEC else nullcontext():
         codes = user_input.fuzz(sandbox, target, SEED, cases=cases, as_process=0)
     assert codes.total() == cases
-    assert len(codes) > 1 or target == "testee" or part > 1, "every case ended in the same way"
+    assert len(codes) > 1 or target == "testee" or part > 1, (
+        "every case ended with the same exit status"
+    )
 
 
 @pytest.mark.parametrize("target", ["spec-tree", "captures", "encode", "testee"])
-def test_a_process_of_its_own_ends_in_the_same_way(target: str, sandbox: Sandbox) -> None:
+def test_a_separate_process_gives_the_same_result(target: str, sandbox: Sandbox) -> None:
     case = user_input.case_of(target, SEED, 0)
     here, apart = sandbox.run(case), sandbox.run(case, as_process=True)
     assert (apart.code, apart.out, apart.err) == (here.code, here.out, here.err)
 
 
-def test_every_kind_of_file_of_a_spec_is_damaged() -> None:
+def test_every_kind_of_spec_file_is_damaged() -> None:
     made = [user_input.case_of("spec-tree", SEED, number) for number in range(500)]
     assert {name for case in made for name in case.files} >= {f"spec/{n}" for n in spec_cases.FILES}
     schemas = {path.name.partition(".")[0] for path in (HERE.parents[1] / "spec/schema").iterdir()}
@@ -273,21 +277,21 @@ def prints(text: str, code: int = 0) -> Main:
     ("main", "found"),
     [
         (raises, "ValueError: a bug"),
-        (hangs, "no end after"),
-        (prints("", 3), "exit code 3"),
-        (prints("", 1), "not a word about it"),
-        (prints("", 2), "not a word on standard error"),
+        (hangs, "still running after"),
+        (prints("", 3), "exit status 3"),
+        (prints("", 1), "exit status 1 without a message"),
+        (prints("", 2), "exit status 2 without a message"),
         (prints("Traceback (most recent call last)\n"), "a traceback"),
-        (prints("\x1b[2J"), "steer a terminal"),
-        (writes("here.txt"), "must not: open"),
-        (writes("../outside.txt"), "must not: open"),
-        (writes("out/../../precious/file.txt"), "must not: open"),
-        (removes, "must not: os.remove"),
-        (starts, "must not: subprocess.Popen"),
-        (listens("127.0.0.1"), "must not: socket.bind"),
+        (prints("\x1b[2J"), "control a terminal"),
+        (writes("here.txt"), "forbidden operation: open"),
+        (writes("../outside.txt"), "forbidden operation: open"),
+        (writes("out/../../precious/file.txt"), "forbidden operation: open"),
+        (removes, "forbidden operation: os.remove"),
+        (starts, "forbidden operation: subprocess.Popen"),
+        (listens("127.0.0.1"), "forbidden operation: socket.bind"),
     ],
 )
-def test_a_broken_command_is_found(
+def test_the_sandbox_detects_a_broken_command(
     main: Main, found: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stagewire_cli.main, "main", main)
@@ -298,7 +302,7 @@ def test_a_broken_command_is_found(
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
 
 
-def test_writing_where_it_may_is_no_fault(
+def test_writing_to_the_allowed_folder_passes(
     sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stagewire_cli.main, "main", writes("out/made.txt"))
@@ -306,17 +310,17 @@ def test_writing_where_it_may_is_no_fault(
     assert (ran.folder / "out" / "made.txt").read_text(encoding="utf-8") == "x"
 
 
-def test_who_may_listen_does_so_on_this_machine_alone(
+def test_a_case_that_may_listen_may_bind_local_addresses_only(
     sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stagewire_cli.main, "main", listens("127.0.0.1"))
     sandbox.run(Case((), may_listen=True))
     monkeypatch.setattr(stagewire_cli.main, "main", listens("0.0.0.0"))
-    with pytest.raises(Wrong, match=r"must not: socket.bind .*'0\.0\.0\.0'"):
+    with pytest.raises(Wrong, match=r"forbidden operation: socket.bind .*'0\.0\.0\.0'"):
         sandbox.run(Case((), may_listen=True))
 
 
-def test_a_failure_is_made_small_and_can_be_repeated(
+def test_a_failure_is_minimised_and_can_be_repeated(
     sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def chokes(arguments: Sequence[str]) -> int:
@@ -334,7 +338,7 @@ def test_a_failure_is_made_small_and_can_be_repeated(
     assert "a.txt" not in str(failure.value)
 
 
-def test_an_answer_that_is_missing_is_found(sandbox: Sandbox) -> None:
+def test_a_missing_answer_of_the_testee_is_detected(sandbox: Sandbox) -> None:
     case = user_input.case_of("testee", SEED, 0)
     ran = sandbox.run(case)
     with pytest.raises(Wrong, match="answers to"):

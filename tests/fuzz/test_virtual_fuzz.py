@@ -1,6 +1,6 @@
-"""A short, seeded run of what is said to virtual controllers, and proof that it finds what is broken.
+"""A short, seeded fuzz of the virtual controllers, and tests that it finds defects.
 
-The long run is a program: ``virtual_controllers.py``.
+The program for long runs is ``virtual_controllers.py``.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ INSTRUMENTS = pytest.mark.parametrize(
 
 
 @pytest.mark.parametrize("number", range(ROUNDS * len(fuzz.UNITS)))
-def test_whatever_is_said_a_request_is_answered_afterwards(number: int) -> None:
+def test_a_controller_answers_requests_after_any_input(number: int) -> None:
     fuzz.one_case(SEED, number)
 
 
-def test_a_case_is_answered_with_the_same_bytes_again() -> None:
+def test_a_repeated_case_gives_the_same_bytes() -> None:
     for number in range(len(fuzz.UNITS)):
         first: list[bytes] = []
         again: list[bytes] = []
@@ -35,15 +35,15 @@ def test_a_case_is_answered_with_the_same_bytes_again() -> None:
 
 
 @pytest.mark.parametrize("unit", ["BPC203", "MS2000", "TDC001"])
-def test_memory_is_bounded(unit: str) -> None:
+def test_the_memory_of_a_controller_is_bounded(unit: str) -> None:
     assert fuzz.held_by(SEED, fuzz.UNITS.index(unit), STEPS) < fuzz.BOUND
 
 
-# The fuzzer has teeth
+# The fuzzer finds defects
 
 
 def broken(unit: str) -> str:
-    """Run cases of a unit until one is not stood; return what is said then."""
+    """Run cases of a unit until one fails; return its message, or an empty string."""
     for number in range(fuzz.UNITS.index(unit), 20 * len(fuzz.UNITS), len(fuzz.UNITS)):
         try:
             fuzz.held_by(SEED, number, STEPS)
@@ -53,7 +53,7 @@ def broken(unit: str) -> str:
 
 
 @INSTRUMENTS
-def test_an_exception_is_found(
+def test_the_fuzzer_detects_an_exception(
     kind: type[Instrument], unit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     receive = kind.receive
@@ -70,7 +70,7 @@ def test_an_exception_is_found(
 
 
 @INSTRUMENTS
-def test_silence_is_found(
+def test_the_fuzzer_detects_a_controller_that_stops_answering(
     kind: type[Instrument], unit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     receive = kind.receive
@@ -81,11 +81,11 @@ def test_silence_is_found(
             receive(self, data)
 
     monkeypatch.setattr(kind, "receive", deaf)
-    assert "was answered ''" in broken(unit)
+    assert ": '', expected" in broken(unit)
 
 
 @INSTRUMENTS
-def test_a_leak_is_found(
+def test_the_fuzzer_detects_a_memory_leak(
     kind: type[Instrument], unit: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     receive = kind.receive
@@ -95,4 +95,4 @@ def test_a_leak_is_found(
         self.kept = (getattr(self, "kept", ()), bytes(100_000))  # type: ignore[attr-defined]
 
     monkeypatch.setattr(kind, "receive", keeps)
-    assert "bytes, more than 4,194,304" in broken(unit)
+    assert "bytes; the limit is 4,194,304" in broken(unit)

@@ -1,17 +1,17 @@
-"""Fuzz everything that a user can feed to the command, each for a while, from a seed.
+"""Fuzz every kind of user input of the command, from a seed.
 
-    python tests/fuzz/user_input.py                                # every target, a minute each
+    python tests/fuzz/user_input.py                                # every target, one minute each
     python tests/fuzz/user_input.py --seconds 10 --seed 7 --target testee --target encode
 
-The targets are the files of a spec (as text and as trees), the folder that is generated into, two specs
-or revisions to compare, hex on the command line, captures in every format, fields, names, testee
-lines, benches, recordings and faults of virtual controllers, and command lines as such. ``conformance
-examples`` reads what is installed: only its options are tried.
+The targets are the files of a spec (as text and as trees), the output folder, two specs or revisions to
+compare, hex on the command line, captures in every format, fields, names, testee lines, benches, recordings
+and faults of virtual controllers, PICS and expected failures, and whole command lines. ``conformance
+examples`` reads only installed data, so only its options are fuzzed.
 
-Whatever comes: no traceback, no hang, an exit code of 0, 1 or 2, and no file anywhere but where the
-case allows (``sandbox.py``). Most cases run in this process through the entry of the command; one in a
-hundred runs as a process of its own. Case ``n`` of a target depends on the seed and on ``n``
-alone, so that ``--first n --cases 1`` repeats it. A failure is made smaller before it is shown.
+For any input, the command must not print a traceback or hang. It must exit with 0, 1 or 2, and write files
+only where the case allows it (``sandbox.py``). Most cases run in this process through the entry point of the
+command; one in a hundred runs as a separate process. Case ``n`` of a target depends only on the seed and on
+``n``, so ``--first n --cases 1`` repeats it. A failure is minimised before it is shown.
 """
 
 from __future__ import annotations
@@ -54,15 +54,15 @@ TARGETS: dict[str, Callable[[Random], Case]] = {
     "expected": declared_cases.expected,
 }
 LIMIT = 5.0
-"""Seconds after which a case hangs."""
+"""Seconds after which a case counts as hanging."""
 AS_PROCESS = 100
-"""One case in so many is run as a process of its own."""
+"""One case in this number runs as a separate process."""
 _TRIES = 400
 _SHOWN = 2000
 
 
 class Failure(Exception):
-    """A case that the command did not stand, with what is needed to repeat it."""
+    """A case in which the command failed, with everything needed to repeat it."""
 
     def __init__(self, target: str, seed: int, number: int, case: Case, wrong: Wrong) -> None:
         lines = [
@@ -97,9 +97,9 @@ def fuzz(
     seconds: float | None = None,
     as_process: int = AS_PROCESS,
 ) -> Counter[int]:
-    """Run cases of a target, so many or for so long; return how often which exit code came.
+    """Run cases of a target, up to a number or a time; return the count of each exit status.
 
-    Raises :class:`Failure` at the first case that goes wrong.
+    Raises :class:`Failure` at the first case that fails.
     """
     codes: Counter[int] = Counter()
     began = time.monotonic()
@@ -118,11 +118,11 @@ def fuzz(
     return codes
 
 
-# Making a failure smaller
+# Minimising a failure
 
 
 def smaller(sandbox: Sandbox, case: Case, wrong: Wrong) -> tuple[Case, Wrong]:
-    """Return a case that fails in the same way with as little input as a few hundred tries find."""
+    """Return a smaller case that fails in the same way, after a few hundred attempts."""
     tries = count()
 
     def fails(candidate: Case) -> Wrong | None:
@@ -157,7 +157,7 @@ def smaller(sandbox: Sandbox, case: Case, wrong: Wrong) -> tuple[Case, Wrong]:
 
 
 def _kind(wrong: Wrong) -> str:
-    """Return what a failure has in common with one that is the same."""
+    """Return the part of a message that identifies the kind of failure."""
     return str(wrong)[:25]
 
 
@@ -171,18 +171,19 @@ def _with(case: Case, name: str, data: bytes) -> Case:
 
 
 def main() -> int:
-    """Fuzz the targets one after the other; return 1 when one failed."""
+    """Fuzz the targets one after the other; return 1 if one failed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--seconds", type=float, default=60.0, help="for each target")
+    parser.add_argument("--seconds", type=float, default=60.0, help="seconds for each target")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--target", action="append", choices=TARGETS)
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
-    parser.add_argument("--cases", type=int, help="so many, instead of for so long")
+    parser.add_argument("--cases", type=int, help="number of cases, instead of a time")
     given = parser.parse_args()
     seconds = None if given.cases else given.seconds
     failed = False
     for target in given.target or TARGETS:
-        faulthandler.dump_traceback_later((seconds or 3600) + 60, exit=True)  # what no signal ends
+        # In case no signal ends the run.
+        faulthandler.dump_traceback_later((seconds or 3600) + 60, exit=True)
         with tempfile.TemporaryDirectory() as root:
             sandbox = Sandbox(Path(root), LIMIT)
             try:

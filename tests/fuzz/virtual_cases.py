@@ -1,7 +1,7 @@
-"""What users give to ``stagewire virtual``: benches, recordings to be replayed, faults and options.
+"""User input for ``stagewire virtual``: benches, recordings to replay, faults and options.
 
-Every function makes one :class:`~sandbox.Case` from a ``random.Random``. What is right is served for a
-moment, on pseudo-terminals and on ports of this machine alone.
+Every public function makes one :class:`~sandbox.Case` from a ``random.Random``. Valid input is served for a
+moment, on pseudo-terminals and on local ports only.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from malformed_text import damaged_bytes, damaged_text, word
 from sandbox import Case
 
 MOMENT = ("--for", "0.001")
-# Without a symbolic link, and with ports that are free: what is served must not depend on the machine.
+# Without symbolic links, and on free ports, so that the result does not depend on the machine.
 BENCH = """\
 [[unit]]
 name = "TDC001"
@@ -81,7 +81,7 @@ def _damaged(rng: Random, text: str) -> bytes:
 
 
 def _argument(text: str) -> str:
-    """Return what can be an argument of a process: no NUL, no half of a character."""
+    """Return the text as a valid process argument, without NUL and lone surrogates."""
     return text.replace("\0", "").encode("utf-8", "replace").decode("utf-8")
 
 
@@ -90,7 +90,7 @@ def _served(*arguments: str, **files: bytes) -> Case:
 
 
 def bench(rng: Random) -> Case:
-    """A bench of several units."""
+    """A bench file with several units."""
     return _served("--bench", "bench", bench=_damaged(rng, BENCH))
 
 

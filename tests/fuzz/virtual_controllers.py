@@ -1,16 +1,16 @@
-"""Say anything to virtual controllers: nothing raises, memory is bounded, a request is answered afterwards.
+"""Send anything to virtual controllers: nothing raises, memory is bounded, and later requests are answered.
 
-    python tests/fuzz/virtual_controllers.py                          # every unit, for a minute
+    python tests/fuzz/virtual_controllers.py                          # all units, one minute in total
     python tests/fuzz/virtual_controllers.py --seconds 10 --seed 7
     python tests/fuzz/virtual_controllers.py --first 1234 --cases 1   # one case again
 
-A case is one unit with options by chance, and what a host does to it: random bytes, whole and damaged frames
-or commands of its protocol, the plug pulled, the power switched off and on, time going on in between. In a
-third of the cases there are faults on the line, too. Then the host comes to its senses, waits until nobody
-waits for the rest of a broken frame any more, and asks: on a line without faults the answer must come.
-Case ``n`` depends on the seed and on ``n`` alone.
+A case is one unit with random options and a random sequence of actions: the host sends random bytes, or whole
+and damaged frames or commands of the protocol, somebody unplugs the line or switches the power off and on,
+and time passes. In a third of the cases the line also has faults. At the end, the host waits until the
+controller has given up on every incomplete frame, and sends a request. On a line without faults the reply
+must arrive. Case ``n`` depends only on the seed and on ``n``.
 
-Every twentieth case goes on for long; at its end ``tracemalloc`` says what its controller holds in memory.
+Every twentieth case is long. At its end, ``tracemalloc`` measures how much memory the controller holds.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from stagewire_virtual.thorlabs_apt.quirks import QUIRKS
 UNITS = tuple(sorted(all_units()))
 SHORT = 40
 LONG = 1000
-"""Steps of a case, at most and exactly."""
+"""Number of steps: fewer than SHORT in a short case, exactly LONG in a long one."""
 BOUND = 4 << 20
-"""Bytes that a controller may hold, whatever comes; most of them are waveform tables."""
+"""Limit of the bytes that a controller holds, most of them in waveform tables."""
 
 _FAULTS = (
     "to_host drop frame every=3",
@@ -55,12 +55,12 @@ _FAULTS = (
     "to_host disconnect at=30",
     "to_controller disconnect at=200",
 )
-_COLONS = b":" * 300  # whatever command is pending, its data included, has ended by then
-_LONG_ENOUGH = 2.0  # nobody waits so long for the rest of a frame
+_COLONS = b":" * 300  # ends any pending command, including its data
+_LONG_ENOUGH = 2.0  # longer than any controller waits for the rest of a frame
 
 
 class Broken(Exception):
-    """A case that a controller did not stand, with what is needed to repeat it."""
+    """A case in which a controller failed, with everything needed to repeat it."""
 
     def __init__(self, seed: int, number: int, what: str) -> None:
         super().__init__(
@@ -75,10 +75,10 @@ def one_case(
     steps: int | None = None,
     hear: Callable[[bytes], object] = len,
 ) -> virtual.VirtualController:
-    """Run a case and return its controller; raise :class:`Broken` when it did not stand it.
+    """Run a case and return its controller; raise :class:`Broken` if the controller fails.
 
-    :param steps: how much is done; by default a few things, by chance.
-    :param hear: takes what the controller says.
+    :param steps: number of actions; by default a small random number.
+    :param hear: called with the bytes that the controller sends.
     """
     rng = Random(f"{seed}/{number}")
     steps = rng.randrange(SHORT) if steps is None else steps
@@ -96,7 +96,7 @@ def one_case(
 
 
 def ask(controller: virtual.VirtualController) -> None:
-    """Ask what every controller answers; raise when it does not."""
+    """Send a request that every controller answers; raise if the reply is missing or has another size."""
     controller.advance(_LONG_ENOUGH)
     unit = controller.instrument.unit
     if unit.protocol.name == "asi_ms2000":
@@ -109,11 +109,13 @@ def ask(controller: virtual.VirtualController) -> None:
     controller.write(asked)
     found = controller.read()
     if len(found) != size:
-        raise AssertionError(f"{asked.hex(' ')} was answered {found.hex(' ')!r}, not {size} bytes")
+        raise AssertionError(
+            f"reply to {asked.hex(' ')}: {found.hex(' ')!r}, expected {size} bytes"
+        )
 
 
 def _made(rng: Random, name: str, faults: list[str]) -> virtual.VirtualController:
-    """Return a controller with options by chance."""
+    """Return a controller with random options."""
     factory = getattr(virtual, name)
     options = {"seed": rng.randrange(1000), "faults": faults}
     if factory.unit.protocol.name == "asi_ms2000":
@@ -123,7 +125,7 @@ def _made(rng: Random, name: str, faults: list[str]) -> virtual.VirtualControlle
         options["answer_unsupported"] = rng.random() < 0.5
         options["line"] = rng.choice(("usb", "rs232"))
         options["quirks"] = rng.sample(sorted(QUIRKS), rng.choice((0, 0, 1, 2, len(QUIRKS))))
-        if rng.random() < 0.3 and name != "TSC001":  # a solenoid has none
+        if rng.random() < 0.3 and name != "TSC001":  # a solenoid has no travel
             options["travel"] = rng.choice((1, 200, 65535))
     controller: virtual.VirtualController = factory(**options)
     return controller
@@ -132,7 +134,7 @@ def _made(rng: Random, name: str, faults: list[str]) -> virtual.VirtualControlle
 def _step(
     rng: Random, controller: virtual.VirtualController, hear: Callable[[bytes], object]
 ) -> None:
-    """Do one thing that a host, or somebody at the bench, may do."""
+    """Perform one action of a host or of a person at the bench."""
     if not controller.link.connected:
         controller.plug_in()
     kind = rng.random()
@@ -152,7 +154,7 @@ def _step(
 
 
 def _bytes(rng: Random, protocol: str) -> bytes:
-    """Return what a host may say: frames or commands of the protocol, damaged at times, cut anywhere."""
+    """Return bytes from a host: random, or frames or commands, sometimes damaged or cut."""
     if rng.random() < 0.1:
         return rng.randbytes(rng.choice((1, 2, 7, 64, 4096)))
     one = command_streams.command if protocol == "asi_ms2000" else _frame_for_a_controller
@@ -163,7 +165,7 @@ def _bytes(rng: Random, protocol: str) -> bytes:
 
 
 def _frame_for_a_controller(rng: Random) -> bytes:
-    """Return a frame, most often to the first channel at an address where something is."""
+    """Return a frame, usually to the first channel of an existing address."""
     data = bytearray(streams.frame(rng))
     if rng.random() < 0.8 and len(data) >= 6:
         long = data[4] & 0x80
@@ -174,7 +176,7 @@ def _frame_for_a_controller(rng: Random) -> bytes:
 
 
 def held_by(seed: int, number: int, steps: int) -> int:
-    """Run a long case and return how many bytes its controller holds; raise :class:`Broken` for too many."""
+    """Run a case and return how many bytes its controller holds; raise :class:`Broken` for too many."""
     tracemalloc.start()
     try:
         controller = one_case(seed, number, steps)
@@ -184,12 +186,12 @@ def held_by(seed: int, number: int, steps: int) -> int:
         tracemalloc.stop()
     del controller
     if held > BOUND:
-        raise Broken(seed, number, f"it holds {held:,} bytes, more than {BOUND:,}")
+        raise Broken(seed, number, f"the controller holds {held:,} bytes; the limit is {BOUND:,}")
     return held
 
 
 def main() -> int:
-    """Run cases until the time is over; return 1 when one was not stood."""
+    """Run cases until the time is up; return 1 if one failed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=1)
@@ -198,7 +200,8 @@ def main() -> int:
     given = parser.parse_args()
     last = None if given.cases is None else given.first + given.cases
 
-    for number in range(len(UNITS)):  # what is loaded once is not a controller's
+    # Load shared data first, so that it does not count as a controller's memory.
+    for number in range(len(UNITS)):
         one_case(given.seed, number)
     gc.collect()
     gc.freeze()
@@ -213,7 +216,7 @@ def main() -> int:
             else:
                 one_case(given.seed, number)
         except Broken as broken:
-            print(f"wrong: {broken}")
+            print(f"problem: {broken}")
             return 1
         done += 1
     print(f"{done:,} cases of {len(UNITS)} units; a controller held {most:,} bytes at most")

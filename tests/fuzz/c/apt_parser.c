@@ -1,6 +1,7 @@
-/* The parser of frames: any chunking gives the same events, and none loses or invents a byte.
+/* The frame parser: any chunking gives the same events, and no byte is lost or invented.
  *
- * The first byte of an input says which end the parser sits on, the second how the stream is cut. */
+ * The first byte of an input chooses the end that the parser is for, the second the sizes of the chunks, and the third
+ * where the parser gives up. */
 #include "events.h"
 
 #include "stagewire_apt/parser.h"
@@ -19,7 +20,7 @@ static const apt_end ends[] = {APT_END_NONE, APT_END_HOST, APT_END_DEVICE};
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* A message of the parser is one that a layout of its id decodes. */
+/* Checks that a layout with the id of the message decodes it. */
 static void decodes(const uint8_t *bytes, size_t size)
 {
     uint64_t message[ROOM / sizeof(uint64_t)];
@@ -39,7 +40,7 @@ static void decodes(const uint8_t *bytes, size_t size)
             return;
         }
     }
-    CHECK(!"a message that no layout decodes");
+    CHECK(!"no layout decodes this message");
 }
 
 static void take_event(struct events *events, const apt_event *event)

@@ -1,4 +1,4 @@
-/* What the fuzz targets share: a check that stays in an optimised build, and memory that ends where it should. */
+/* Shared by the fuzz targets: a check that optimised builds keep, and buffers that detect reads past the end. */
 #ifndef FUZZ_CHECK_H
 #define FUZZ_CHECK_H
 
@@ -11,7 +11,7 @@
 #define CHECK(condition) \
     do { \
         if (!(condition)) { \
-            fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); \
+            fprintf(stderr, "%s:%d: check failed: %s\n", __FILE__, __LINE__, #condition); \
             abort(); \
         } \
     } while (0)
@@ -19,8 +19,8 @@
 /* Longer than any message of any protocol. */
 enum { ROOM = 1024 };
 
-/* Returns where size bytes end exactly where the memory does: the sanitizer sees a single byte too much. Where
- * they begin depends on the size, so that words stand at odd addresses, too. */
+/* Returns the last size bytes of the room, so that the sanitizer detects a read of one byte too many. The start depends
+ * on the size, so words are sometimes at odd addresses. */
 static uint8_t *at_the_end_of(uint8_t *room, size_t size)
 {
     CHECK(size <= ROOM);

@@ -1,10 +1,10 @@
 /* Every layout of one package (LAYOUTS, LAYOUT_COUNT of LAYOUTS_H), through the functions of the headers.
  *
- * The first two bytes of an input choose the layout; the third says whether the bytes behind are taken for a message, of
- * this layout or of any, or for what stands in the struct. The fourth is an address.
+ * The first two bytes of an input choose the layout. The third chooses whether the remaining bytes are a message of
+ * this layout, a message of any layout, or the content of the struct. The fourth is an address.
  *
- * What was decoded encodes to the same bytes, unchecked; the checked function agrees on them, or refuses them because of a
- * range; what is refused leaves everything as it was. */
+ * A decoded message encodes to the same bytes without checks. The checked function makes the same bytes, or refuses a
+ * value out of range. A refused message leaves the output unchanged. */
 #include "check.h"
 
 #include "testing/layout.h"
@@ -18,7 +18,7 @@ enum { ONE = 1,
 
 typedef uint64_t words[ROOM / sizeof(uint64_t)]; /* aligned for every struct */
 
-/* Returns whether the value of an integer stands in its range, as the table of fields has it. */
+/* Returns whether the value of an integer field is within its range in the table of fields. */
 static bool field_fits(const struct stagewire_field *field, const uint8_t *message)
 {
     uint64_t bits = 0;
@@ -60,13 +60,13 @@ static bool fits(const struct stagewire_layout *layout, const uint8_t *message)
     return true;
 }
 
-/* Whether one function of the headers makes the message; other forms and extra bytes are made of what it made. */
+/* Returns whether a function of the headers makes the whole message: other forms and extra bytes are added to it. */
 static bool is_plain(const struct stagewire_envelope *to)
 {
     return to->size_slot == STAGEWIRE_SLOT_AS_PRINTED && to->extra_size == 0;
 }
 
-/* Encodes into exactly size bytes at the end of a room, and shows that one less is refused with nothing written. */
+/* Encodes into exactly size bytes at the end of a room; checks that one byte less is refused, with nothing written. */
 static const uint8_t *encode(const struct stagewire_layout *layout, const void *message,
     const struct stagewire_envelope *to, size_t size)
 {
@@ -87,7 +87,7 @@ static const uint8_t *encode(const struct stagewire_layout *layout, const void *
     return out;
 }
 
-/* The checked function makes the same bytes, or refuses them for a range or an address, or because it is a dummy. */
+/* Checks that the checked function makes the same bytes, or refuses a range, an address or a dummy message. */
 static void checked(const struct stagewire_layout *layout, const void *message, const struct stagewire_envelope *to,
     const uint8_t *bytes, size_t size)
 {

@@ -1,4 +1,4 @@
-/* The events that a parser makes of a stream, neighbouring garbage joined. */
+/* The events of a parsed stream, with consecutive garbage joined. */
 #ifndef FUZZ_EVENTS_H
 #define FUZZ_EVENTS_H
 
@@ -26,7 +26,7 @@ static void begin(struct events *events, const uint8_t *stream, size_t size)
     events->count = 0;
 }
 
-/* Takes an event: its bytes must be those that come next in the stream. */
+/* Adds an event, and checks that its bytes are the next ones of the stream. */
 static void take(struct events *events, unsigned kind, int is_garbage, const uint8_t *bytes, size_t size)
 {
     struct event *last = events->count > 0 ? &events->list[events->count - 1] : NULL;
@@ -42,7 +42,7 @@ static void take(struct events *events, unsigned kind, int is_garbage, const uin
     events->count += 1;
 }
 
-/* What was not given out must be what waits. */
+/* Checks that the pending bytes are those that are not part of an event. */
 static void end(const struct events *events, const uint8_t *pending, size_t size)
 {
     CHECK(size == events->size - events->taken);
@@ -58,7 +58,7 @@ static void same(const struct events *one, const struct events *other)
     }
 }
 
-/* Returns how many bytes come at once: all, one, or a number that depends on what was drawn before. */
+/* Returns the size of the next chunk: everything, one byte, or a pseudo-random size. */
 static size_t chunk(uint32_t *draw, size_t left)
 {
     size_t size = left;
@@ -71,7 +71,7 @@ static size_t chunk(uint32_t *draw, size_t left)
     return size < left ? size : left;
 }
 
-/* How often each kind of event came: a run that never met a message shows nothing. */
+/* How often each kind of event occurred: a run without a message proves nothing. */
 enum { KINDS = 16 };
 static unsigned long seen[KINDS];
 static const char *const *names_of_seen;

@@ -1,7 +1,7 @@
-/* The parser of commands and the decoder of replies: any chunking gives the same events, and none loses or invents a
- * byte; what the parser calls a message is a command, alone as well, and no reply comes that nobody asked for.
+/* The command parser and the reply decoder: any chunking gives the same events, and no byte is lost or invented. A
+ * message of the parser is also a command on its own, and every reply belongs to a request.
  *
- * The first byte of an input says how the stream is cut, the second when the host gives a reply up. */
+ * The first byte of an input chooses the sizes of the chunks, the second when the host abandons a reply. */
 #include "events.h"
 
 #include "stagewire_ms2000/parser.h"
@@ -18,7 +18,7 @@ static const char *const names[KINDS] = {
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* A message is what the table knows, and what exactly one layout of a command decodes. */
+/* Checks that the table has the message, and that exactly one layout of a command decodes it. */
 static void decodes(const uint8_t *bytes, size_t size)
 {
     uint64_t message[ROOM / sizeof(uint64_t)];
@@ -64,7 +64,7 @@ static void parse(struct events *events, uint32_t draw)
     end(events, waiting, pending);
 }
 
-/* Sends the first command that has a reply, from one of the table on; what must wait is not sent. */
+/* Sends the next command of the table that has a reply, and checks that it is refused while another is outstanding. */
 static void ask(ms2000_replies *replies, size_t from)
 {
     const bool must_wait = ms2000_replies_poisoned(replies) || ms2000_replies_outstanding(replies);
@@ -79,7 +79,7 @@ static void ask(ms2000_replies *replies, size_t from)
     }
 }
 
-/* Bytes of a controller, while a host asks whenever it may; the events are those of the replies. */
+/* Decodes the bytes of a controller while a host sends requests as often as allowed; the events are the replies. */
 static void answer(struct events *events, uint32_t draw, size_t give_up_at)
 {
     static uint8_t room[ROOM];
