@@ -1,4 +1,4 @@
-"""C as a compiler sees it: its tokens, without comments and without what stands in literals."""
+"""A tokeniser for C that skips comments and the content of literals."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _TOKEN = re.compile(
 
 
 def blanked_c(source: str) -> list[str]:
-    """Return the tokens of a file without comments; of literals that follow each other, one empty one.
+    """Return the tokens of a file without comments, with one empty literal for consecutive literals.
 
-    Lines matter to directives alone, so that empty ones are left out.
+    Lines matter only to directives, so empty lines are omitted.
     """
     tokens: list[str] = []
     for kind, text in _tokens(source):
@@ -36,24 +36,24 @@ def blanked_c(source: str) -> list[str]:
 
 
 def faults_of_c(source: str, sentinel: str) -> Iterator[str]:
-    """Yield what stands in a file that is neither text nor plain C."""
+    """Yield the problems of a C file: nested comments, payloads in code, literals that are not ASCII."""
     for kind, text in _tokens(source):
         if kind == "comment" and text.find("/*", 2) != -1:
-            yield f"a comment in a comment: {text}"
+            yield f"nested comment: {text}"
         elif kind not in ("comment", "literal") and sentinel in text:
-            yield f"{text!r} is neither text nor comment"
+            yield f"{text!r} is outside literals and comments"
         elif kind == "literal" and not text.isascii():
             yield f"{text} is not ASCII"
 
 
 def _tokens(source: str) -> Iterator[tuple[str, str]]:
-    """Yield kind and text of each token, as a compiler has them: trigraphs first, then joined lines."""
+    """Yield the kind and text of each token, after trigraphs are replaced and lines joined."""
     source = _TRIGRAPH.sub(lambda found: _TRIGRAPHS[found[1]], source).replace("\\\n", "")
     at = 0
     while at < len(source):
         found = _TOKEN.match(source, at)
         if found is None:
             line = source.count("\n", 0, at) + 1
-            raise SyntaxError(f"no C in line {line}: {source[at : at + 40]!r}")
+            raise SyntaxError(f"invalid C in line {line}: {source[at : at + 40]!r}")
         yield str(found.lastgroup), found[0]
         at = found.end()

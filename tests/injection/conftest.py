@@ -1,4 +1,4 @@
-"""The spec that has a text in every place, and what is generated from it."""
+"""A spec with a text in every place, and the code generated from it."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ def files() -> Files:
 
 @pytest.fixture(scope="session")
 def rendered(files: Files, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What is generated from the complete spec as it stands."""
+    """The files generated from the unchanged complete spec."""
     return render(check(write(files, tmp_path_factory.mktemp("complete") / "spec")), TARGETS)
 
 
 @pytest.fixture(scope="session")
 def places(files: Files) -> list[Place]:
-    """One place for every location of the schemas."""
+    """One place for each location in the schemas."""
     return representatives(files)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def workplace(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Work in an empty folder; whatever code comes to life would leave a file in it."""
+    """Work in an empty folder, in which executed payloads would leave a file."""
     folder = tmp_path_factory.mktemp("workplace")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -40,6 +40,6 @@ def workplace(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def quick_checking() -> Iterator[None]:
-    """Read, check and render again only what is not as it was."""
+    """Read, check and render only the parts that changed."""
     with quick_specs():
         yield

@@ -1,6 +1,6 @@
-"""Texts and names that mean harm: to break out of strings, comments, folders, files and terminals.
+"""Hostile texts and names that try to break out of strings, comments, folders, files and terminals.
 
-Where a payload is code it makes a file, ``pwned``, in the working folder of whatever runs it.
+A payload with code creates the file ``pwned`` in the working folder of the process that executes it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from _pytest.mark import ParameterSet
 
 
 def part_or_all(part: Any, whole: Any) -> list[ParameterSet]:
-    """Return the parameters of a test: a part of the payloads in every run, all of them in the matrix."""
+    """Return the parameters of a test: some payloads in every run, all of them in the matrix."""
     return [
         pytest.param(part, id="a part"),
         pytest.param(whole, id="all", marks=pytest.mark.matrix),
@@ -24,7 +24,7 @@ def part_or_all(part: Any, whole: Any) -> list[ParameterSet]:
 SENTINEL = "pwned"
 CODE = f'__import__("pathlib").Path("{SENTINEL}").touch()'
 
-# What could end a text or begin something else, to stand at its beginning, end, and within.
+# Strings that could end a text or begin other syntax. They are tried at the start, in the middle and at the end.
 ENDS = [
     '"',
     "'",
@@ -48,7 +48,7 @@ ENDS = [
     "]]>",
     "--",
 ]
-# Texts to stand alone.
+# Texts that are tried alone.
 VISIBLE = [
     f'"""\n{CODE}\n"""'.replace("\n", "; "),
     f'"; {CODE} #',
@@ -98,7 +98,7 @@ VISIBLE = [
     "*alias &anchor <<",
     "é µ × ² ‑",
     "字字字 😀",
-    "\uff41\uff42 \u212a \ufb01 e\u0301",  # what Python takes for ab, K and fi in a name
+    "\uff41\uff42 \u212a \ufb01 e\u0301",  # in a name, Python reads these as ab, K and fi
     "ß ss ı i İ",
     "\u00a0x\u3000y",
     "x" * 10_000,
@@ -113,7 +113,7 @@ FORMS = [
 ]
 TEXTS = [*dict.fromkeys([form(nasty) for nasty in ENDS for form in FORMS] + VISIBLE)]
 
-# No text may hold these, however they are spelt.
+# Characters that no text may contain, raw or escaped.
 HIDDEN = {
     "line feed and code": f"x\n{CODE}\n",
     "carriage return": f"x\r{CODE}",
@@ -133,14 +133,14 @@ HIDDEN = {
     "zero width joiner": "x\u200dy",
     "zero width space": "x\u200by",
     "byte order mark": "x\ufeffy",
-    "byte order mark in front": "\ufeffx",
+    "byte order mark at the start": "\ufeffx",
     "word joiner": "x\u2060y",
     "soft hyphen": "x\u00ady",
     "annotation": "x\ufff9y",
     "tag": "x\U000e0041y",
 }
 
-# Names that a language, a system or the generated code keeps for itself.
+# Names that are reserved by a language, an operating system or the generated code.
 _PYTHON = [
     *keyword.kwlist,
     *keyword.softkwlist,
@@ -206,7 +206,7 @@ _SHAPES = [
 ]  # fmt: skip
 NAMES = [*dict.fromkeys([*_PYTHON, *_C, *_CPP, *_OURS, *_SYSTEM, *_UNICODE, *_SHAPES])]
 
-# Payloads for one place at a time: texts, and names that are right for many and not for all.
+# Payloads for one place at a time: texts, and names that are valid in some places only.
 EVERYWHERE = [
     *VISIBLE, *HIDDEN.values(), "", "x", "X", "X1", "x_y", "X_Y", "x-y", "x__y", "class", "CLASS", "None",
     "layout", "__init__", "_X", "ｉｄ", "ß", "ı", "0x1F", "1", "1/3", "00", "00 " * 800 + "00", "1**9**9**9",

@@ -1,7 +1,7 @@
-"""Import generated packages and let every message go round; run as a program of its own.
+"""Import generated packages, and encode and decode every message. This is a separate program.
 
-Reads folders from standard input, one a line, and writes what is wrong with the packages in each as one
-JSON object. Nothing else may be printed, and nothing written: packages have no side effects.
+It reads folders from standard input, one per line, and prints the problems of the packages in each folder as
+one JSON object. The packages must not print anything else or write files.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ sys.dont_write_bytecode = True
 
 
 AXIS = 1
-# bytes in front of the fields
+# bytes before the fields
 HEAD = {FramedMessage: 6, Command: 3, Reply: 0, SetupCommand: 2, PacketMessage: 0}
 
 
@@ -48,7 +48,7 @@ def main() -> None:
         importlib.invalidate_caches()
         try:
             faults = [f for name in names for f in look_at(importlib.import_module(name), line)]
-            faults += [] if names else ["no package"]
+            faults += [] if names else ["package not found"]
         except Exception:
             faults = [traceback.format_exc()]
         if faults:
@@ -68,7 +68,7 @@ def look_at(package: ModuleType, folder: str) -> Iterator[str]:
                 yield f"{name}.{exported} is hidden by a module"
     for kind in package.messages.MESSAGES:
         if getattr(package.messages, kind.__name__) is not kind:
-            yield f"{kind.__name__} is another class"
+            yield f"{kind.__name__} names another class"
         for highest in (False, True):
             yield from round_trip(package, kind, highest)
     if isinstance(package.PROTOCOL, CommandProtocol):
@@ -82,16 +82,16 @@ def round_trip(package: ModuleType, kind: type[Message], highest: bool) -> Itera
     made = example(kind, highest)
     raw = packed(made)
     if kind.unpack(raw) != made:
-        yield f"{made} comes back as {kind.unpack(raw)}"
+        yield f"{made} is unpacked as {kind.unpack(raw)}"
     if set(made.values()) != set(kind.layout.fields):
-        yield f"{kind.__name__} has other values than fields"
+        yield f"the values of {kind.__name__} do not match its fields"
     if made.replace(**made.values()) != made or type(made).keep(made.values()) != made:
-        yield f"{made} cannot be made again"
+        yield f"{made} cannot be rebuilt from its values"
     decoded = decode(package, made, raw)
     if type(decoded).__name__.removesuffix("Undecided") not in kind.__name__:
         yield f"{made} is decoded as {decoded}"
     if packed(decoded) != raw:
-        yield f"{made} is packed otherwise once it was decoded"
+        yield f"{made} is packed differently after decoding"
     repr(made)
     for field in kind.layout.fields:
         if hasattr(kind, f"{field}_flags"):
@@ -118,7 +118,7 @@ def decode(package: ModuleType, made: Message, raw: bytes) -> Any:
 
 
 def streamed(protocol: CommandProtocol) -> Iterator[str]:
-    """Look at a stream of all commands, in both forms."""
+    """Check a stream of all commands, in both forms."""
     frames = []
     for kind in protocol.messages:
         if issubclass(kind, Command):
@@ -138,7 +138,7 @@ def in_packet(protocol: PacketProtocol, message: PacketMessage) -> Packet:
 
 
 def streamed_packets(protocol: PacketProtocol) -> Iterator[str]:
-    """Look at a stream of all messages."""
+    """Check a stream of all messages."""
     packets = [in_packet(protocol, example(kind, True)) for kind in protocol.messages]
     stream = b"".join(packet.encode() for packet in packets)
     found = [getattr(event, "packet", event) for event in protocol.framer().feed(stream)]
@@ -163,7 +163,7 @@ def example(kind: type[Message], highest: bool) -> Any:
 
 
 def within(kind: type[Message], values: dict[str, Any], field: str, highest: bool) -> int:
-    """Return a value that the constructor takes for an integer field; it checks them in their order."""
+    """Return a value that the constructor accepts for an integer field. It checks the fields in order."""
     for number in (255, 127, 4, 1, 0) if highest else (0, 1):
         try:
             kind(**{**values, field: number})

@@ -1,4 +1,4 @@
-"""The command shows texts of a spec as they are: nothing in them steers a terminal or is markup."""
+"""The command prints texts of a spec literally: they cannot control the terminal or act as markup."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ turtle = stagewire_turtle:PROTOCOL
 
 @pytest.fixture(scope="module")
 def installed(files: Files, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with packages that have markup in all of their texts, as if they were installed."""
+    """A folder of packages with markup in all texts, which look installed."""
     base = tmp_path_factory.mktemp("installed")
     texts = []
     for place in places(files):
         if place.unread:
-            # titles of sections have to differ
+            # titles of sections must differ
             number = f" {place.path[-1]}" if "sections" in place.path else ""
             texts.append((place, MARKUP[: place.longest - len(number)] + number))
     files = all_changed(files, texts)
@@ -46,7 +46,7 @@ def installed(files: Files, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def stagewire(
     installed: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Iterator[Callable[..., str]]:
-    """Run the command; return what it prints, in which nothing may steer a terminal."""
+    """Run the command and return its output, after checking that it cannot control a terminal."""
     monkeypatch.syspath_prepend(str(installed))
     before = set(sys.modules)
 
@@ -70,9 +70,9 @@ def stagewire(
         "plain", "tiny-move-length", "POS_MOVED", "SHUTTER",
     ],
 )  # fmt: skip
-def test_show(stagewire: Callable[..., str], name: str) -> None:
+def test_show_prints_texts_literally(stagewire: Callable[..., str], name: str) -> None:
     said = stagewire("show", name)
-    if name not in ("POS_VELPARAMS", "TPx"):  # which have no text
+    if name not in ("POS_VELPARAMS", "TPx"):  # these have no text
         assert MARKUP in said
     for line in stagewire("show", "--json", name).splitlines():
         assert line.isprintable()
@@ -93,15 +93,17 @@ def test_show(stagewire: Callable[..., str], name: str) -> None:
         "turtle-tail",
     ],
 )
-def test_show_what_commands_have(stagewire: Callable[..., str], name: str) -> None:
+def test_show_prints_texts_of_commands_literally(stagewire: Callable[..., str], name: str) -> None:
     assert MARKUP in stagewire("show", name, protocol="turtle")
     for line in stagewire("show", "--json", name, protocol="turtle").splitlines():
         assert line.isprintable()
 
 
 @pytest.mark.parametrize(("protocol", "title"), [("tiny", "echo"), ("turtle", "wake")])
-def test_examples(stagewire: Callable[..., str], protocol: str, title: str) -> None:
-    """Even of an example whose fields hold escapes, as a controller may send them."""
+def test_conformance_examples_prints_texts_literally(
+    stagewire: Callable[..., str], protocol: str, title: str
+) -> None:
+    """One example has escape sequences in its fields, which a controller may send."""
     said = stagewire("conformance", "examples", protocol=protocol)
     assert title in said
     for line in stagewire("conformance", "examples", "--json", protocol=protocol).splitlines():
@@ -109,23 +111,23 @@ def test_examples(stagewire: Callable[..., str], protocol: str, title: str) -> N
             json.loads(line)
 
 
-def test_decode(stagewire: Callable[..., str]) -> None:
+def test_decode_cannot_control_the_terminal(stagewire: Callable[..., str]) -> None:
     raw = "22 01 10 00 D0 01 61 1B 5B 33 31 6D 9B 0A 00 00 00 00 00 00 00 00"
     said = stagewire("decode", raw)
     assert "POS_ECHO" in said
 
 
-def test_decode_commands(stagewire: Callable[..., str]) -> None:
-    """A text in a command may hold anything, and so may what is no command."""
+def test_decode_of_commands_cannot_control_the_terminal(stagewire: Callable[..., str]) -> None:
+    """Both the text in a command and invalid bytes may contain anything."""
     raw = "01 4E 04 1B 5B 9B 00 2E 1B 5D 30 2E"
     assert "NAME" in stagewire("decode", raw, protocol="turtle")
 
 
 @pytest.mark.parametrize("name", HIDDEN)
-def test_what_is_refused_is_shown_harmlessly(
+def test_diagnostics_show_refused_payloads_harmlessly(
     files: Files, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
-    """As a text, as a key, and as the name of a file."""
+    """The payload is a text, a key and a file name."""
     text = HIDDEN[name]
     stage = ("stages", "Slide")
     for path, is_key in (
@@ -144,7 +146,7 @@ def test_what_is_refused_is_shown_harmlessly(
     assert all(line.isprintable() for line in (captured.out + captured.err).split("\n"))
 
 
-def test_a_hostile_output_folder_is_shown_harmlessly(
+def test_generate_check_shows_hostile_file_names_harmlessly(
     files: Files, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spec = write(files, tmp_path / "spec")

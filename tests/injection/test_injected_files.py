@@ -1,4 +1,4 @@
-"""Files and folders of a spec that are not what they seem, and hostile names of theirs."""
+"""Hostile files and folders in a spec: names, links, pipes, devices and oversized files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def spec(files: Files, tmp_path: Path) -> Path:
 
 
 def refused(spec: Path) -> list[tuple[str, str]]:
-    """Return file and code of what is wrong."""
+    """Return the file and code of every diagnostic."""
     with pytest.raises(SpecError) as caught:
         check(spec)
     for diagnostic in caught.value.diagnostics:
@@ -40,10 +40,10 @@ NAMES = [
 
 
 @pytest.mark.parametrize("name", every_nth(NAMES, 3), ids=ascii)
-def test_names_of_files_and_folders_mean_nothing(
+def test_names_of_files_and_folders_do_not_affect_the_output(
     files: Files, rendered: dict[str, str], tmp_path: Path, name: str
 ) -> None:
-    """Folders and files are found, whatever they are called; the output has none of their names."""
+    """Files and folders are found under any name, and the output does not contain their names."""
     folder = name if name != "." else ".x"
     renamed = {}
     for path, data in files.items():
@@ -59,17 +59,17 @@ def test_names_of_files_and_folders_mean_nothing(
 
 
 @pytest.mark.parametrize("name", every_nth(NAMES, 3), ids=ascii)
-def test_names_of_files_cannot_steer_a_terminal(spec: Path, name: str) -> None:
+def test_names_of_files_cannot_control_a_terminal(spec: Path, name: str) -> None:
     (spec / "tiny" / "messages" / f"{name}.yaml").write_text("chapter: 010\n", encoding="utf-8")
     assert {code for _, code in refused(spec)} == {"SW004", "SW010"}
 
 
-def test_a_name_that_is_no_text(spec: Path) -> None:
+def test_a_file_name_that_is_not_unicode_is_accepted(spec: Path) -> None:
     raw = os.fsencode(spec / "tiny" / "messages") + b"/\xff.yaml"
     try:
         Path(os.fsdecode(raw)).write_text("chapter: 010\n", encoding="utf-8")
     except OSError:
-        return  # this file system has text for names
+        return  # this file system allows only Unicode names
     assert {code for _, code in refused(spec)} == {"SW004", "SW010"}
 
 
@@ -91,7 +91,9 @@ def test_a_link_out_of_the_spec_is_not_followed(spec: Path, tmp_path: Path, file
 
 
 @pytest.mark.parametrize("folder", ["tiny", "tiny/messages"])
-def test_a_folder_that_is_a_link_out_of_the_spec(spec: Path, tmp_path: Path, folder: str) -> None:
+def test_a_folder_that_links_out_of_the_spec_is_refused(
+    spec: Path, tmp_path: Path, folder: str
+) -> None:
     (spec / folder).rename(tmp_path / "outside")
     (spec / folder).symlink_to(tmp_path / "outside")
     found = refused(spec)
@@ -106,48 +108,48 @@ def test_links_within_the_spec_are_followed(
     (spec / "tiny" / "units.yaml").symlink_to("kept.txt")
     (tmp_path / "link").symlink_to(spec)
     assert render(check(spec), TARGETS) == rendered
-    assert render(check(tmp_path / "link"), TARGETS) == rendered  # the reader's own link
+    assert render(check(tmp_path / "link"), TARGETS) == rendered  # the user's own link
     alone = render(check(tmp_path / "link" / "tiny"), TARGETS)
     assert alone.keys() < rendered.keys()
     assert all(rendered[path] == text for path, text in alone.items())
 
 
 @pytest.mark.parametrize("target", ["nowhere.yaml", "units.yaml"])
-def test_a_link_to_nothing(spec: Path, target: str) -> None:
+def test_a_broken_link_is_refused(spec: Path, target: str) -> None:
     (spec / "tiny" / "units.yaml").unlink()
     (spec / "tiny" / "units.yaml").symlink_to(target)
     (spec / "tiny" / "messages" / "x.yaml").symlink_to(target)
     assert ("tiny/messages/x.yaml", "SW006") in refused(spec)
 
 
-# What is no file of a fair size
+# Pipes, folders, devices and oversized files
 
 
 @pytest.mark.parametrize("file", ["tiny/protocol.yaml", "tiny/errata/x.yaml", "tiny/captures.yaml"])
-def test_a_pipe_does_not_keep_anybody_waiting(spec: Path, file: str) -> None:
+def test_a_pipe_is_refused_without_waiting(spec: Path, file: str) -> None:
     (spec / file).unlink(missing_ok=True)
     os.mkfifo(spec / file)
     assert refused(spec) == [(file, "SW008")]
 
 
-def test_a_folder_in_the_place_of_a_file(spec: Path) -> None:
+def test_a_folder_in_place_of_a_file_is_refused(spec: Path) -> None:
     (spec / "tiny" / "errata" / "x.yaml").mkdir()
     assert refused(spec) == [("tiny/errata/x.yaml", "SW008")]
 
 
-def test_a_device(spec: Path) -> None:
+def test_a_device_is_refused(spec: Path) -> None:
     (spec / "tiny" / "errata" / "x.yaml").symlink_to("/dev/zero")
     assert refused(spec) == [("tiny/errata/x.yaml", "SW008")]
 
 
 def most_memory() -> int:
-    """Return the most memory that this process has had, in kilobytes."""
+    """Return the peak memory of this process in kilobytes."""
     resource = pytest.importorskip("resource")
     most: int = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return most // 1024 if sys.platform == "darwin" else most
 
 
-def test_a_hundred_megabytes_are_not_read(spec: Path) -> None:
+def test_a_file_of_a_hundred_megabytes_is_refused_unread(spec: Path) -> None:
     with (spec / "tiny" / "errata" / "x.yaml").open("wb") as file:
         file.truncate(100 * 1024 * 1024)
     before = most_memory()
@@ -155,7 +157,7 @@ def test_a_hundred_megabytes_are_not_read(spec: Path) -> None:
     assert most_memory() - before < 20_000
 
 
-def test_the_largest_file(spec: Path) -> None:
+def test_files_up_to_a_mebibyte_are_accepted(spec: Path) -> None:
     path = spec / "tiny" / "units.yaml"
     text = path.read_text(encoding="utf-8")
     path.write_text(text + "#" * (1024 * 1024 - len(text)), encoding="utf-8")
@@ -177,8 +179,8 @@ def test_the_largest_file(spec: Path) -> None:
     ],
     ids=["control", "unknown-keys", "items", "one-key", "octal", "anchors", "names"],
 )
-def test_very_much_that_is_wrong(spec: Path, text: str, codes: set[str]) -> None:
-    """It ends, and says the first of it."""
+def test_the_diagnostics_of_a_file_are_limited(spec: Path, text: str, codes: set[str]) -> None:
+    """The check ends and reports the first problems."""
     (spec / "tiny" / "errata" / "x.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(SpecError) as caught:
         check(spec)
@@ -194,7 +196,7 @@ def test_very_much_that_is_wrong(spec: Path, text: str, codes: set[str]) -> None
 @pytest.mark.parametrize(
     "keys", [("é", "e\u0301"), ("ﬁ", "fi"), ("K", "\u212a"), ("а", "a"), ("İ", "i\u0307")]
 )
-def test_keys_that_look_alike_are_not_both_names(
+def test_keys_that_look_alike_are_refused(
     files: Files, tmp_path: Path, keys: tuple[str, str]
 ) -> None:
     other = json.loads(json.dumps(files))
@@ -203,11 +205,13 @@ def test_keys_that_look_alike_are_not_both_names(
     assert refused(write(other, tmp_path)) == [("tiny/messages/optics.yaml", "SW010")]
 
 
-# Numbers in the texts of the witness
+# Numbers in texts of the witness
 
 
 @pytest.mark.parametrize("bit", ["²", "0", "-1", "99999999", "1" * 200, "٣"])
-def test_bits_that_are_none(files: Files, tmp_path: Path, bit: str) -> None:
+def test_an_invalid_bit_number_in_the_witness_does_not_fail_the_check(
+    files: Files, tmp_path: Path, bit: str
+) -> None:
     other = json.loads(json.dumps(files))
     rows = other["tiny/printed/optics.yaml"]["messages"]["SHUTTER"]["values"][0]["rows"]
     rows[0][1] = bit
@@ -217,7 +221,9 @@ def test_bits_that_are_none(files: Files, tmp_path: Path, bit: str) -> None:
 @pytest.mark.parametrize(
     "value", ["to 0xFFFFFFFFFF", "to 99999999999", "0x" + "F" * 200, "-0x01", ",", "²"]
 )
-def test_values_that_are_none(files: Files, tmp_path: Path, value: str) -> None:
+def test_an_invalid_value_in_the_witness_is_refused(
+    files: Files, tmp_path: Path, value: str
+) -> None:
     other = json.loads(json.dumps(files))
     rows = other["tiny/printed/core.yaml"]["messages"]["POS_REQ_VELPARAMS"]["values"][0]["rows"]
     rows.append([value, "x"])
@@ -225,11 +231,13 @@ def test_values_that_are_none(files: Files, tmp_path: Path, value: str) -> None:
 
 
 @pytest.mark.parametrize("prefix", ["x", "", "²³", "7", "-1", "١٢"])
-def test_prefixes_that_are_none(files: Files, tmp_path: Path, prefix: str) -> None:
+def test_an_invalid_prefix_in_the_witness_is_refused(
+    files: Files, tmp_path: Path, prefix: str
+) -> None:
     other = json.loads(json.dumps(files))
     other["tiny/printed/lists.yaml"]["usb_prefixes"][0][1] = prefix
     assert refused(write(other, tmp_path)) == [("tiny/printed/lists.yaml", "SW040")]
 
 
-def test_nothing_of_all_this_is_rendered(rendered: dict[str, str]) -> None:
+def test_the_complete_spec_renders_without_problems(rendered: dict[str, str]) -> None:
     assert list(faults(rendered, {})) == []

@@ -1,4 +1,4 @@
-"""Texts of overlays: one payload in one place, and what is generated under the overlay is harmless."""
+"""Payloads in the texts of overlays: the code generated with the overlay is harmless."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OVERLAYS = ["tiny/later"]
 
 @pytest.fixture(scope="module")
 def laid_over(files: Files, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What is generated under the overlay as it stands."""
+    """The files generated with the unchanged overlay."""
     spec = write(files, tmp_path_factory.mktemp("later") / "spec")
     return render(check(spec, overlays=OVERLAYS), TARGETS)
 
@@ -33,7 +33,7 @@ def pairs(files: Files, every: int) -> Iterator[tuple[Place, str]]:
 
 
 @pytest.mark.parametrize("every", part_or_all(25, 1))
-def test_one_payload_in_one_place(
+def test_one_payload_in_an_overlay_is_refused_or_harmless(
     quick_checking: None, files: Files, laid_over: dict[str, str], tmp_path: Path, every: int
 ) -> None:
     plain = {path: blanked(path, text) for path, text in laid_over.items() if is_code(path)}
@@ -65,10 +65,10 @@ def test_one_payload_in_one_place(
 
 
 @pytest.mark.parametrize("every", part_or_all(14, 1))
-def test_all_texts_at_once(
+def test_payloads_in_all_texts_of_an_overlay_are_harmless(
     files: Files, laid_over: dict[str, str], tmp_path: Path, every: int
 ) -> None:
-    """The code is the same but for its strings, formatting is final, and nothing comes to life."""
+    """Only strings of the code change, the formatting is final, and no payload is executed."""
     free = [place for place in all_places(files) if "/overlays/" in place.file and place.unread]
     assert len(free) > 10
     folders = []

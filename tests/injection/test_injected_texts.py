@@ -1,4 +1,4 @@
-"""Texts stay texts: all of them at once are hostile, and the code is the same but for its strings."""
+"""Payloads in all texts at once change only the strings of the generated code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stagewire_generator.diagnostics import SpecError
 Trees = dict[int, dict[str, str]]
 
 
-# Texts of a protocol of commands that its witness has, too -> where else they stand.
+# Text of a command protocol that its witness also has -> the places of the text in the witness.
 HEAD, WALK, SETUP = (
     f"turtle/{name}.yaml" for name in ("protocol", "messages/walk", "messages/setup")
 )
@@ -39,15 +39,15 @@ TOGETHER: dict[tuple[str, KeyPath], list[tuple[str, KeyPath]]] = {
 
 @pytest.fixture(scope="session")
 def free(files: Files) -> list[Place]:
-    """The texts that nothing reads, and those that may be any as long as the witness has the same."""
+    """The places that accept any text, including those whose text must equal that of the witness."""
     found = [p for p in places(files) if p.unread or (p.free and (p.file, p.path) in TOGETHER)]
-    found = [p for p in found if "/overlays/" not in p.file]  # they have tests of their own
+    found = [p for p in found if "/overlays/" not in p.file]  # tested in test_injected_overlays.py
     assert {(p.file, p.path) for p in found} > TOGETHER.keys()
     return found
 
 
 def filled(files: Files, free: list[Place], texts: list[str]) -> Files:
-    """Return the files with a text in every free place, as long as it may be."""
+    """Return the files with a text in every free place, cut to the allowed length."""
     found = []
     for place, text in zip(free, texts, strict=True):
         found.append((place, text[: place.longest]))
@@ -58,7 +58,7 @@ def filled(files: Files, free: list[Place], texts: list[str]) -> Files:
 
 
 def at_step(free: list[Place], step: int) -> list[str]:
-    """Return one text for each place; over all steps every text stands in every place."""
+    """Return one text for each place. Over all steps, every text is tried in every place."""
     return [TEXTS[(step + index) % len(TEXTS)] for index in range(len(free))]
 
 
@@ -69,7 +69,7 @@ def trees(
     free: list[Place],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Trees:
-    """What is rendered at each step."""
+    """The files rendered at each step."""
     folder = tmp_path_factory.mktemp("texts")
     found = {}
     for step in range(0, len(TEXTS), request.param):
@@ -79,12 +79,12 @@ def trees(
     return found
 
 
-def test_there_are_enough(free: list[Place]) -> None:
+def test_there_are_enough_places_and_payloads(free: list[Place]) -> None:
     assert len(free) > 100
     assert len(TEXTS) > 100
 
 
-def test_the_code_is_the_same_but_for_its_strings(trees: Trees, rendered: dict[str, str]) -> None:
+def test_payloads_change_only_strings_of_the_code(trees: Trees, rendered: dict[str, str]) -> None:
     plain = {path: blanked(path, text) for path, text in rendered.items() if is_code(path)}
     for step, files in trees.items():
         assert files.keys() == rendered.keys()
@@ -93,12 +93,12 @@ def test_the_code_is_the_same_but_for_its_strings(trees: Trees, rendered: dict[s
             assert same, f"step {step}: {path}"
 
 
-def test_nothing_harmful_is_rendered(trees: Trees, rendered: dict[str, str]) -> None:
+def test_rendered_files_are_valid_and_harmless(trees: Trees, rendered: dict[str, str]) -> None:
     for step, files in trees.items():
         assert list(faults(files, rendered)) == [], step
 
 
-def test_formatting_is_final(trees: Trees, tmp_path: Path) -> None:
+def test_the_formatting_is_final(trees: Trees, tmp_path: Path) -> None:
     for step, files in trees.items():
         write_tree(files, tmp_path / str(step))
     assert ruff("format", "--diff", str(tmp_path)) == ""
@@ -109,10 +109,10 @@ def test_packages_have_no_side_effects(trees: Trees, tmp_path: Path) -> None:
     assert run_packages(folders, tmp_path / "workplace") == {}
 
 
-def test_texts_arrive_unchanged(
+def test_texts_are_unchanged_in_json(
     files: Files, free: list[Place], trees: Trees, tmp_path: Path
 ) -> None:
-    """Wherever the JSON shows the text of a place, it shows every other text of this place, too."""
+    """If a JSON file contains the text of a place, it contains any text of that place unchanged."""
     marks = [f"=mark={index:03}" for index in range(len(free))]
     marked = render(check(write(filled(files, free, marks), tmp_path)), TARGETS)
     arrived = set()
@@ -129,10 +129,12 @@ def test_texts_arrive_unchanged(
             for where, index in at.items():
                 assert shown[where] == texts[index][: free[index].longest], (step, free[index])
     missing = {str(free[index]) for index in range(len(free)) if index not in arrived}
-    in_python = "tiny/stages.yaml:controllers.TPx.aliases.TP4"  # device classes say it, no JSON
+    in_python = (
+        "tiny/stages.yaml:controllers.TPx.aliases.TP4"  # in device classes, but not in the JSON
+    )
     mark = marks[[*map(str, free)].index(in_python)]
     assert any(mark in text for path, text in marked.items() if path.endswith(".py"))
-    # The others are for the readers of the spec alone
+    # The others are only for readers of the spec.
     assert missing - {in_python} == {
         "tiny/protocol.yaml:contexts.status.summary", "tiny/protocol.yaml:formats.dword.note",
         "tiny/protocol.yaml:python.title", "tiny/protocol.yaml:summary",
@@ -144,8 +146,8 @@ def test_texts_arrive_unchanged(
     }  # fmt: skip
 
 
-def test_texts_arrive_in_docstrings(trees: Trees, free: list[Place]) -> None:
-    """A text is in the docstrings as it is, but for blanks and what a backslash would do."""
+def test_texts_are_in_docstrings(trees: Trees, free: list[Place]) -> None:
+    """Docstrings contain the text, except that white space is normalised."""
     import ast
 
     tiny, turtle = "stagewire_tiny", "stagewire_turtle"
@@ -172,7 +174,7 @@ def test_texts_arrive_in_docstrings(trees: Trees, free: list[Place]) -> None:
                 for node in ast.walk(tree)
                 if isinstance(node, ast.Constant) and isinstance(node.value, str)
             )
-            # A note begins with a capital
+            # A note starts with a capital.
             assert " ".join(text[: place.longest].split())[1:] in " ".join(held.split()), place
             found += 1
     assert found == len(wanted) * len(trees)
@@ -180,10 +182,10 @@ def test_texts_arrive_in_docstrings(trees: Trees, free: list[Place]) -> None:
 
 @pytest.mark.parametrize("escaped", [False, True], ids=["raw", "escaped"])
 @pytest.mark.parametrize("name", every_nth(HIDDEN, 4))
-def test_what_cannot_be_seen_is_refused(
+def test_invisible_characters_are_refused(
     files: Files, free: list[Place], tmp_path: Path, name: str, escaped: bool
 ) -> None:
-    """In every text, and every text is named; a file with such a character in it is not read on."""
+    """Every file with such a text is reported, and every place if the characters are escaped."""
     text = HIDDEN[name]
     spec = write(filled(files, free, [text] * len(free)), tmp_path, raw="" if escaped else text)
     with pytest.raises(SpecError) as caught:

@@ -1,7 +1,7 @@
-"""Names that languages, systems and the generated code keep for themselves, as every kind of name.
+"""Names reserved by languages, systems and the generated code, tried for every kind of name.
 
-All of them at once for each kind. What is refused is taken out, and what is left has to work: packages
-are imported, and every message goes round.
+For each kind, all names are tried at once. The refused names are removed, and the rest must work: the
+packages can be imported, and every message can be encoded and decoded.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from stagewire_generator.model import Protocol
 PAGE = 8
 Json = dict[str, Any]
 PYTHON = {word for word in keyword.kwlist if word.islower()}
-# Every one of them has to be refused as the name of a field, a value or a bit.
+# Each of these must be refused as the name of a field, a value or a bit.
 KEYWORDS = PYTHON | {
     "alignas", "alignof", "and", "and_eq", "asm", "auto", "bitand", "bitor", "bool", "break", "case",
     "catch", "char", "char16_t", "char32_t", "char8_t", "class", "co_await", "co_return", "co_yield",
@@ -52,7 +52,7 @@ CLASSES = {
 
 
 def pattern(kind: str, *path: str) -> re.Pattern[str]:
-    """Return the pattern of the names that a schema allows somewhere."""
+    """Return the name pattern at a path of a schema."""
     node = text_places.schema(kind)
     for part in path:
         node = node[part]
@@ -62,7 +62,7 @@ def pattern(kind: str, *path: str) -> re.Pattern[str]:
 
 
 def fitting(allowed: re.Pattern[str]) -> list[str]:
-    """Return the hostile names as the pattern wants them, in capitals or small letters."""
+    """Return the hostile names that match the pattern, in any capitalisation."""
     spelt = [f(name) for name in NAMES for f in (str, str.lower, str.upper, str.capitalize)]
     return [name for name in dict.fromkeys(spelt) if allowed.search(name) and len(name) <= 40]
 
@@ -70,13 +70,13 @@ def fitting(allowed: re.Pattern[str]) -> list[str]:
 SNAKE = fitting(pattern("messages", "$defs", "fields"))
 CAPITALS = fitting(pattern("messages", "properties", "messages"))
 MIXED = fitting(pattern("stages", "properties", "stages"))
-OURS_FIRST = sorted(CAPITALS, key=lambda name: name not in CLASSES)  # there are only so many bytes
-FEW = SNAKE[::4]  # where a name of ours is only a text in Python
+OURS_FIRST = sorted(CAPITALS, key=lambda name: name not in CLASSES)  # the ids are limited
+FEW = SNAKE[::4]  # for names that are only text in Python
 WORDS = [name for name in SNAKE if "_" not in name]
 
 
 class Spec:
-    """The complete spec, with one more chapter for names."""
+    """The complete spec with an additional chapter for names."""
 
     def write(self, folder: Path) -> Path:
         if not self.printed["messages"]:
@@ -91,7 +91,7 @@ class Spec:
         self.files["tiny/messages/words.yaml"] = self.chapter
         self.files["tiny/printed/words.yaml"] = self.printed
         self.id = 0x1000
-        # Nothing but the headings of the names is compared
+        # Compare only the headings of the names.
         for name in ("contents", "lists", "summary"):
             del self.files[f"tiny/printed/{name}.yaml"]
         del self.files["tiny/errata/optics.yaml"]
@@ -274,11 +274,11 @@ def lists(spec: Spec, names: list[str]) -> None:
     known |= dict.fromkeys(names, known["TP1"])
 
 
-# Names of what only a protocol of commands has
+# Names in a command protocol
 
 
 def commanded(fill: Callable[[Json, list[str]], None]) -> Callable[[Spec, list[str]], None]:
-    """Return what fills one more chapter of the commands, of which the witness says nothing."""
+    """Return a function that fills an additional chapter of commands, which the witness does not have."""
 
     def fill_chapter(spec: Spec, names: list[str]) -> None:
         head = {"chapter": "words", "title": "Words", "page": 3, "order": 9}
@@ -290,7 +290,7 @@ def commanded(fill: Callable[[Json, list[str]], None]) -> Callable[[Spec, list[s
 
 
 def command(number: int, **entry: Any) -> Json:
-    """Return a command; there are only so many bytes."""
+    """Return a command with an unused byte; their number is limited."""
     byte = [*range(0x60, 0x77), *range(0x78, 0x100)][number]
     base = {"byte": byte, "page": 3, "title": "Listing", "effect": "none", "summary": "Has a name."}
     return {**base, **entry}
@@ -324,11 +324,11 @@ def axes(chapter: Json, names: list[str]) -> None:
     chapter["enumerations"] = {"word": {"page": 3, "values": values}}
 
 
-# Names of what a protocol of packets has
+# Names in a packet protocol
 
 
 def packeted(entries: Callable[[list[str]], Iterator[tuple[str, Json]]]) -> Any:
-    """Return what fills one more chapter of the packets; there are only so many ids."""
+    """Return a function that fills an additional chapter of packets; the number of ids is limited."""
 
     def fill(spec: Spec, names: list[str]) -> None:
         messages = {
@@ -433,7 +433,7 @@ KINDS: dict[str, tuple[Callable[[Spec, list[str]], None], list[str], set[str]]] 
 
 
 def named(diagnostic: Diagnostic, folder: Path) -> set[str]:
-    """Return the names that a diagnostic may mean: at its place, and at both ends of its message."""
+    """Return the names that a diagnostic may refer to: on its line, and first and last in its message."""
     lines = (folder / diagnostic.place.file).read_text(encoding="utf-8").splitlines()
     line = lines[diagnostic.place.line - 1].strip().rstrip(",")
     at = re.findall(r'"([^"]*)"', line)
@@ -444,7 +444,7 @@ def named(diagnostic: Diagnostic, folder: Path) -> set[str]:
 def settle(
     fill: Callable[[Spec, list[str]], None], names: list[str], files: Files, folder: Path
 ) -> tuple[dict[str, str], list[str]]:
-    """Take names out until the spec is good; return what is rendered, and the names that are left."""
+    """Remove refused names until the spec is valid; return the rendered files and the remaining names."""
     for number in range(6):
         spec = Spec(files)
         fill(spec, names)
@@ -459,7 +459,7 @@ def settle(
                 assert meant, str(diagnostic)
                 refused |= meant
             names = [name for name in names if name not in refused]
-    raise AssertionError("there is no end of refusing")
+    raise AssertionError("names are still refused after six attempts")
 
 
 EVERY_RUN = ("fields", "bits", "stages", "commands", "packets")
@@ -475,7 +475,7 @@ Settled = Callable[[str], tuple[dict[str, str], list[str]]]
 def settled(
     quick_checking: None, files: Files, tmp_path_factory: pytest.TempPathFactory
 ) -> Settled:
-    """What is rendered with the names of a kind, and the names that are left of it."""
+    """A function from a kind to the rendered files and the names that are not refused."""
 
     @cache
     def of_kind(kind: str) -> tuple[dict[str, str], list[str]]:
@@ -488,31 +488,35 @@ def settled(
 
 
 def witness_of_messages_only(protocol: Protocol, *rest: Any) -> Any:
-    """Compare no witness of commands: it has none of the names, and would have much to say."""
+    """Skip the witness of the commands, which has none of the names."""
     return None if protocol.name == "turtle" else check_errata(protocol, *rest)
 
 
-def test_there_are_enough() -> None:
+def test_there_are_enough_names() -> None:
     assert set(SNAKE) >= KEYWORDS
     assert min(len(SNAKE), len(CAPITALS), len(MIXED)) > 200
 
 
 @every_kind
-def test_kept_names_are_refused(settled: Settled, kind: str) -> None:
+def test_reserved_names_are_refused(settled: Settled, kind: str) -> None:
     _, names, kept = KINDS[kind]
     assert kept <= set(names)
     left = set(settled(kind)[1])
     assert kept & left == set()
-    assert left, "no name is left"
+    assert left, "every name was refused"
 
 
 @every_kind
-def test_nothing_harmful_is_rendered(settled: Settled, rendered: dict[str, str], kind: str) -> None:
+def test_rendered_files_are_valid_and_harmless(
+    settled: Settled, rendered: dict[str, str], kind: str
+) -> None:
     assert list(faults(settled(kind)[0], rendered)) == []
 
 
 @some_kinds
-def test_what_is_left_works(settled: Settled, tmp_path: Path, kinds: tuple[str, ...]) -> None:
+def test_packages_with_the_remaining_names_work(
+    settled: Settled, tmp_path: Path, kinds: tuple[str, ...]
+) -> None:
     folders = {}
     for number, kind in enumerate(kinds):
         tree, _ = settled(kind)
@@ -524,14 +528,16 @@ def test_what_is_left_works(settled: Settled, tmp_path: Path, kinds: tuple[str, 
 
 
 @some_kinds
-def test_names_arrive(settled: Settled, kinds: tuple[str, ...]) -> None:
-    """A name that is allowed is not changed."""
+def test_allowed_names_are_unchanged_in_the_registry(
+    settled: Settled, kinds: tuple[str, ...]
+) -> None:
+    """An allowed name is not changed."""
     for kind in kinds:
         tree, names = settled(kind)
         texts = "".join(tree[f"registry/{name}.json"] for name in ("tiny", "turtle", "carousel"))
         for name in names:
             shown = f"data:{name}" if kind == "forms" else name
-            if kind != "blocks":  # which are gone once they are followed
+            if kind != "blocks":  # blocks are expanded, so their names disappear
                 assert f'"{shown}"' in texts, f"{kind}: {name}"
 
 
@@ -558,7 +564,7 @@ def test_names_arrive(settled: Settled, kinds: tuple[str, ...]) -> None:
     ],
     ids=str,
 )
-def test_names_that_fall_together(
+def test_names_that_are_too_alike_are_refused(
     files: Files, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, pair: list[str]
 ) -> None:
     monkeypatch.setattr(pipeline, "check_errata", witness_of_messages_only)
@@ -603,7 +609,7 @@ PACKAGES += [
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_a_package_of_this_name_is_refused(files: Files, tmp_path: Path, name: str) -> None:
+def test_a_hostile_package_name_is_refused(files: Files, tmp_path: Path, name: str) -> None:
     other = copy.deepcopy(files)
     other["tiny/protocol.yaml"]["python"]["package"] = name
     with pytest.raises(SpecError) as caught:
@@ -614,7 +620,7 @@ def test_a_package_of_this_name_is_refused(files: Files, tmp_path: Path, name: s
 @pytest.mark.parametrize(
     "name", ["con", "nul", "aux", "com9", "x__y", "../x", "x/y", "x\\y", ".", "X"]
 )
-def test_a_protocol_of_this_name_is_refused(files: Files, tmp_path: Path, name: str) -> None:
+def test_a_hostile_protocol_name_is_refused(files: Files, tmp_path: Path, name: str) -> None:
     other = copy.deepcopy(files)
     other["tiny/protocol.yaml"]["protocol"] = name
     with pytest.raises(SpecError) as caught:

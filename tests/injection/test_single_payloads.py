@@ -1,7 +1,7 @@
-"""One payload in one place: it is refused with plain diagnostics, or what is generated is harmless.
+"""One payload in one place is refused with a printable diagnostic, or the generated code is harmless.
 
-Every run tries one payload in each place with a pattern, and in each eighth of those that accept any
-text: those have tests with all texts at once. The matrix tries all pairs, in parts.
+Every run tries one payload in each place with a pattern, and in one of eight places that accept any text,
+since other tests cover those. The matrix tries all pairs, in parts.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stagewire_generator import TARGETS, check, render
 from stagewire_generator.codes import CODES
 from stagewire_generator.diagnostics import SpecError
 
-STEP = 31  # has no divisor in common with the number of payloads
+STEP = 31  # coprime to the number of payloads
 PARTS = 9
 RUNS = [
     pytest.param(None, id="one payload"),
@@ -29,16 +29,16 @@ RUNS = [
 
 @dataclass
 class Outcome:
-    """What became of the pairs that were tried."""
+    """The result of all pairs."""
 
     refused: int = 0
-    same: int = 0  # the code is the same but for its strings
+    same: int = 0  # only strings of the code changed
     other: dict[str, dict[str, str]] = field(default_factory=dict)  # files by pair
     wrong: list[str] = field(default_factory=list)
 
 
 def pairs(places: list[Place], part: int | None) -> list[tuple[Place, str]]:
-    """Return a part of all pairs; without a number places with one payload each."""
+    """Return a part of all pairs, or without a part number, a choice of places with one payload each."""
     if part is not None:
         return [(place, text) for place in places for text in EVERYWHERE[part::PARTS]]
     chosen = [place for at, place in enumerate(places) if not place.free or at % 8 == 0]
@@ -48,7 +48,7 @@ def pairs(places: list[Place], part: int | None) -> list[tuple[Place, str]]:
 def outcome(
     tried: list[tuple[Place, str]], files: Files, rendered: dict[str, str], spec: Path
 ) -> Outcome:
-    """Try pairs in a copy of the spec."""
+    """Try the pairs in a copy of the spec."""
     plain = {path: blanked(path, text) for path, text in rendered.items() if is_code(path)}
     write(files, spec)
     found = Outcome()
@@ -80,14 +80,14 @@ def bad_refusal(error: SpecError, files: Files) -> Iterator[str]:
     for diagnostic in error.diagnostics:
         said = str(diagnostic)
         if diagnostic.place.file not in files and diagnostic.place.file != "printed":
-            yield f"{diagnostic.place.file} is no file of the spec"
+            yield f"{diagnostic.place.file} is not a file of the spec"
         if diagnostic.code not in CODES or len(said) > 2000:
-            yield f"no plain diagnostic: {said[:200]}"
+            yield f"unknown code or too long: {said[:200]}"
         if not all(line.isprintable() for line in said.split("\n")) or said.count("\n") != 1:
-            yield f"a diagnostic that could steer a terminal: {said!a}"
+            yield f"the diagnostic can control a terminal: {said!a}"
 
 
-def test_the_parts_are_the_whole(places: list[Place]) -> None:
+def test_the_parts_cover_all_pairs(places: list[Place]) -> None:
     parts = [pair for part in range(PARTS) for pair in pairs(places, part)]
     assert len(parts) == len(places) * len(EVERYWHERE)
     assert {(str(place), text) for place, text in parts} >= {
@@ -96,7 +96,7 @@ def test_the_parts_are_the_whole(places: list[Place]) -> None:
 
 
 @pytest.mark.parametrize("part", RUNS)
-def test_refused_plainly_or_harmless(
+def test_one_payload_is_refused_or_harmless(
     part: int | None,
     quick_checking: None,
     files: Files,

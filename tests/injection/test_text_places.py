@@ -1,4 +1,4 @@
-"""Every text that a schema allows stands somewhere in the spec that the payloads are put into."""
+"""The complete spec has a text at every location where a schema allows one."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ MADE = {
     "registry",
     "vectors",
     "testee",
-}  # schemas of what is no spec
+}  # schemas of other files
 
 
-def test_every_schema_has_files() -> None:
+def test_every_schema_of_a_spec_has_files() -> None:
     kinds = {path.name.removesuffix(".schema.json") for path in text_places.SCHEMAS.iterdir()}
     assert kinds - MADE == SPEC_SCHEMAS
 
@@ -35,11 +35,11 @@ def unreached(files: Files) -> set[str]:
     return wanted - reached
 
 
-def test_every_location_is_reached(files: Files) -> None:
+def test_every_location_has_a_place(files: Files) -> None:
     assert unreached(files) == set()
 
 
-def test_a_new_text_in_a_schema_shows(files: Files, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_text_in_a_schema_is_detected(files: Files, monkeypatch: pytest.MonkeyPatch) -> None:
     units = copy.deepcopy(text_places.schema("units"))
     units["properties"]["motto"] = {"$ref": "#/$defs/text"}
     units["$defs"]["unit_entry"]["properties"]["colours"] = {"items": {"enum": ["red", 1]}}
@@ -56,7 +56,7 @@ def test_a_new_text_in_a_schema_shows(files: Files, monkeypatch: pytest.MonkeyPa
     }
 
 
-def test_a_place_that_goes_shows(files: Files) -> None:
+def test_a_removed_place_is_detected(files: Files) -> None:
     fewer = copy.deepcopy(files)
     del fewer["tiny/stages.yaml"]["stages"]["Slide"]["note"]
     [name] = text_places.schema("stages")["properties"]["stages"]["patternProperties"]
@@ -68,7 +68,7 @@ def test_a_place_that_goes_shows(files: Files) -> None:
 
 
 @pytest.mark.parametrize("is_key", [False, True])
-def test_a_text_is_put_into_its_place(files: Files, is_key: bool) -> None:
+def test_changed_replaces_one_text(files: Files, is_key: bool) -> None:
     path = ("stages", "Slide", "controllers", "TPx")
     place = Place(
         "tiny/stages.yaml", path if is_key else (*path[:2], "title"), is_key, frozenset(), False, 9
@@ -82,7 +82,7 @@ def test_a_text_is_put_into_its_place(files: Files, is_key: bool) -> None:
         assert other["title"] == "new"
 
 
-def test_written_files_are_read_as_they_are(files: Files, tmp_path: Path) -> None:
+def test_written_files_are_read_back_equal(files: Files, tmp_path: Path) -> None:
     from stagewire_generator.diagnostics import Diagnostics
     from stagewire_generator.strict_yaml import load
 

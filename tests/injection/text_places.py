@@ -1,8 +1,8 @@
 """Every place of a spec that holds a text, found by walking its files along the JSON Schemas.
 
-A *location* is where a schema allows a text: a property, a map key or an item of a list. A *place* is where
-a text stands in a file. Walking a file along its schema says which locations its places exercise, so
-that a location that no place exercises shows.
+A *location* is a position in a schema that allows a text: a property, a map key or an item of a list. A
+*place* is the position of a text in a file. Walking a file along its schema gives the locations of its
+places, and so reveals locations without a place.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ KeyPath = tuple[str | int, ...]
 Files = dict[str, Any]  # path below the folder of the spec -> data
 
 _GROUPS = ("messages", "errata", "printed", "examples", "captures")
-_TEXT = 'a "b" \\ {c} é'  # what is allowed only where any visible text is
-# They say which of several schemas applies, and hold nothing themselves.
+_TEXT = 'a "b" \\ {c} é'  # allowed only where any visible text is
+# These keywords select a schema and do not describe values.
 _CONDITIONS = frozenset({"if", "not", "propertyNames"})
 
 
 @dataclass(frozen=True)
 class Place:
-    """A text in a file of the spec: a value, or the key of one."""
+    """A text in a file of the spec: a value or a key."""
 
     file: str
     path: KeyPath
@@ -52,7 +52,7 @@ class Place:
 
     @property
     def unread(self) -> bool:
-        """Whether any text may stand here: it is compared with no witness and with no bytes."""
+        """Whether any text is valid here: it is compared neither with the witness nor with bytes."""
         of_commands = self.file.startswith("turtle/") and (
             self.path[0] == "document"
             or (self.path[0] in ("commands", "setup_commands") and self.path[-1] == "title")
@@ -65,7 +65,7 @@ class Place:
 
 
 def complete_spec() -> Files:
-    """Return the good specs of the generator's tests, with all that they do not show."""
+    """Return the good specs of the generator's tests, and additions for everything they lack."""
     files = {}
     for folder in (GOOD, COMMANDS, PACKETS, MORE):
         for path in sorted(folder.rglob("*.yaml")):
@@ -82,9 +82,9 @@ def kind_of(file: str) -> str:
 
 
 def write(files: Files, folder: Path, *, raw: str = "") -> Path:
-    """Write the files as JSON, which is YAML, too; characters beyond ASCII as escapes.
+    """Write the files as JSON, which is also YAML, with escapes for characters beyond ASCII.
 
-    :param raw: characters that are written as they are.
+    :param raw: characters to write without an escape.
     """
     for name, data in files.items():
         path = folder / name
@@ -100,7 +100,7 @@ def write(files: Files, folder: Path, *, raw: str = "") -> Path:
 
 
 def changed(files: Files, place: Place, text: str) -> Files:
-    """Return the files with another text in a place."""
+    """Return the files with another text in one place."""
     return all_changed(files, [(place, text)])
 
 
@@ -138,7 +138,7 @@ def _target(root: Any, reference: str) -> Any:
 
 
 def _resolved(node: Any, root: Any) -> Any:
-    """Return a schema with what it refers to laid under it."""
+    """Return a schema merged with the schemas it refers to."""
     while isinstance(node, dict) and "$ref" in node:
         rest = {key: value for key, value in node.items() if key != "$ref"}
         node = {**_target(root, node["$ref"]), **rest}
@@ -146,7 +146,7 @@ def _resolved(node: Any, root: Any) -> Any:
 
 
 def _takes_text(node: Any, root: Any) -> bool:
-    """Whether a schema lets a text through."""
+    """Return whether a schema accepts a text."""
     node = _resolved(node, root)
     if not isinstance(node, dict):
         return False
@@ -159,7 +159,7 @@ def _takes_text(node: Any, root: Any) -> bool:
 
 
 def locations(root: Any) -> set[str]:
-    """Return the pointer of everything in a schema that holds a text; of keys with " (key)"."""
+    """Return the pointers of all texts in a schema, with " (key)" after those of keys."""
     return set(_locations(root, root, "#"))
 
 
@@ -189,11 +189,11 @@ def _locations(root: Any, node: Any, pointer: str) -> Iterator[str]:
             yield from _locations(root, value, at)
 
 
-# Both
+# Places
 
 
 def places(files: Files) -> list[Place]:
-    """Return every place of the files that holds a text."""
+    """Return every place of the files."""
     found = []
     for file, data in files.items():
         kind = kind_of(file)
@@ -209,7 +209,7 @@ def places(files: Files) -> list[Place]:
 
 
 def representatives(files: Files) -> list[Place]:
-    """Return one place for each set of locations, of messages and of commands."""
+    """Return one place for each set of locations in each protocol."""
     found = {
         (place.locations, place.file.partition("/")[0]): place for place in reversed(places(files))
     }
@@ -217,7 +217,7 @@ def representatives(files: Files) -> list[Place]:
 
 
 class _Walk:
-    """Goes along the data of a file and its schema, side by side."""
+    """A walk along the data of a file and its schema in parallel."""
 
     def __init__(self, root: Any) -> None:
         self.root = root
@@ -242,7 +242,7 @@ class _Walk:
         self.apply(node, pointer, data, path)
 
     def apply(self, node: Any, pointer: str, data: Any, path: KeyPath) -> None:
-        """Follow every part of a schema that holds for the data."""
+        """Follow every part of a schema that applies to the data."""
         if not isinstance(node, dict):
             return
         if "$ref" in node:

@@ -1,9 +1,9 @@
-"""Wrong registries: every layout with data, with one field swapped, re-signed or shifted.
+"""Registry mutants: every layout with data, with one field swapped, re-signed or shifted.
 
-A mutant is found when the witness, a worked example or a capture contradicts it, or the size that the
-document prints for a command, which the witness holds, is not that of its data. A round trip would find none
-of them: a codec that is wrong in both directions is consistent. Run as a program, it tries all mutants of
-both protocols and prints the survivors with the reason why nothing in the document could tell:
+A mutant is detected if it contradicts the witness, a worked example, a capture, or the size that the document
+prints for a command. Round trips detect no mutant, because a codec that is wrong in both directions is
+consistent. As a program, this module tries all mutants of both protocols, and prints each survivor with the
+reason why the document cannot contradict it:
 
     python tests/mutation/mutants.py
 """
@@ -38,7 +38,7 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True)
 class Mutant:
-    """One wrong registry: the messages that share the wrong layout, and what is wrong."""
+    """A wrong registry: the messages that share the wrong layout, and the change."""
 
     messages: tuple[Message, ...]
     layout: str
@@ -49,7 +49,7 @@ class Mutant:
 
 
 class Proof:
-    """The registry as it is, and what may contradict a wrong one."""
+    """The real registry, and the evidence that can contradict a mutant."""
 
     def __init__(self, name: str) -> None:
         diagnostics = Diagnostics()
@@ -71,7 +71,7 @@ class Proof:
                 self.frames.setdefault(entry["message"], []).append(entry)
 
     def mutants(self) -> Iterator[Mutant]:
-        """Yield every mutant; messages that share a field list share its mutation."""
+        """Yield every mutant. Messages that share a field list share its mutation."""
         done: set[Place] = set()
         for message in self.protocol.messages:
             for layout in message.layouts:
@@ -89,7 +89,7 @@ class Proof:
                     yield Mutant(changed, layout.form, change)
 
     def found_by(self, mutant: Mutant) -> str:
-        """Return what contradicts the mutant, or an empty text."""
+        """Return the kind of evidence that contradicts the mutant, or an empty string."""
         if self.differences(mutant.messages) != self.differences(
             tuple(m for m in self.protocol.messages if m.name in {x.name for x in mutant.messages})
         ):
@@ -105,9 +105,9 @@ class Proof:
         return ""
 
     def differences(self, messages: tuple[Message, ...]) -> dict[str, tuple[str, str]]:
-        """Return what the witness has against these messages.
+        """Return the differences between the witness and these messages.
 
-        Where the document says nothing, it has nothing against another value either.
+        If the document prints no value, the encoded value is ignored.
         """
         names = {message.name: message for message in messages}
         whole = replace(
@@ -115,7 +115,7 @@ class Proof:
         )
         if self.protocol.framing["kind"] == "slots":
             comparisons = [compare_witness(whole, self.witness)]
-        else:  # without the lists of all messages, which are long and know no fields
+        else:  # skip the lists of all messages, which are long and have no fields
             witness: Witness = part(whole.framing["kind"], "witness")
             comparisons = [Comparison(whole, document) for document in self.witness]
             for comparison in comparisons:
@@ -129,20 +129,20 @@ class Proof:
         }
 
     def reason(self, mutant: Mutant) -> str:
-        """Return why nothing in the document could tell."""
+        """Return the reason why the document cannot contradict the mutant."""
         if mutant.change.startswith("swapped"):
             names = mutant.change.removeprefix("swapped ").split(" and ")
             fields = [f for m in mutant.messages for x in m.layouts for f in x.fields]
             if all(f.role == "reserved" for f in fields if f.name in names):
-                return "both are unused, of one width, and printed under one name"
+                return "both fields are unused and have the same width and printed name"
         if mutant.change.startswith("re-signed"):
-            return "the document prints no format for it, or none with a sign, and no example is negative"
-        return "no table of fields and no example shows this layout"
+            return "the document prints no format with a sign for it, and no example is negative"
+        return "no field table and no example shows this layout"
 
 
 @cache
 def proof_of(name: str) -> Proof:
-    """Return the proof of a protocol, which is read once."""
+    """Return the proof of a protocol. It is read only once."""
     return Proof(name)
 
 
@@ -151,7 +151,7 @@ OTHER_SIGN |= {other: name for name, other in OTHER_SIGN.items()}
 
 
 def mutations(layout: Layout) -> Iterator[tuple[str, tuple[Field, ...]]]:
-    """Yield each wrong field list with what is wrong with it."""
+    """Yield each wrong field list with a description of the change."""
     fields = layout.fields
     for index, (one, other) in enumerate(pairwise(fields)):
         swapped = (
@@ -170,11 +170,11 @@ def mutations(layout: Layout) -> Iterator[tuple[str, tuple[Field, ...]]]:
                 *fields[:index], replace(field, format=format), *fields[index + 1 :]
             )  # fmt: skip
         shifted = tuple(replace(f, offset=f.offset + 1) for f in fields[index:])
-        yield f"shifted {field.name} and what follows by a byte", (*fields[:index], *shifted)
+        yield f"shifted {field.name} and later fields by one byte", (*fields[:index], *shifted)
 
 
 def with_fields(message: Message, place: Place, fields: tuple[Field, ...]) -> Message:
-    """Return the message with its layout of that field list changed."""
+    """Return the message with another field list in the layout at that place."""
     end = fields[-1].offset + fields[-1].format.size
     layouts = tuple(
         replace(layout, fields=fields, length=end)
@@ -186,13 +186,13 @@ def with_fields(message: Message, place: Place, fields: tuple[Field, ...]) -> Me
 
 
 def lengths(message: Message) -> set[int | None]:
-    """Return the sizes that a command can have: that of its request, or else of its reply."""
+    """Return the valid sizes of a command: the length of its request, or else of its reply."""
     length = {layout.form: layout.length for layout in message.layouts}
     return {length["request"] or length.get("reply", 0), *([] if length["request"] else [None])}
 
 
 def contradicts(entry: Json, message: Message) -> bool:
-    """Whether a worked frame says something else than the message's layouts."""
+    """Return whether a worked frame contradicts the layouts of the message."""
     layout = next((x for x in message.layouts if x.form == entry.get("form")), None)
     if layout is None or not layout.fields:
         return False
@@ -210,7 +210,7 @@ def contradicts(entry: Json, message: Message) -> bool:
 
 
 def denies(claim: Json, message: Message) -> bool:
-    """Whether a statement on the size and the sign of a field says something else."""
+    """Return whether a statement contradicts the size or sign of a field."""
     name = claim["format"].partition(".")[2]
     fields = [f for layout in message.layouts for f in layout.fields if f.name == name]
     said = (claim["size"], claim["signed"])

@@ -1,4 +1,4 @@
-"""A changed place of the witness of commands is a difference, and so is a changed fact of their registry."""
+"""Every change of the command witness or of the command registry is reported as a difference."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def as_it_is() -> tuple[object, ...]:
 
 
 def texts(node: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield every text: what holds it, and its key there."""
+    """Yield every text as its container and its key."""
     for key, part in node.items() if isinstance(node, dict) else enumerate(node):
         if isinstance(part, str):
             yield node, key
@@ -40,9 +40,9 @@ def texts(node: Any) -> Iterator[tuple[Any, Any]]:
 
 CHAPTERS = {"commands", "document", "format", "setup", "wording"}
 
-# What cannot be noticed: headings of tables, words beside a key or a slot, and what a bit means when
-# it is 0, since its name is of what it means when it is set.
-# The name of a limit does not say that its switch is closed; which sizes are meant is seen by one word.
+# Not compared: headings of tables, words next to a key or a slot, and the meaning of a bit that is 0, since the
+# name of a bit describes the bit that is set. The name of a limit does not say that its switch is closed. One
+# word is enough to identify the sizes of "supports".
 EXCUSED_TEXTS = {("one", "closed"), ("of", "supports")}
 EXCUSED = {"chapter", "title of a table", "zero", "beside a key", "meaning of a slot"}
 
@@ -56,7 +56,7 @@ def kind(holder: Any, key: Any) -> str:
 
 
 @pytest.mark.parametrize("chapter", sorted(CHAPTERS))
-def test_a_changed_text_is_a_difference(chapter: str) -> None:
+def test_a_changed_text_in_the_witness_is_a_difference(chapter: str) -> None:
     as_it_is()
     [document] = [each for each in proof().witness if each.data["chapter"] == chapter]
     unnoticed = []
@@ -98,7 +98,7 @@ def changes(message: Message) -> Iterator[tuple[str, Message]]:
                 yield f"{field.name}: {what}", replace(message, layouts=layouts)
 
 
-def test_a_changed_fact_is_a_difference() -> None:
+def test_a_changed_fact_in_the_registry_is_a_difference() -> None:
     protocol = proof().protocol
     unnoticed = []
     for message in protocol.messages:
@@ -109,5 +109,5 @@ def test_a_changed_fact_is_a_difference() -> None:
     assert unnoticed == []
 
 
-def test_every_chapter_is_tried() -> None:
+def test_every_chapter_of_the_witness_is_tried() -> None:
     assert {document.data["chapter"] for document in proof().witness} == CHAPTERS

@@ -1,4 +1,4 @@
-"""The proof could fail: wrong layouts are contradicted, and no erratum can be left out unnoticed."""
+"""Mutation tests of the registry: the document contradicts wrong layouts, and each erratum is needed."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint import errata
 from stagewire_generator.lint.witness.witness import compare_witness
 
-# Fields that no table of formats and no example shows; see `python tests/mutation/mutants.py`.
+# Fields without a format in any table or example; see `python tests/mutation/mutants.py`.
 UNSEEN = ("not_used", "reserved", "future_use")
-UNTOLD = {
+UNDETECTED = {
     # Page 76: the field table of the stage parameters begins with Stage ID.
     "thorlabs_apt": ["MOT_SET_PMDSTAGEAXISPARAMS (data): re-signed chan_ident"],
-    # Sections 11 and 22: of the dummies only the sizes are printed.
+    # Sections 11 and 22: the document prints only the sizes of the dummies.
     "asi_ms2000": [
         "WRITE_START_SPEED (request): re-signed start_speed",
         "READ_START_SPEED (reply): re-signed start_speed",
@@ -28,7 +28,7 @@ every_protocol = pytest.mark.parametrize("name", PROTOCOLS)
 
 
 @every_protocol
-def test_only_what_the_document_does_not_tell_survives(name: str) -> None:
+def test_only_mutants_that_the_document_cannot_contradict_survive(name: str) -> None:
     proof = proof_of(name)
     survivors = [mutant for mutant in proof.mutants() if not proof.found_by(mutant)]
     unexplained = [
@@ -36,14 +36,14 @@ def test_only_what_the_document_does_not_tell_survives(name: str) -> None:
         for mutant in survivors
         if not mutant.change.split(" ")[1].startswith(UNSEEN) or mutant.change.startswith("shifted")
     ]
-    assert unexplained == UNTOLD[name]
+    assert unexplained == UNDETECTED[name]
     assert 0 < len(survivors) <= AT_MOST[name]
     assert all(proof.reason(mutant) for mutant in survivors)
 
 
 @every_protocol
-def test_every_layout_with_data_is_tried(name: str) -> None:
-    """Every field of each, requests and replies alike."""
+def test_every_field_of_every_layout_is_mutated(name: str) -> None:
+    """Mutants change every field of requests and replies."""
     proof = proof_of(name)
     tried = {message.name for mutant in proof.mutants() for message in mutant.messages}
     layouts = {m.name for m in proof.protocol.messages for x in m.layouts if x.fields}
@@ -62,8 +62,8 @@ def test_the_unchanged_registry_is_not_contradicted(name: str) -> None:
 
 
 @every_protocol
-def test_no_erratum_can_be_left_out(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its place, or the example that names it, is then an error."""
+def test_every_erratum_is_needed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the erratum, its place or the example that names it is an error."""
     proof = proof_of(name)
     comparison = compare_witness(proof.protocol, proof.witness)
     monkeypatch.setattr(errata, "compare_witness", lambda *_: comparison)
@@ -80,7 +80,7 @@ def test_no_erratum_can_be_left_out(name: str, monkeypatch: pytest.MonkeyPatch) 
     assert unnoticed == []
 
 
-def test_with_all_errata_nothing_is_missed() -> None:
+def test_all_errata_together_leave_no_diagnostic() -> None:
     for proof in map(proof_of, PROTOCOLS):
         diagnostics = Diagnostics()
         errata.check_errata(proof.protocol, proof.files, diagnostics)

@@ -1,4 +1,4 @@
-"""Whatever the witness says is held against the registry: a changed or a lost place is a difference."""
+"""Every fact in the witness is compared: a changed value or a lost row is a difference."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mutants import Proof, proof_of
 from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.strict_yaml import Document
 
-# Where it stands in the files of the witness (* is any key or row), and what else may be said there.
+# Place in the files of the witness (* is any key or row) -> another value to try there.
 CHANGED = {
     "addresses/*/1": "0x77",
     "formats/*/1": "quad",
@@ -45,9 +45,9 @@ CHANGED = {
     "usb_prefixes/*/1": "99 at the front",
     "usb_prefixes/*/3": "XYZ001",
 }
-# What cannot be noticed, and why. Strings have no size, parts of a byte string are told in a note, future use
-# has no value, and a limit may be the name of another field. Where the number of columns, rows or values, or
-# a name in prose, is itself a difference that an erratum claims, nothing in it can be held against a field.
+# Changes that cannot be detected. Strings have no size, a note describes the parts of a byte string, a value for
+# future use is undefined, and a limit may be the name of another field. If an erratum already claims the number
+# of columns, rows or values, or a name in prose, the cells cannot be compared with fields.
 CLAIMED = [
     ["Chan Ident", "HubAnalogOP", "DisplayMode", "ForceCalib", "Future Use"],
     ["Chan Ident", "StatusBits"],
@@ -75,7 +75,7 @@ def excused(printed: object, holder: Any) -> bool:
 
 
 LOST = ("addresses/*", "lists/*/rows/*", "usb_prefixes/*")
-A_PART = 50  # of each kind; they are evenly spread
+A_PART = 50  # of each kind, evenly spread
 
 how_many = pytest.mark.parametrize(
     "number", [A_PART, pytest.param(0, marks=pytest.mark.matrix)], ids=["a part", "all"]
@@ -96,14 +96,14 @@ def found(documents: list[Document]) -> Found:
 
 
 class Unchanged:
-    """What is found while nothing is changed: in all documents, and in each alone."""
+    """The differences before any change, in all documents and in each one alone."""
 
     def __init__(self) -> None:
         self.whole = found(proof().witness)
         self.alone = [found([document]) for document in proof().witness]
 
     def elsewhere(self, number: int) -> set[str]:
-        """Return the places where documents other than this one differ."""
+        """Return the places at which other documents differ."""
         others = (differences for at, (differences, _) in enumerate(self.alone) if at != number)
         return set().union(*others)
 
@@ -114,9 +114,10 @@ def unchanged() -> Unchanged:
 
 
 def noticed(number: int) -> bool:
-    """Whether the change of a document is a difference.
+    """Return whether the change of a document is a difference.
 
-    Comparing one document is quick. A difference that only this document can make also appears in the whole.
+    Comparing one document is quick. A difference that only this document can cause also appears when all are
+    compared.
     """
     (before, names), (after, other_names) = (
         unchanged().alone[number],
@@ -129,7 +130,7 @@ def noticed(number: int) -> bool:
 
 
 def places(node: Any, pattern: list[str]) -> Iterator[tuple[Any, Any]]:
-    """Yield every place of a pattern: what holds it, and its key there."""
+    """Yield every place of a pattern as its container and its key."""
     step, *rest = pattern
     keys = dict(enumerate(node)) if isinstance(node, list) else node
     for key in keys if isinstance(keys, dict) else ():
@@ -141,7 +142,7 @@ def places(node: Any, pattern: list[str]) -> Iterator[tuple[Any, Any]]:
 
 
 def chosen(pattern: str, number: int) -> list[tuple[int, Any, Any]]:
-    """Return places of a pattern, each with the number of its document; all of them if the number is 0."""
+    """Return places of a pattern, each with its document number; all of them if ``number`` is 0."""
     whole = [
         (at, holder, key)
         for at, document in enumerate(proof().witness)
@@ -153,7 +154,7 @@ def chosen(pattern: str, number: int) -> list[tuple[int, Any, Any]]:
 
 @how_many
 @pytest.mark.parametrize("pattern", CHANGED)
-def test_a_changed_place_is_a_difference(pattern: str, number: int) -> None:
+def test_a_changed_value_is_a_difference(pattern: str, number: int) -> None:
     unchanged()
     unnoticed = []
     for at, (document, holder, key) in enumerate(chosen(pattern, number)):
