@@ -1,6 +1,6 @@
-"""The documents for users, and the runner of each of their blocks: this folder, or tests elsewhere.
+"""The user documentation, and the test that runs each code block, here or in another folder.
 
-A block without a row fails a test; so does a row without a block.
+A block without a row fails a test, and so does a row without a block.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ ELSEWHERE = {
     "docs/tutorials/your-own-protocol.md": "tests/documentation/walkthrough/test_your_own_protocol.py",
     "examples/c/README.md": "tests/generated/c/test_c_examples.py",
 }
-"""Documents whose blocks are all checked by other tests, more closely than by running them."""
+"""Documents whose blocks are all checked by other tests, which do more than run them."""
 
 NOT_RUN = {
-    "python3 -m venv .venv/stage": "seconds; tests/packaging/test_distribution.py has an environment of its own",
+    "python3 -m venv .venv/stage": "slow; tests/packaging/test_distribution.py creates an environment",
     ". .venv/stage/bin/activate": "follows the line above",
     "pip install .": "needs the network; tests/packaging/test_distribution.py installs the wheel",
     "pip install '.[generator]'": "needs the network",
@@ -33,16 +33,16 @@ NOT_RUN = {
     "pip install '.[plot]'": "needs the network",
     "pip install '.[conformance]'": "needs the network",
     "stagewire conformance device socket://127.0.0.1:4001 --pics pics.toml --html report.html": (
-        "a minute; benchmarks/conformance_time.py has complete runs, and the lines after it partial ones"
+        "takes a minute; benchmarks/conformance_time.py has complete runs, and the next lines partial ones"
     ),
     "stagewire generate --spec-dir . --package acme_turntable --out build/acme": (
-        "a spec of the reader's own; tests/documentation/walkthrough/test_your_own_protocol.py has one"
+        "needs the reader's spec; tests/documentation/walkthrough/test_your_own_protocol.py has one"
     ),
-    "pip install build/acme/python": "the same spec",
-    "stagewire show SET_ANGLE": "the same spec",
-    "python benchmarks/framing_experiment.py --table small --runs 60": "minutes; make bench runs it",
-    "python benchmarks/framing_experiment.py --table generated --runs 20": "minutes; make bench runs it",
-    "python tests/mutation/mutants.py": "minutes; tests/mutation/test_mutants.py runs a part",
+    "pip install build/acme/python": "needs the same spec",
+    "stagewire show SET_ANGLE": "needs the same spec",
+    "python benchmarks/framing_experiment.py --table small --runs 60": "very slow; make bench runs it",
+    "python benchmarks/framing_experiment.py --table generated --runs 20": "very slow; make bench runs it",
+    "python tests/mutation/mutants.py": "very slow; tests/mutation/test_mutants.py runs a part",
 }
 """Lines of shell blocks that are not run, each with the reason."""
 
@@ -51,19 +51,19 @@ LONG = {
     "stagewire format --check spec": "8 s",
     "stagewire format spec": "8 s",
 }
-"""Lines that only `make test-all` runs, each with its processor time."""
+"""Lines that only `make test-all` runs, each with its CPU time."""
 
 BY_MACHINE = {
     "stagewire doctor": "exits with 1 on a machine without a controller",
 }
-"""Lines whose exit status may also be 1, each with the reason."""
+"""Lines whose exit status may be 1, each with the reason."""
 
 READ_ONLY = {
     (
         "docs/architecture.md",
         "stagewire_cli -> stagewire_conformance, stagewire_generator, stagewire_virtual, stagewire_apt, "
         "stagewire",
-    ): "a picture; tests/structure compares it with the imports",
+    ): "a diagram; tests/structure compares it with the imports",
     ("docs/how-to/editors.md", "spec/"): "a tree of folders",
     ("docs/how-to/overlays.md", "spec/thorlabs_apt/overlays/later_issues/"): "a tree of folders",
     (
@@ -73,17 +73,17 @@ READ_ONLY = {
     ("docs/how-to/editors.md", 'vim.lsp.config("yamlls", {'): "settings of Neovim",
     ("docs/how-to/editors.md", "(add-hook 'yaml-ts-mode-hook #'eglot-ensure)"): "settings of Emacs",
 }
-"""Blocks that cannot be run, by their first line, each with its content."""
+"""Blocks that cannot be run, by document and first line, each with its content."""
 
 
 def documents() -> list[str]:
-    """Return every document for users, as a path from the top of the project."""
+    """Return every user document as a path from the top of the project."""
     found = [ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]
     return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
 def here(*languages: str) -> Iterator[tuple[str, Block]]:
-    """Yield each document and block that the tests of this folder run."""
+    """Yield each block that the tests of this folder run, with its document."""
     for document in documents():
         if document in ELSEWHERE:
             continue

@@ -1,10 +1,10 @@
-"""Runs the blocks of ``sh``, line by line, where nothing of the reader's own can be hurt.
+"""Run ``sh`` blocks of the documentation line by line in a safe folder.
 
-- A shell runs each line. In a quick test the lines that call ``stagewire`` run in this process instead.
-- A line ends with 0 unless its comment says ``exit status N``. Programs have no input, and no terminal.
-- A line that serves (a virtual controller) goes on while those below it run; then it gets Ctrl-C, and must
-  end with 0; with 1 the recording of a session that nobody repeated.
-- A port number of the document is one that is free.
+- A shell runs each line. In a quick test, lines that call ``stagewire`` run in this process instead.
+- A line must exit with 0 unless its comment says ``exit status N``. Programs have no input and no terminal.
+- A line that serves a virtual controller keeps running during the lines after it. It then receives Ctrl-C and
+  must exit with 0, or with 1 if it replays a recording, since the session is not repeated.
+- Port numbers are replaced by free ports.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from quick_command import quick_command
 from stagewire_cli.main import main
 
 PATIENCE = 180.0
-MOST_SHOWN = 2000  # characters of what a program said last
+MOST_SHOWN = 2000  # characters from the end of the output
 
 _SERVES = re.compile(r"stagewire virtual (?!--list)")
 _SERVED = re.compile(r" at (socket://|/dev/|\w+)")
@@ -38,7 +38,7 @@ _PORT = re.compile(r"(?<=127\.0\.0\.1:)\d+|(?<=--tcp )\d+(?![.\d])")
 
 
 def lines(text: str) -> Iterator[tuple[str, int]]:
-    """Yield the commands of a block, each with the exit status that it shall have."""
+    """Yield the commands of a block, each with its expected exit status."""
     for line in text.replace("\\\n", " ").splitlines():
         status = _STATUS.search(line)
         command = _COMMENT.sub("", line).strip()
@@ -47,10 +47,10 @@ def lines(text: str) -> Iterator[tuple[str, int]]:
 
 
 class Shell:
-    """Somebody who types the lines of one block in a folder.
+    """A shell in which the lines of one block are typed.
 
-    :param folder: where he is.
-    :param output: a folder for what the programs print.
+    :param folder: working folder.
+    :param output: folder for the output of the programs.
     :param quick: whether the command runs in this process.
     """
 
@@ -64,7 +64,7 @@ class Shell:
         self.environment = {**os.environ, "PATH": path, "PYTHONUNBUFFERED": "1"}
 
     def type(self, command: str, *statuses: int) -> None:
-        """Run a command; fails the test when it ends with no status that it may have."""
+        """Run a command; fail the test if its exit status is not one of ``statuses``."""
         command = _PORT.sub(lambda port: self._free(port[0]), command)
         if _SERVES.match(command):
             self._serve(command)
@@ -75,24 +75,24 @@ class Shell:
             process, printed = self._start(command)
             code, text = process.wait(PATIENCE), printed.read_text()
         text = text[-MOST_SHOWN:]
-        assert code in statuses, f"{command}\nends with {code}\n{text}"
+        assert code in statuses, f"{command}\nexited with status {code}\n{text}"
         assert "Traceback" not in text, text
 
     def __enter__(self) -> Shell:
-        """Return this."""
+        """Return the shell."""
         return self
 
     def __exit__(self, kind: object, *_: object) -> None:
-        """End what serves, as Ctrl-C does; how it ends counts unless something has failed before."""
+        """Send Ctrl-C to serving programs; check their exit status unless a line failed."""
         for _, process in self.served:
             process.send_signal(signal.SIGINT)
         for command, process in self.served:
             status = process.wait(PATIENCE)
             wanted = 1 if "--replay" in command else 0
-            assert kind or status == wanted, f"{command}\nends with {status}, not {wanted}"
+            assert kind or status == wanted, f"{command}\nexited with status {status}, not {wanted}"
 
     def _call(self, arguments: list[str]) -> tuple[int, str]:
-        """Run the command in this process; return its exit status and what it printed."""
+        """Run the command in this process; return its exit status and output."""
         printed = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
         with quick_command(), pytest.MonkeyPatch.context() as patch:
             patch.chdir(self.folder)
@@ -121,12 +121,14 @@ class Shell:
         self.served.append((command, process))
         end = time.monotonic() + PATIENCE
         while not _SERVED.search(printed.read_text()):
-            assert process.poll() is None, f"{command}\nends at once\n{printed.read_text()}"
-            assert time.monotonic() < end, f"{command}\nserves nothing\n{printed.read_text()}"
+            assert process.poll() is None, f"{command}\nexited immediately\n{printed.read_text()}"
+            assert time.monotonic() < end, (
+                f"{command}\ndid not start to serve\n{printed.read_text()}"
+            )
             time.sleep(0.02)
 
     def _free(self, port: str) -> str:
-        """Return a free port, the same for the same one of the document."""
+        """Return a free port, always the same one for a port of the document."""
         if port not in self.ports:
             with socket.create_server(("127.0.0.1", 0)) as server:
                 self.ports[port] = str(server.getsockname()[1])

@@ -1,4 +1,4 @@
-"""Links of the documents lead to a file and a heading that exist, also on the package index."""
+"""Links in the documentation lead to existing files and headings, also on the package index."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def prose(document: str) -> str:
 
 
 def anchors(path: Path) -> set[str]:
-    """Return the anchors of a page: those of its headings, as GitHub makes them, and explicit ones."""
+    """Return the anchors of a page: explicit ones, and those that GitHub makes of headings."""
     text = _FENCE.sub("", path.read_text(encoding="utf-8"))
     made = {
         re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
@@ -38,7 +38,7 @@ def anchors(path: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("document", PAGES)
-def test_links_lead_somewhere(document: str) -> None:
+def test_links_lead_to_existing_files_and_headings(document: str) -> None:
     broken = []
     for link in _LINK.findall(_SPAN.sub("x", prose(document))):
         target, _, anchor = link.partition("#")
@@ -53,13 +53,13 @@ def test_links_lead_somewhere(document: str) -> None:
     assert broken == []
 
 
-def test_the_readme_has_links_for_the_package_index() -> None:
+def test_the_readme_has_no_relative_links() -> None:
     relative = [link for link in _LINK.findall(prose("README.md")) if "://" not in link]
     assert relative == []
 
 
 @pytest.mark.parametrize("document", [name for name in PAGES if name.startswith("docs/")])
-def test_pages_are_linked_not_named(document: str) -> None:
+def test_other_pages_are_linked_and_not_only_named(document: str) -> None:
     assert _PAGE_AS_CODE.findall(prose(document)) == []
 
 

@@ -1,4 +1,4 @@
-"""No block of a document is forgotten: each is run by a test, or has a reason why none can."""
+"""Every code block of the documentation is run by a test, or has a reason not to be."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from checkout import ROOT
 from markdown_blocks import blocks
 
 WIDTH = 110
-"""Characters on a line of prose, at most."""
+"""Maximum number of characters in a line of prose."""
 
 RUN = {"python", "sh"}
-"""The languages of which the tests of this folder run every block."""
+"""Languages whose blocks the tests of this folder run."""
 
 
 @pytest.mark.parametrize("document", documents())
-def test_every_block_has_something_that_runs_it(document: str) -> None:
+def test_every_block_is_run_by_a_test(document: str) -> None:
     text = (ROOT / document).read_text(encoding="utf-8")
     found = list(blocks(ROOT / document))
-    assert text.count("```") == 2 * len(found), "a fence within a line, indented, or never closed"
+    assert text.count("```") == 2 * len(found), "a fence is inside a line, indented or unclosed"
     if document in ELSEWHERE:
         assert found
         return
     left = [
-        f"line {block.line}: nothing runs a block of {block.language or 'no language'!r}"
+        f"line {block.line}: no test runs this block of {block.language or 'no language'!r}"
         for block in found
         if block.language not in RUN
         and (document, block.first) not in READ_ONLY
@@ -38,7 +38,7 @@ def test_every_block_has_something_that_runs_it(document: str) -> None:
 
 
 @pytest.mark.parametrize(("document", "test"), list(ELSEWHERE.items()))
-def test_the_tests_elsewhere_are_there(document: str, test: str) -> None:
+def test_the_tests_in_other_folders_exist(document: str, test: str) -> None:
     assert document in documents()
     folder = (ROOT / test).parent
     assert (ROOT / test).is_file()
@@ -46,7 +46,7 @@ def test_the_tests_elsewhere_are_there(document: str, test: str) -> None:
     assert any(name in path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
 
 
-def test_every_row_of_the_tables_has_its_block() -> None:
+def test_every_row_of_the_tables_has_a_block() -> None:
     commands = {command for _, block in here("sh") for command, _ in lines(block.text)}
     assert (NOT_RUN.keys() | LONG.keys() | BY_MACHINE.keys()) - commands == set()
     there = {
@@ -57,8 +57,8 @@ def test_every_row_of_the_tables_has_its_block() -> None:
 
 
 @pytest.mark.parametrize("document", documents())
-def test_prose_has_lines_of_at_most_110_characters(document: str) -> None:
-    """Tables and blocks may be wider; the table of all rules has rows of any length."""
+def test_lines_of_prose_have_at_most_110_characters(document: str) -> None:
+    """Tables and blocks may be wider."""
     text = re.sub(r"^ *```.*?^ *```$", "", (ROOT / document).read_text("utf-8"), flags=re.M | re.S)
     long = [line for line in text.splitlines() if len(line) > WIDTH and line[:1] not in "|<"]
     assert [line for line in long if " " in line.strip()] == []

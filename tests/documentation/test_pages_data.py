@@ -1,4 +1,4 @@
-"""The blocks that are no programs are read by what reads such files."""
+"""Data blocks of the documentation are read by the code that reads such files."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from stagewire_virtual.bench import load_bench
 
 LEFT_OUT = "…"
 LESS = {"required", "anyOf", "oneOf", "minProperties"}
-"""What of a schema a file need not keep of which something is left out."""
+"""Schema rules that do not apply to a shortened file."""
 
 
 def shortened(value: Any) -> Any:
-    """Return what a shortened file says, without the places where something is left out."""
+    """Return the content of a shortened file without its ellipses."""
     if isinstance(value, dict):
         kept = {key: shortened(each) for key, each in value.items() if key != LEFT_OUT}
         return {key: each for key, each in kept.items() if each != LEFT_OUT}
@@ -45,7 +45,7 @@ def shortened(value: Any) -> Any:
 
 
 def schema(kind: str) -> Callable[[str, Path], None]:
-    """Return what holds a shortened file against a schema: its keys and its types."""
+    """Return a function that validates the keys and types of a shortened file against a schema."""
 
     def read(text: str, folder: Path) -> None:
         found = json.loads((ROOT / "spec" / "schema" / f"{kind}.schema.json").read_bytes())
@@ -61,46 +61,46 @@ def schema(kind: str) -> Callable[[str, Path], None]:
 
 
 def first_line(text: str, folder: Path) -> None:
-    """The line by which editors find the schema is that of the files in a protocol's messages."""
+    """Check that the block is the first line of the message files, where editors find the schema."""
     written = (ROOT / "spec" / "thorlabs_apt" / "messages" / "motor.yaml").read_text("utf-8")
     assert written.startswith(text)
 
 
 def settings(text: str, folder: Path) -> None:
-    """A part of a settings file."""
+    """Read a part of a settings file."""
     assert all(value is False for value in json.loads(f"{{{text}}}").values())
 
 
 def bench(text: str, folder: Path) -> None:
-    """A bench of virtual controllers."""
+    """Load a bench of virtual controllers."""
     (folder / "bench.toml").write_text(text, encoding="utf-8")
     loaded = load_bench(folder / "bench.toml")
     assert len(loaded.units) == text.count("[[unit]]") > 0
 
 
 def faults(text: str, folder: Path) -> None:
-    """Faults, one a line, of which none does anything at once."""
+    """Parse faults, one per line. None of them acts immediately."""
     texts = [line.partition("#")[0].strip() for line in text.splitlines()]
     with virtual.TDC001(faults=texts) as tdc:
         assert tdc.read() == b""
 
 
 def capture(text: str, folder: Path) -> None:
-    """A recorded session."""
+    """Read a recorded session."""
     (folder / "session.txt").write_text(text, encoding="utf-8")
     assert len(read_capture(folder / "session.txt").recorded) == 2
 
 
 def message(text: str, folder: Path) -> None:
-    """What ``stagewire check`` says of something, and the cure."""
-    told = re.fullmatch(r"(\S+\.yaml):\d+:\d+: (SW\d+) .*\n    hint: (.*)\n", text)
-    assert told
-    assert (ROOT / told[1]).is_file()
-    assert CODES[told[2]].hint == told[3]
+    """Compare a diagnostic of ``stagewire check`` and its hint with the table of codes."""
+    found = re.fullmatch(r"(\S+\.yaml):\d+:\d+: (SW\d+) .*\n    hint: (.*)\n", text)
+    assert found
+    assert (ROOT / found[1]).is_file()
+    assert CODES[found[2]].hint == found[3]
 
 
 def pics(text: str, folder: Path) -> None:
-    """What a vendor declares; everything in it is taken."""
+    """Parse a PICS file completely."""
     found = parse_pics(text.encode())
     assert found.unit == "TDC001"
     assert found.timing.reply_p99_ms == 50
@@ -108,7 +108,7 @@ def pics(text: str, folder: Path) -> None:
 
 
 def talk(text: str, folder: Path) -> None:
-    """Requests, each with its answer; the words of a refusal are for people."""
+    """Compare requests and answers, except for the wording of refusals."""
     said = [json.loads(line) for line in text.splitlines()]
     for request, answer in zip(said[::2], said[1::2], strict=True):
         came = Testee().answer(json.dumps(request).encode())
@@ -117,7 +117,7 @@ def talk(text: str, folder: Path) -> None:
 
 
 def expected(text: str, folder: Path) -> None:
-    """Failures of a codec, each of which is about a case."""
+    """Read expected failures of a codec, each of which must match a case."""
     (folder / "expected.toml").write_text(text, encoding="utf-8")
     read = read_expected(folder / "expected.toml")
     assert len(read.failures) == text.count("[[expected]]") == 2
@@ -125,7 +125,7 @@ def expected(text: str, folder: Path) -> None:
 
 
 def failure(text: str, folder: Path) -> None:
-    """What the command above it prints."""
+    """Compare the block with the output of the command above it."""
     blocks_before = [
         b.text for b in blocks(ROOT / "docs/tutorials/conformance.md") if "flip frame" in b.text
     ]
@@ -170,7 +170,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/how-to/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,
     ("docs/how-to/virtual.md", "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001"): capture,
 }
-"""What reads a block, by its document and its first line."""
+"""The function that reads a block, by document and first line."""
 
 
 def block_of(document: str, first: str) -> str:
@@ -180,5 +180,5 @@ def block_of(document: str, first: str) -> str:
 
 
 @pytest.mark.parametrize(("document", "first"), list(READ_BY))
-def test_a_block_is_read(document: str, first: str, tmp_path: Path) -> None:
+def test_a_data_block_is_valid(document: str, first: str, tmp_path: Path) -> None:
     READ_BY[document, first](block_of(document, first), tmp_path)

@@ -1,7 +1,7 @@
-"""Every block of Python in a document runs, and prints what it says; ``…`` stands for any text.
+"""Every Python block of the documentation runs and prints the output in its comments; ``…`` matches any text.
 
-Blocks share nothing, unless a document says that one goes on where the other ended. A function that is a test
-is called with the fixtures that it names, as pytest would.
+Blocks are independent, unless the document says that one continues the block before it. Test functions are
+called with the fixtures that they request, as pytest would.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SESSION = """\
 
 
 def replaying(folder: Path) -> dict[str, Any]:
-    """A recorded session, and the driver that was recorded."""
+    """Write a recorded session, and return the driver that was recorded."""
     (folder / "session.txt").write_text(SESSION)
 
     def the_driver(controller: Any) -> None:
@@ -36,16 +36,16 @@ def replaying(folder: Path) -> dict[str, Any]:
 
 
 GIVEN: dict[str, Callable[[Path], dict[str, Any]]] = {"docs/how-to/virtual.md": replaying}
-"""What readers of a document have besides it: files where they are, and names."""
+"""Files and names that the blocks of a document expect."""
 
 
 def programs() -> Iterator[Any]:
-    """Give each program of the documents: a block, and those that go on where it ends."""
+    """Yield each program of the documentation: a block, and the blocks that continue it."""
     found: list[tuple[str, list[Block]]] = []
     for document, block in here("python"):
         if block.goes_on:
-            assert found, f"{document}, line {block.line}: nothing goes on"
-            assert found[-1][0] == document, f"{document}, line {block.line}: nothing goes on"
+            assert found, f"{document}, line {block.line}: no block to continue"
+            assert found[-1][0] == document, f"{document}, line {block.line}: no block to continue"
             found[-1][1].append(block)
         else:
             found.append((document, [block]))
@@ -54,7 +54,7 @@ def programs() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize(("document", "program"), list(programs()))
-def test_a_program_runs_and_prints_what_it_says(
+def test_a_program_runs_and_prints_the_output_in_its_comments(
     document: str,
     program: list[Block],
     tmp_path: Path,
@@ -63,13 +63,13 @@ def test_a_program_runs_and_prints_what_it_says(
     request: pytest.FixtureRequest,
 ) -> None:
     if sys.platform == "win32" and any(".pty(" in block.text for block in program):
-        pytest.skip("pseudo-terminals are needed")
+        pytest.skip("requires pseudo-terminals")
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {"__name__": "__main__"}
     if document in GIVEN:
         names |= GIVEN[document](tmp_path)
     for block in program:
-        # Blank lines before it, so that a traceback has the lines of the document.
+        # Add blank lines before the block, so that tracebacks show the line numbers of the document.
         exec(compile("\n" * block.line + block.text, document, "exec"), names)
     printed = capsys.readouterr().out.splitlines()
     lines = iter(printed)
@@ -84,5 +84,5 @@ def test_a_program_runs_and_prints_what_it_says(
             test(*given)
 
 
-def test_there_are_programs() -> None:
+def test_at_least_two_documents_have_programs() -> None:
     assert len({document for document, _ in here("python")}) >= 2

@@ -1,4 +1,4 @@
-"""Every line of shell in a document does what it says, in a copy of the checkout."""
+"""Every shell line of the documentation exits with the expected status, in a copy of the checkout."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ GIT = [
 
 @pytest.fixture(scope="module")
 def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of what the commands work on: two commits, the first one released."""
+    """A copy of the files that the commands need, with two commits and a release tag on the first."""
     folder = tmp_path_factory.mktemp("reader") / "stagewire"
     for part in PARTS:
         shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
@@ -51,7 +51,7 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def checkout(copied: Path) -> Iterator[Path]:
-    """The copy, without the files that other blocks wrote there."""
+    """The copy. Files that a block wrote are removed afterwards."""
     yield copied
     git(copied, "clean", "-ffdq")
 
@@ -61,7 +61,7 @@ def git(folder: Path, *words: str) -> None:
 
 
 def typed() -> Iterator[Any]:
-    """Give the lines of every block: quickly and without the long ones, and all of them in a shell."""
+    """Yield the lines of every block, for a quick run without slow lines and for a full run in a shell."""
     for document, block in here("sh"):
         run = [line for line in lines(block.text) if line[0] not in NOT_RUN]
         quick = [line for line in run if line[0] not in LONG]
@@ -72,9 +72,9 @@ def typed() -> Iterator[Any]:
             yield pytest.param(run, False, id=f"{name}-in-a-shell", marks=pytest.mark.matrix)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell is needed")
+@pytest.mark.skipif(sys.platform == "win32", reason="requires a POSIX shell")
 @pytest.mark.parametrize(("block", "quick"), list(typed()))
-def test_the_lines_of_a_block(
+def test_the_lines_of_a_block_exit_with_the_expected_status(
     block: list[tuple[str, int]], quick: bool, checkout: Path, tmp_path: Path
 ) -> None:
     with Shell(checkout, tmp_path, quick=quick) as shell:

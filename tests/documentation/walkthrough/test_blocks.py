@@ -1,4 +1,4 @@
-"""Every block of the pages with a walk is valid. This is quick; the walks themselves take minutes."""
+"""Quick syntax checks of the blocks on walkthrough pages. The walkthroughs themselves take minutes."""
 
 from __future__ import annotations
 
@@ -62,6 +62,6 @@ def test_every_block_is_valid(page: str) -> None:
         ("console", "nothing"),
     ],
 )
-def test_an_invalid_block_is_found(language: str, text: str) -> None:
+def test_an_invalid_block_is_detected(language: str, text: str) -> None:
     with pytest.raises((SyntaxError, ValueError, AssertionError, yaml.YAMLError)):
         read(Block("", 1, language, text))

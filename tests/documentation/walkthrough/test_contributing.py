@@ -1,4 +1,4 @@
-"""The pages that walk through a change: their commands do what the page shows."""
+"""The commands on pages that walk through a change print what the page shows."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WALKS = {
     "how-to/correct-a-fact.md": (),
     FRAMING: ("runtime", "generator", "virtual", "conformance", "cli"),
 }
-"""Pages with a walk, and the rooms whose code it changes."""
+"""Pages with a walkthrough, and the folders whose code it changes."""
 
 GIT = {
     "GIT_AUTHOR_NAME": "Reader",
@@ -35,7 +35,7 @@ GIT = {
 
 @pytest.fixture
 def walk(tmp_path: Path, page: str) -> Walk:
-    """A reader in a checkout of the files that a walk needs, with its generated packages."""
+    """A walkthrough in a checkout of the files it needs, with their generated packages."""
     folder = tmp_path / "stagewire"
     for part in ("spec", "generated", *WALKS[page]):
         ignored = shutil.ignore_patterns("__pycache__")
@@ -59,7 +59,7 @@ def test_the_commands_of_a_page_print_what_it_shows(page: str, walk: Walk) -> No
         walk.follow(block)
 
 
-def test_contributing_has_one_block_which_is_not_run() -> None:
+def test_the_only_block_of_contributing_is_the_set_up() -> None:
     assert [(block.section, block.language) for block in blocks(PAGE)] == [("Set-up", "sh")]
 
 
@@ -83,7 +83,7 @@ def test_every_file_in_the_tables_exists() -> None:
         assert any(next(room.glob(pattern), None) for room in (*rooms, *elsewhere)), name
 
 
-def test_every_table_of_framings_exists() -> None:
+def test_every_listed_table_of_framings_exists() -> None:
     row = re.compile(r"^\| `([^`]+)` \| .* \| `([A-Z_]+)` in `([^`]+)` \|$", re.M)
     found = row.findall(PAGE.read_text(encoding="utf-8"))
     assert [Path(room).name for room, *_ in found] == [

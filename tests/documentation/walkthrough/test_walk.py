@@ -1,4 +1,4 @@
-"""A document that shows something else than happens is found out."""
+"""A walkthrough fails if the document differs from what happens."""
 
 from __future__ import annotations
 
@@ -48,18 +48,18 @@ print(os.environ["WORD"])  # three
 print("".join(["f", "our"]))  # four
 ```
 """
-LIES = {
-    "a line": ("\none\ntwo\n$", "\none\n2\n$"),
-    "a line that is left out": ("\none\ntwo\n$", "\none\n$"),
-    "a line too many": ("three\n$ echo", "three\nfour\n$ echo"),
-    "part of a line": ("a … line", "a … lie"),
-    "how it ends": ("exit status 4", "exit status 1"),
-    "that it ends well": ("    # exit status 4", ""),
-    "a file": ("```text\none", "```text\n1"),
-    "what python prints": ("# three", "# 3"),
-    "that python prints": ("  # four", ""),
-    "no command": ("console\n$ cat", "console\ncat"),
-    "a language that nothing runs": ("```python", "```ruby"),
+MISTAKES = {
+    "wrong line": ("\none\ntwo\n$", "\none\n2\n$"),
+    "missing line": ("\none\ntwo\n$", "\none\n$"),
+    "extra line": ("three\n$ echo", "three\nfour\n$ echo"),
+    "wrong part of a line": ("a … line", "a … lie"),
+    "wrong exit status": ("exit status 4", "exit status 1"),
+    "missing exit status": ("    # exit status 4", ""),
+    "wrong file": ("```text\none", "```text\n1"),
+    "wrong output of python": ("# three", "# 3"),
+    "missing output of python": ("  # four", ""),
+    "missing command": ("console\n$ cat", "console\ncat"),
+    "unsupported language": ("```python", "```ruby"),
 }
 
 
@@ -71,14 +71,14 @@ def follow(page: str, tmp_path: Path) -> None:
         walk.follow(block)
 
 
-def test_a_true_document(tmp_path: Path) -> None:
+def test_a_correct_document_passes(tmp_path: Path) -> None:
     follow(TRUE, tmp_path)
     assert [block.section for block in blocks(tmp_path / "page.md")] == ["First"] * 3 + ["Second"]
 
 
-@pytest.mark.parametrize("lie", LIES)
-def test_a_lie_is_found_out(lie: str, tmp_path: Path) -> None:
-    told = TRUE.replace(*LIES[lie])
-    assert told != TRUE
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_the_document_is_detected(mistake: str, tmp_path: Path) -> None:
+    page = TRUE.replace(*MISTAKES[mistake])
+    assert page != TRUE
     with pytest.raises(AssertionError, match="line "):
-        follow(told, tmp_path)
+        follow(page, tmp_path)

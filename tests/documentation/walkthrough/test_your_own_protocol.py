@@ -1,7 +1,7 @@
-"""``docs/tutorials/your-own-protocol.md`` does as it says, from an empty folder on.
+"""Follow ``docs/tutorials/your-own-protocol.md`` from an empty folder.
 
-The reader has a virtual environment of his own, in which the stagewire of this checkout is installed, and no
-network; pip builds his package with what the tests have.
+The reader has no network and a new virtual environment with the stagewire of this checkout. pip builds the
+package with the build tools of the test environment.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from markdown_blocks import blocks
 
 PAGE = ROOT / "docs" / "tutorials" / "your-own-protocol.md"
 BLOCKS = tuple(blocks(PAGE))
-LAST = "The next firmware"  # the last section that does anything
+LAST = "The next firmware"  # the last section with commands
 ALONE = {
     "PIP_NO_INDEX": "1",
     "PIP_NO_DEPS": "1",
-    "PIP_NO_BUILD_ISOLATION": "0",  # as pip reads it: none
+    "PIP_NO_BUILD_ISOLATION": "0",  # pip reads this as: no isolation
     "PIP_DISABLE_PIP_VERSION_CHECK": "1",
-    "PYTHONUNBUFFERED": "1",  # what is printed comes in order, as on a terminal
+    "PYTHONUNBUFFERED": "1",  # keeps the output in order, as on a terminal
     "GIT_AUTHOR_NAME": "Reader",
     "GIT_AUTHOR_EMAIL": "reader@example.org",
     "GIT_COMMITTER_NAME": "Reader",
@@ -38,7 +38,7 @@ ALONE = {
 
 
 def environment(folder: Path) -> dict[str, str]:
-    """Make a virtual environment that sees what is installed for the tests; return how it is entered."""
+    """Create a virtual environment with the packages of the tests; return the variables that activate it."""
     venv.create(folder, symlinks=True)
     inside = {"base": str(folder), "platbase": str(folder)}
     scripts = Path(sysconfig.get_path("scripts", vars=inside))
@@ -52,21 +52,21 @@ def environment(folder: Path) -> dict[str, str]:
 
 @pytest.fixture
 def walk(tmp_path: Path) -> Walk:
-    """A reader in an empty folder."""
+    """A walkthrough in an empty folder."""
     folder = tmp_path / "mine"
     folder.mkdir()
     return Walk(folder, environment(tmp_path / "environment"))
 
 
 @pytest.mark.matrix
-def test_the_page_does_as_it_says(walk: Walk) -> None:
+def test_the_tutorial_works_as_shown(walk: Walk) -> None:
     assert BLOCKS[-1].section == LAST
     assert {block.language for block in BLOCKS if block.path is None} == {"console", "python"}
     for block in BLOCKS:
         walk.follow(block)
 
 
-def test_every_kind_of_framing_is_named() -> None:
+def test_the_page_lists_every_kind_of_framing() -> None:
     schema = json.loads((ROOT / "spec" / "schema" / "protocol.schema.json").read_bytes())
     kinds = schema["properties"]["framing"]["properties"]["kind"]["enum"]
     page = PAGE.read_text(encoding="utf-8")

@@ -1,14 +1,14 @@
-"""Does what a Markdown document tells its reader to do, block by block, and compares what it shows.
+"""Follow a Markdown document block by block, and compare the output with the document.
 
-- A block that is a file (``fenced.Block``) is written, or added to the end of the file that is there.
-- A block of ``console`` has commands after ``$ ``, continued after a backslash, and below each what it
-  prints. ``…`` stands for any number of lines, or for any text within a line. A command ends with 0 unless
-  it says ``# exit status N``.
-- A block of ``python`` runs by itself; a comment behind a ``print`` is the line that it prints.
-- Whatever else has a language is only to be read: the test has to name it, so that no block is forgotten.
+- A file block (``markdown_blocks.Block``) is written, or appended to an existing file.
+- A ``console`` block has commands after ``$ ``, continued after a backslash, each followed by its output.
+  ``…`` matches any number of lines, or any text within a line. A command must exit with 0 unless it says
+  ``# exit status N``.
+- A ``python`` block runs as a script. The comment after a ``print`` is the line that it prints.
+- Other blocks are errors, so that no block is forgotten.
 
-Where a command leaves the folder and the environment, the next one goes on, as in a terminal. Lines of
-progress (``... ``) are not compared, since they come on slow machines only.
+Each command starts with the working folder and the environment that the command before it left, as in a
+terminal. Progress lines (``... ``) are not compared, since they appear only on slow machines.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _PROGRESS = re.compile(r"^\.\.\. .*\n", re.M)
 
 
 class Walk:
-    """A reader who follows a document in a folder.
+    """A walk through a document.
 
-    :param folder: where he begins.
-    :param environment: what his commands find in their environment besides that of the tests.
+    :param folder: working folder of the first command.
+    :param environment: variables to add to the environment of the tests.
     """
 
     def __init__(self, folder: Path, environment: Mapping[str, str] | None = None) -> None:
@@ -54,11 +54,11 @@ class Walk:
         self._state.mkdir()
 
     def follow(self, block: Block) -> None:
-        """Do what a block says; fails the test where something else is shown than happens."""
+        """Follow a block; fail the test if the result differs from the document."""
         if block.path is not None:
             self._write(block)
         elif block.language == "console":
-            assert block.text.startswith("$ "), f"line {block.line}: no command"
+            assert block.text.startswith("$ "), f"line {block.line}: no command after $"
             for command, shown in _COMMAND.findall(block.text):
                 status = _STATUS.search(command)
                 self._compare(block, command, shown, status=int(status[1]) if status else 0)
@@ -68,7 +68,9 @@ class Walk:
             shown = "".join(f"{line}\n" for line in said(block))
             self._compare(block, f"python {shlex.quote(str(script))}", shown)
         else:
-            raise AssertionError(f"line {block.line}: nothing runs a block of {block.language!r}")
+            raise AssertionError(
+                f"line {block.line}: unsupported block language {block.language!r}"
+            )
 
     def _write(self, block: Block) -> None:
         path = self.folder / str(block.path)
@@ -77,7 +79,7 @@ class Walk:
             file.write(block.text)
 
     def _run(self, command: str) -> tuple[int, str]:
-        """Run a command where the last one left off; return how it ends, and what it prints."""
+        """Run a command in the state that the last one left; return its exit status and output."""
         place, variables = self._state / "place", self._state / "variables"
         keep = f"pwd -P > {shlex.quote(str(place))}; env -0 > {shlex.quote(str(variables))}"
         done = subprocess.run(
@@ -99,16 +101,16 @@ class Walk:
     def _compare(self, block: Block, command: str, shown: str, status: int = 0) -> None:
         code, printed = self._run(command)
         where = f"line {block.line}: {command}"
-        assert code == status, f"{where}\nends with {code}, not {status}\n{printed}"
+        assert code == status, f"{where}\nexited with status {code}, not {status}\n{printed}"
         happens = _PROGRESS.sub("", "".join(f"{line.rstrip()}\n" for line in printed.splitlines()))
         if not re.fullmatch(_pattern(shown), happens):
-            both = (shown.splitlines(), happens.splitlines(), "the document", "what happens")
+            both = (shown.splitlines(), happens.splitlines(), "the document", "the output")
             diff = "\n".join(difflib.unified_diff(*both, lineterm=""))
             raise AssertionError(f"{where}\n{diff}")
 
 
 def _pattern(shown: str) -> str:
-    """Return the expression for what is shown; blanks at the end of lines do not count."""
+    """Return the regular expression for the output shown, ignoring blanks at the ends of lines."""
     lines = (line.rstrip() for line in shown.splitlines())
     return "".join(
         r"(?:.*\n)*?" if line == ANY else re.escape(line).replace(ANY, ".*?") + "\n"
