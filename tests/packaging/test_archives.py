@@ -1,4 +1,4 @@
-"""The archives of a release: what they hold, and that the one for C needs nothing else."""
+"""The archives of a release: their content, and a C archive that needs nothing else."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ PACKAGES = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
 
 @pytest.fixture(scope="module")
 def archives() -> ModuleType:
-    """The program that builds them."""
+    """The program that builds the archives."""
     return import_program(PROGRAM)
 
 
 @pytest.fixture(scope="module")
 def packed(archives: ModuleType) -> bytes:
-    """The archive for C."""
+    """The C archive."""
     return bytes(archives.c_archive(EPOCH))
 
 
@@ -49,7 +49,7 @@ def content(packed: bytes, path: str) -> bytes:
         return found.read()
 
 
-def test_the_files_of_the_archive_for_c(packed: bytes) -> None:
+def test_the_c_archive_has_the_expected_files(packed: bytes) -> None:
     top = f"stagewire-c-{stagewire.__version__}"
     names = [member.name.removeprefix(f"{top}/") for member in members(packed)]
     made = render(check(ROOT / "spec"), ["c", "c-tests"])
@@ -69,14 +69,14 @@ def test_the_files_of_the_archive_for_c(packed: bytes) -> None:
         assert content(packed, f"c/{package}/{package}.c") == committed
 
 
-def test_the_json_is_that_of_the_packages(packed: bytes) -> None:
+def test_the_json_in_the_c_archive_equals_that_of_the_packages(packed: bytes) -> None:
     for name in PACKAGES.values():
         protocol = load_protocol(name)
         assert json.loads(content(packed, f"registry/{name}.json")) == protocol.registry()
         assert json.loads(content(packed, f"vectors/{name}.json")) == protocol.vectors()
 
 
-def test_the_same_time_gives_the_same_bytes(
+def test_the_same_epoch_gives_the_same_bytes(
     archives: ModuleType, packed: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert archives.c_archive(EPOCH) == packed
@@ -100,8 +100,8 @@ def test_all_archives_are_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.matrix
 @pytest.mark.parametrize("package", PACKAGES)
-def test_the_archive_for_c_tests_itself(packed: bytes, package: str, tmp_path: Path) -> None:
-    """Unpacked elsewhere: the commands of its page run the vectors, and the rest of its tests pass."""
+def test_the_c_archive_passes_its_own_tests(packed: bytes, package: str, tmp_path: Path) -> None:
+    """In the unpacked archive, the commands of its page run the vectors, and its other tests pass."""
     if not shutil.which("cc"):
         pytest.skip("cc missing; on Debian: apt-get install gcc libc6-dev")
     with tarfile.open(fileobj=io.BytesIO(packed), mode="r:gz") as archive:

@@ -1,4 +1,4 @@
-"""The sdist, and what pip alone makes of it: the same wheel, and no generator where nobody asked for one."""
+"""The sdist: pip builds the same wheel from it, and installs the generator only as an extra."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def pip(*words: object) -> str:
 
 @pytest.fixture(scope="session")
 def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The sdist of the working tree."""
+    """An sdist of the working tree."""
     folder = tmp_path_factory.mktemp("sdist")
     run(sys.executable, "-m", "hatchling", "build", "--target", "sdist", "-d", folder, cwd=ROOT)
     (made,) = folder.glob("*.tar.gz")
@@ -47,7 +47,7 @@ def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def wheels(sdist: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Wheels that pip makes of the sdist, by itself, and of the working tree."""
+    """Wheels that pip builds from the sdist and from the working tree."""
     made = {}
     for name, source, options in (("sdist", sdist, ()), ("tree", ROOT, ("--no-build-isolation",))):
         folder = tmp_path_factory.mktemp(f"wheel-of-{name}")
@@ -63,7 +63,7 @@ def names(sdist: Path) -> set[PurePosixPath]:
 
 
 @pytest.mark.matrix
-def test_the_sdist_has_all_rooms_and_nothing_that_was_built(sdist: Path) -> None:
+def test_the_sdist_has_all_folders_and_no_build_products(sdist: Path) -> None:
     found = names(sdist)
     rooms = {path.parts[0] for path in found if len(path.parts) > 1}
     assert rooms >= {
@@ -83,7 +83,7 @@ def test_the_sdist_has_all_rooms_and_nothing_that_was_built(sdist: Path) -> None
 
 
 @pytest.mark.matrix
-def test_pip_alone_makes_the_same_wheel_of_the_sdist(wheels: dict[str, Path]) -> None:
+def test_pip_builds_the_same_wheel_from_the_sdist(wheels: dict[str, Path]) -> None:
     contents = []
     for wheel in wheels.values():
         with zipfile.ZipFile(wheel) as archive:
@@ -96,8 +96,10 @@ def test_pip_alone_makes_the_same_wheel_of_the_sdist(wheels: dict[str, Path]) ->
 @pytest.mark.parametrize(
     ("extra", "wanted"), [("", set()), ("[generator]", GENERATOR)], ids=["plain", "generator"]
 )
-def test_what_pip_would_install(wheels: dict[str, Path], extra: str, wanted: set[str]) -> None:
-    """All that is pulled in, what is needed by what is needed included."""
+def test_pip_installs_the_generator_dependencies_only_with_the_extra(
+    wheels: dict[str, Path], extra: str, wanted: set[str]
+) -> None:
+    """Dependencies of dependencies are included."""
     options = ("--dry-run", "--ignore-installed", "--report", "-")
     report = json.loads(pip("install", *options, f"{wheels['sdist']}{extra}"))
     installed = {
@@ -108,8 +110,10 @@ def test_what_pip_would_install(wheels: dict[str, Path], extra: str, wanted: set
 
 
 @pytest.mark.matrix
-def test_it_installs_and_runs_without_an_extra(wheels: dict[str, Path], tmp_path: Path) -> None:
-    """In an environment of its own, with pip and nothing else."""
+def test_the_wheel_installs_and_runs_without_extras(
+    wheels: dict[str, Path], tmp_path: Path
+) -> None:
+    """The environment has only pip."""
     venv.create(tmp_path / "env", with_pip=True)
     python = shutil.which(
         "python", path=tmp_path / "env" / ("Scripts" if sys.platform == "win32" else "bin")
@@ -123,7 +127,7 @@ def test_it_installs_and_runs_without_an_extra(wheels: dict[str, Path], tmp_path
     assert run(python, "-c", code, *modules) == "[]\n"
 
 
-def test_changelog_project_and_library_have_one_version() -> None:
+def test_changelog_project_and_library_have_the_same_version() -> None:
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     newest = re.search(r"^## (\S+)", changelog, re.M)
     assert newest is not None

@@ -1,4 +1,4 @@
-"""The wheel: what is in it, and that it works where there is neither a checkout nor an extra."""
+"""The wheel: its content, and that it works without a checkout and without extras."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ COMPILED = "stagewire_generator/targets/compiled/"
 EXTRA = ("yaml", "jinja2", "jsonschema", "jsonschema_rs", "junitparser", "ruamel")
 MOVE = "53 04 06 00 D0 01 01 00 40 0D 03 00"
 
-# Only the standard library, the wheel and what else is installed: directories that are appended to
-# sys.path do not have their .pth files read, so an editable checkout stays out.
+# Use only the standard library, the wheel and the other installed packages. Python ignores the .pth files of
+# folders appended to sys.path, so an editable checkout is not imported.
 PRELUDE = """
 import sys
 assert sys.flags.isolated and sys.flags.no_site
@@ -52,7 +52,7 @@ COMMAND = PRELUDE + "from stagewire_cli.main import run; run()"
 
 @pytest.fixture(scope="session")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, built once, without a network."""
+    """The wheel, built once and without a network."""
     folder = tmp_path_factory.mktemp("wheel")
     words = ["wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
     done = subprocess.run(
@@ -89,7 +89,7 @@ def metadata(unpacked: Path) -> Message:
 def python(
     unpacked: Path, code: str, *arguments: object, hidden: tuple[str, ...] = EXTRA, input: str = ""
 ) -> subprocess.CompletedProcess[str]:
-    """Run ``code`` on the wheel alone; the modules in ``hidden`` cannot be imported."""
+    """Run ``code`` with only the wheel. The modules in ``hidden`` cannot be imported."""
     installed = ";".join(dict.fromkeys(sysconfig.get_path(key) for key in ("purelib", "platlib")))
     words = [str(unpacked), installed, " ".join(hidden), *map(str, arguments)]
     return subprocess.run(
@@ -102,7 +102,7 @@ def python(
     )
 
 
-def test_every_file_of_the_packages_is_in_the_wheel_and_nothing_else(names: list[str]) -> None:
+def test_the_wheel_has_every_file_of_the_packages_and_no_other(names: list[str]) -> None:
     wanted = {
         path.relative_to(folder).as_posix()
         for package, folder in PACKAGES.items()
@@ -138,7 +138,7 @@ for path in our_templates():
     } == modules
 
 
-def test_no_yaml_and_nothing_compiled(names: list[str]) -> None:
+def test_the_wheel_has_no_yaml_and_no_compiled_files(names: list[str]) -> None:
     suffixes = {PurePosixPath(name).suffix for name in names if ".dist-info/" not in name}
     assert suffixes == {".py", ".json", ".j2", ".c", ".h", ".cmake", ".typed"}
 
@@ -157,14 +157,14 @@ def models() -> list[Protocol]:
     ("package", "protocol"),
     [("stagewire_apt", "thorlabs_apt"), ("stagewire_ms2000", "asi_ms2000")],
 )
-def test_the_json_is_the_generated_one(
+def test_the_json_in_the_wheel_is_up_to_date(
     unpacked: Path, models: list[Protocol], package: str, protocol: str, kind: str
 ) -> None:
     [made] = render([one for one in models if one.name == protocol], [kind]).values()
     assert (unpacked / package / f"{kind}.json").read_bytes() == made.encode("utf-8")
 
 
-def test_entry_points(unpacked: Path) -> None:
+def test_the_wheel_declares_its_entry_points(unpacked: Path) -> None:
     (path,) = unpacked.glob("*.dist-info/entry_points.txt")
     points = configparser.ConfigParser()
     points.read_string(path.read_text(encoding="utf-8"))
@@ -178,7 +178,7 @@ def test_entry_points(unpacked: Path) -> None:
     }
 
 
-def test_what_it_needs(metadata: Message) -> None:
+def test_the_wheel_declares_its_requirements_and_extras(metadata: Message) -> None:
     needs = [str(need) for need in metadata.get_all("Requires-Dist", [])]
     plain = " ".join(need.lower() for need in needs if "extra ==" not in need)
     for name in EXTRA:
@@ -196,13 +196,13 @@ def test_what_it_needs(metadata: Message) -> None:
     assert metadata["Requires-Python"] == ">=3.11"
 
 
-def test_no_path_of_this_machine(wheel: Path) -> None:
+def test_the_wheel_has_no_path_of_this_machine(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         for name in archive.namelist():
             assert str(ROOT).encode() not in archive.read(name), name
 
 
-def test_it_imports_and_decodes(unpacked: Path) -> None:
+def test_the_packages_of_the_wheel_import_and_decode(unpacked: Path) -> None:
     code = """
 import importlib, json, pathlib
 files = []
@@ -237,7 +237,7 @@ print(json.dumps([inside, available_protocols(), repr(frame.message), len(events
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )  # fmt: skip
-def test_the_command_without_an_extra(unpacked: Path, words: list[str], said: str) -> None:
+def test_the_command_runs_without_extras(unpacked: Path, words: list[str], said: str) -> None:
     done = python(unpacked, COMMAND, *words, input='{"id":1,"op":"hello"}\n')
     assert (done.returncode, done.stderr) == (0, "")
     assert said in done.stdout
@@ -259,7 +259,9 @@ CHECK, GENERATE = ("check", ROOT / "spec"), ("generate", "--check")
     ],
     ids=lambda value: value if isinstance(value, str) else value[0],
 )
-def test_a_missing_extra_is_named(unpacked: Path, words: tuple[object, ...], name: str) -> None:
+def test_the_command_names_a_missing_extra(
+    unpacked: Path, words: tuple[object, ...], name: str
+) -> None:
     done = python(unpacked, COMMAND, *words, hidden=(name,))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
@@ -268,7 +270,7 @@ def test_a_missing_extra_is_named(unpacked: Path, words: tuple[object, ...], nam
 
 
 @pytest.mark.parametrize(("option", "name"), [("--html", "jinja2"), ("--junit", "junitparser")])
-def test_the_missing_extra_of_reports_is_named(
+def test_the_command_names_the_missing_extra_for_reports(
     unpacked: Path, tmp_path: Path, option: str, name: str
 ) -> None:
     words = ("conformance", "device", "virtual://TDC001", "--unit", "TDC001")
@@ -279,10 +281,10 @@ def test_the_missing_extra_of_reports_is_named(
     )
 
 
-def test_a_run_of_the_suite_from_the_wheel_writes_every_report(
+def test_the_conformance_suite_of_the_wheel_writes_every_report(
     unpacked: Path, tmp_path: Path
 ) -> None:
-    """The templates of the page come with it; what the generator needs is not needed."""
+    """The wheel includes the templates of the page; the generator's dependencies are not needed."""
     files = {name: tmp_path / f"report.{name}" for name in ("json", "junit", "html")}
     options = [word for name, path in files.items() for word in (f"--{name}", path)]
     words = (
@@ -302,10 +304,8 @@ def test_a_run_of_the_suite_from_the_wheel_writes_every_report(
     assert b"<testsuites>" in files["junit"].read_bytes()
 
 
-def test_what_explains_an_error_is_named_where_it_is_missing(
-    unpacked: Path, tmp_path: Path
-) -> None:
-    """It is imported when there is an error to explain, and not before."""
+def test_the_command_names_the_extra_that_explains_errors(unpacked: Path, tmp_path: Path) -> None:
+    """jsonschema is imported only to explain an error."""
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "protocol.yaml").write_text("protocol: 1\n", encoding="utf-8")
     done = python(unpacked, COMMAND, "check", tmp_path, hidden=("jsonschema",))
@@ -315,8 +315,8 @@ def test_what_explains_an_error_is_named_where_it_is_missing(
     )
 
 
-def test_the_generator_of_the_wheel_checks_and_compares(unpacked: Path, tmp_path: Path) -> None:
-    """The schemas come with the wheel, not with the spec."""
+def test_the_generator_of_the_wheel_checks_and_generates(unpacked: Path, tmp_path: Path) -> None:
+    """The wheel includes the schemas, and the spec does not."""
     for name in ("asi_ms2000", "thorlabs_apt"):
         shutil.copytree(ROOT / "spec" / name, tmp_path / "spec" / name)
     done = python(unpacked, COMMAND, "check", tmp_path / "spec", hidden=())

@@ -1,4 +1,4 @@
-"""tools/release_notes.py: a release has the notes of its version, or does not happen."""
+"""tools/release_notes.py prints the notes of a version, or fails the release."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ The first.
 
 
 def run(folder: Path, changelog: str, version: str) -> int:
-    """Run the program on a project with this changelog, at version 0.2.0."""
+    """Run the program in a project with this changelog and version 0.2.0."""
     (folder / "pyproject.toml").write_text('[project]\nversion = "0.2.0"\n', encoding="utf-8")
     (folder / "CHANGELOG.md").write_text(changelog, encoding="utf-8")
     status: int = runpy.run_path(str(PROGRAM))["main"]([version], folder)
@@ -39,7 +39,7 @@ def run(folder: Path, changelog: str, version: str) -> int:
 @pytest.mark.parametrize(
     "changelog", [CHANGELOG, CHANGELOG.partition("\n## 0.1.0")[0]], ids=["newest", "only one"]
 )
-def test_the_section_of_the_version(
+def test_the_section_of_the_version_is_printed(
     tmp_path: Path, changelog: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(tmp_path, changelog, "0.2.0") == 0

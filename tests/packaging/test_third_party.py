@@ -1,6 +1,6 @@
-"""Somebody else's protocol: generated as a project, installed by pip, found by an unchanged stagewire.
+"""A third party's protocol, generated as a project, installed by pip and found by an unchanged stagewire.
 
-In a third framing, so that nothing but what was generated can know its bytes.
+It has a third framing, so only the generated code can encode it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ TURN = "AA 55 06 03 13 70 A0 FE 01 85 AB 0D"
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The generated project; the folder beside its package is where pip is pointed at."""
+    """The generated project, as the folder that pip installs."""
     out = tmp_path_factory.mktemp("mine") / "generated"
     words = ["generate", "--spec-dir", str(SPEC), "--package", "acme_carousel", "--out", str(out)]
     done = subprocess.run([*COMMAND, *words], capture_output=True, text=True, check=False)
@@ -33,7 +33,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def installed(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where pip installed it, without a network."""
+    """The folder into which pip installed the project, without a network."""
     folder = tmp_path_factory.mktemp("site")
     words = ["install", "--quiet", "--no-build-isolation", "--no-deps", "--no-index"]
     words += ["--disable-pip-version-check", "--target", str(folder), str(project)]
@@ -49,7 +49,7 @@ def installed(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def stagewire(installed: Path, *words: str, input: str = "") -> str:
-    """Run the command where the package is installed; return what it prints."""
+    """Run the command with the package installed; return its output."""
     done = subprocess.run(
         [*COMMAND, *words],
         capture_output=True,
@@ -63,7 +63,7 @@ def stagewire(installed: Path, *words: str, input: str = "") -> str:
     return done.stdout
 
 
-def test_what_is_installed(installed: Path) -> None:
+def test_pip_installs_only_the_package(installed: Path) -> None:
     package = installed / "acme_carousel"
     files = {path.relative_to(package).as_posix() for path in package.rglob("*") if path.is_file()}
     assert {
@@ -76,33 +76,33 @@ def test_what_is_installed(installed: Path) -> None:
     [info] = installed.glob("*.dist-info")
     assert info.name == "acme_carousel-1.2.0.dist-info"
     left = {path.name for path in installed.iterdir()} - {package.name, info.name}
-    assert left == set(), "something else than the package was installed"
+    assert left == set(), "other files were installed"
 
 
-def test_pip_leaves_the_project_as_it_was_generated(project: Path, installed: Path) -> None:
+def test_pip_does_not_change_the_generated_project(project: Path, installed: Path) -> None:
     words = ("generate", "--spec-dir", str(SPEC), "--package", "acme_carousel", "--check")
     assert "not one byte drifted" in stagewire(installed, *words, "--out", str(project.parent))
 
 
-def test_show(installed: Path) -> None:
+def test_show_describes_a_message(installed: Path) -> None:
     said = stagewire(installed, "show", "TABLE_TURN")
     assert said.startswith("message TABLE_TURN (carousel)")
     assert "angle" in said
 
 
-def test_encode(installed: Path) -> None:
+def test_encode_writes_a_packet(installed: Path) -> None:
     words = ("TABLE_TURN", "--form", "data", "--address", "3", "angle=-90000", "way=FORWARD")
     assert stagewire(installed, "encode", *words).strip() == TURN
 
 
-def test_decode(installed: Path) -> None:
+def test_decode_reads_a_packet(installed: Path) -> None:
     said = json.loads(stagewire(installed, "decode", TURN, "--protocol", "carousel", "--json"))
     assert said["message"] == "TABLE_TURN"
     assert said["address"] == 3
     assert said["fields"] == {"angle": -90000, "way": 1}
 
 
-def test_testee(installed: Path) -> None:
+def test_the_testee_encodes_and_decodes(installed: Path) -> None:
     requests = [
         {"id": 1, "op": "hello"},
         {"id": 2, "op": "decode", "protocol": "carousel", "hex": TURN.replace(" ", "")},
@@ -118,13 +118,13 @@ def test_testee(installed: Path) -> None:
     assert (encoded["ok"], encoded["hex"]) == (True, TURN.replace(" ", "").lower())
 
 
-def test_examples(installed: Path) -> None:
+def test_the_examples_pass(installed: Path) -> None:
     said = stagewire(installed, "conformance", "examples", "--protocol", "carousel")
     assert " 0 failed, " in said
 
 
-def test_what_the_readme_says_works(project: Path, installed: Path) -> None:
-    """The commands to try, in the order in which they stand there, with what they print."""
+def test_the_commands_of_the_readme_work(project: Path, installed: Path) -> None:
+    """The commands to try run in the order of the README and print what it says."""
     text = (project / "README.md").read_text(encoding="utf-8")
     _, tried, _ = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
     show, encode, piped = (line.split() for line in tried.splitlines())
@@ -137,7 +137,7 @@ def test_what_the_readme_says_works(project: Path, installed: Path) -> None:
 
 @pytest.fixture(scope="module")
 def testee_in_c(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The testee in C, compiled as the README says."""
+    """The testee in C, compiled with the command of the README."""
     words = ["generate", "--spec-dir", str(SPEC), "--package", "acme_carousel"]
     words += ["--target", "c-tests", "--out", str(project.parent)]
     subprocess.run([*COMMAND, *words], capture_output=True, check=True)
@@ -157,7 +157,7 @@ def testee_in_c(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 def test_the_testee_in_c_answers_as_the_one_in_python(installed: Path, testee_in_c: Path) -> None:
-    """All cases of the protocol; they are made by neither."""
+    """The answers to all cases of the protocol are those in the vectors."""
     vectors = json.loads((installed / "acme_carousel" / "vectors.json").read_text("utf-8"))
     requests = [
         {"id": number, "protocol": "carousel", **case["request"]}
@@ -181,7 +181,7 @@ def test_the_testee_in_c_answers_as_the_one_in_python(installed: Path, testee_in
     "compiler",
     [("gcc", "-x", "c", "-std=c99", "-Wstrict-prototypes"), ("g++", "-x", "c++", "-std=c++17")],
 )
-def test_the_c_of_the_project_compiles(
+def test_the_c_code_of_the_project_compiles(
     project: Path, compiler: tuple[str, ...], tmp_path: Path
 ) -> None:
     c = project.parent / "c"
@@ -198,6 +198,6 @@ def test_the_c_of_the_project_compiles(
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_the_protocols_of_stagewire_go_on_working(installed: Path) -> None:
+def test_the_protocols_of_stagewire_still_work(installed: Path) -> None:
     said = stagewire(installed, "decode", "53 04 06 00 D0 01 01 00 40 0D 03 00")
     assert "MOT_MOVE_ABSOLUTE" in said

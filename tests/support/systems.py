@@ -36,7 +36,7 @@ NEEDS = {
     ),
     "injection/test_injected_files.py": (POSIX, "Windows refuses these names of files"),
     "project/test_demo.py": (POSIX, "needs make and a POSIX shell"),
-    "packaging/test_third_party.py::test_the_c_of_the_project_compiles": (
+    "packaging/test_third_party.py::test_the_c_code_of_the_project_compiles": (
         LINUX,
         "runs gcc and g++",
     ),

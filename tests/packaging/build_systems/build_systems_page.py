@@ -1,4 +1,4 @@
-"""The blocks of docs/how-to/build-systems.md, which the tests here run as they stand."""
+"""The blocks of docs/how-to/build-systems.md, which these tests run unchanged."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from checkout import ROOT
 
 
 def blocks(language: str | None = None) -> list[str]:
-    """Return the blocks of the page that are written in a language, or all."""
+    """Return the blocks of the page in one language, or all."""
     return [
         block.text
         for block in markdown_blocks.blocks(ROOT / "docs" / "how-to" / "build-systems.md", language)

@@ -1,4 +1,4 @@
-"""A project of somebody else with a small spec in it, and the programs that it uses."""
+"""A user's project with a small spec, and the programs that it uses."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A folder with blanks in its name, and the small good spec in it."""
+    """A folder with spaces in its name that contains the small good spec."""
     folder = tmp_path / "my own project"
     shutil.copytree(SMALL_SPECS / "good_spec", folder / "spec")
     return folder

@@ -1,4 +1,4 @@
-"""What else the page shows: the lists, and a template that includes what it shadows."""
+"""Other examples of the page: the lists of files, and a template that includes the one it shadows."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
     from conftest import Run
 
 
-def test_there_is_no_block_that_nothing_runs() -> None:
+def test_every_block_of_the_page_is_run() -> None:
     run = {"sh": 1, "cmake": 2, "make": 1, "yaml": 2, "jinja": 1}
     assert {language: len(blocks(language)) for language in run} == run
     assert len(blocks()) == sum(run.values())
 
 
-def test_the_lists_are_those_of_the_page(project: Path, run: Run) -> None:
+def test_the_lists_of_inputs_and_outputs_are_complete(project: Path, run: Run) -> None:
     [block] = [block for block in blocks("sh") if "--list-outputs" in block]
     commands = [line.partition("#")[0].split() for line in block.splitlines()]
     outputs, inputs = (run(*words).stdout.splitlines() for words in commands)
@@ -30,7 +30,7 @@ def test_the_lists_are_those_of_the_page(project: Path, run: Run) -> None:
     }
 
 
-def test_the_template_of_the_page(project: Path, run: Run) -> None:
+def test_the_template_of_the_page_adds_a_licence(project: Path, run: Run) -> None:
     [template] = blocks("jinja")
     assert run("stagewire", "generate").returncode == 0
     module = project / "generated" / "python" / "stagewire_tiny" / "flags.py"

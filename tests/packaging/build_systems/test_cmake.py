@@ -1,4 +1,4 @@
-"""``stagewire_generate`` in a CMake project: it runs when and only when an input changed."""
+"""``stagewire_generate`` in a CMake project: it runs if and only if an input changed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Built(NamedTuple):
 
     @property
     def ran(self) -> bool:
-        """Whether the generator was run."""
+        """Whether the generator ran."""
         return RAN in self.said
 
 
@@ -44,7 +44,7 @@ def generator(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def configured(project: Path, run: Run, generator: str) -> Callable[[str], Build]:
-    """Configure the project with a CMakeLists.txt; return what builds it."""
+    """Configure the project with a CMakeLists.txt; return a function that builds it."""
 
     def configure(text: str) -> Build:
         (project / "CMakeLists.txt").write_text(text, encoding="utf-8")
@@ -62,7 +62,7 @@ def configured(project: Path, run: Run, generator: str) -> Callable[[str], Build
 
 @pytest.fixture
 def build(configured: Callable[[str], Build]) -> Build:
-    """Build the project of the documentation, without change; it was built once."""
+    """A function that builds the unchanged project of the page again."""
     build = configured("".join(blocks("cmake")))
     first = build()
     assert first.code == 0, first.said
@@ -87,7 +87,7 @@ def made(project: Path) -> dict[str, bytes]:
 
 
 def archived(project: Path) -> list[str]:
-    """What the project of the documentation makes of what was generated."""
+    """Return the names in the archive that the project of the page makes of the generated files."""
     with tarfile.open(project / "build" / "protocols.tar") as archive:
         return sorted(name.partition("protocols/")[2] for name in archive.getnames())
 
@@ -98,7 +98,9 @@ def test_the_project_of_the_page_builds(project: Path, build: Build) -> None:
 
 @pytest.mark.matrix
 @with_both
-def test_a_build_makes_what_the_command_makes_once(project: Path, build: Build, run: Run) -> None:
+def test_a_build_generates_the_same_files_and_only_once(
+    project: Path, build: Build, run: Run
+) -> None:
     assert run("stagewire", "generate", "--out", "by hand").returncode == 0
     wanted = files_in(project / "by hand")
     assert made(project) == wanted
@@ -116,7 +118,7 @@ def test_a_build_makes_what_the_command_makes_once(project: Path, build: Build, 
 
 
 @pytest.mark.matrix
-def test_every_kind_of_file_generates_when_it_changes(project: Path, build: Build) -> None:
+def test_a_change_in_any_kind_of_file_generates_again(project: Path, build: Build) -> None:
     for path, old in {
         "tiny/messages/core.yaml": "the first",
         "tiny/examples.yaml": "No page says how.",
@@ -131,12 +133,12 @@ def test_every_kind_of_file_generates_when_it_changes(project: Path, build: Buil
 
 @pytest.mark.matrix
 @with_both
-def test_a_wrong_spec_fails_and_a_mended_one_generates(project: Path, build: Build) -> None:
+def test_an_invalid_spec_fails_the_build_until_it_is_corrected(project: Path, build: Build) -> None:
     before = made(project)
     path = project / "spec" / "tiny" / "messages" / "core.yaml"
     right = path.read_text(encoding="utf-8")
     path.write_text(f"{right}twice: 1\ntwice: 2\n", encoding="utf-8")
-    for _ in range(2):  # it stays wrong
+    for _ in range(2):  # the error does not go away
         wrong = build()
         assert (wrong.code != 0, wrong.ran) == (True, False)
         assert "tiny/messages/core.yaml:" in wrong.said
@@ -150,7 +152,7 @@ def test_a_wrong_spec_fails_and_a_mended_one_generates(project: Path, build: Bui
 
 
 @pytest.mark.matrix
-def test_added_renamed_and_removed_files(project: Path, build: Build) -> None:
+def test_added_renamed_and_removed_files_generate_again(project: Path, build: Build) -> None:
     before = set(made(project))
     extra = project / "spec" / "tiny" / "messages" / "more.yaml"
     extra.write_text(MORE, encoding="utf-8")
@@ -170,7 +172,9 @@ def test_added_renamed_and_removed_files(project: Path, build: Build) -> None:
 
 @pytest.mark.matrix
 @with_both
-def test_templates_and_options(project: Path, configured: Callable[[str], Build]) -> None:
+def test_changed_templates_and_options_generate_again(
+    project: Path, configured: Callable[[str], Build]
+) -> None:
     (project / "templates").mkdir()
     template = project / "templates" / "flags.py.j2"
     template.write_text("# {{ package.package }}\n", encoding="utf-8")
@@ -208,7 +212,7 @@ def test_templates_and_options(project: Path, configured: Callable[[str], Build]
         ),
     ],
 )
-def test_a_wrong_call_is_explained(project: Path, run: Run, call: str, said: str) -> None:
+def test_an_invalid_call_is_explained(project: Path, run: Run, call: str, said: str) -> None:
     text = blocks("cmake")[0]
     before, name, _ = text.partition("stagewire_generate(")
     (project / "CMakeLists.txt").write_text(f"{before}{name}{call})\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The rule for Make in the documentation."""
+"""The Make rule of the page."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
-    """A folder for Make, which takes no blanks."""
+    """A folder for Make, which does not support spaces in names."""
     shutil.copytree(SMALL_SPECS / "good_spec", tmp_path / "spec")
     return tmp_path
 
 
 @pytest.mark.matrix
-def test_make_generates_when_a_file_changes_or_is_added(project: Path, run: Run) -> None:
+def test_make_generates_when_a_file_is_changed_or_added(project: Path, run: Run) -> None:
     [rule] = blocks("make")
     (project / "Makefile").write_text(rule, encoding="utf-8")
     (project / "build").mkdir()

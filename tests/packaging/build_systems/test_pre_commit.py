@@ -1,4 +1,4 @@
-"""The hooks, with the real pre-commit on repositories with a small spec."""
+"""The hooks, run by the real pre-commit in repositories with a small spec."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ WHO = {
 
 @pytest.fixture
 def git(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Run git in the project, whoever runs the tests and whatever is set up for them."""
+    """Run Git in the project, independently of the user's settings and environment."""
     for name, value in WHO.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(tmp_path / "no-config"))
     monkeypatch.setenv("GIT_CONFIG_NOSYSTEM", "1")
-    for name in ("GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_TREE"):  # as of a hook that runs the tests
+    for name in ("GIT_DIR", "GIT_INDEX_FILE", "GIT_WORK_TREE"):  # set if a Git hook runs the tests
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("PRE_COMMIT_HOME", str(tmp_path / "pre-commit"))
     return lambda *words: run("git", *words)
@@ -44,13 +44,13 @@ def git(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
 
 @pytest.fixture(autouse=True)
 def canonical(run: Run) -> None:
-    """Bring the spec into canonical form, of which it is a part where the schemas are."""
+    """Format the spec: the path of the schemas in its comments depends on where they are."""
     assert run("stagewire", "format").returncode == 0
 
 
 @pytest.fixture
 def commit(project: Path, git: Run, run: Run) -> Run:
-    """Commit everything, in a repository with the hooks of the page, run from this environment."""
+    """Commit everything in a repository with the hooks of the page, which run from this environment."""
     use(project, blocks("yaml")[0])
     assert git("init", "--quiet").returncode == 0
     assert run("pre-commit", "install").returncode == 0
@@ -64,10 +64,10 @@ def commit(project: Path, git: Run, run: Run) -> Run:
 
 
 def use(project: Path, page: str) -> None:
-    """Write a configuration of the page whose hooks are those of this environment.
+    """Write a configuration of the page that runs the hooks from this environment.
 
-    The repository is ``local``, so that nothing is installed: the hooks are spelt out as the manifest has
-    them, but for the language.
+    The repository is ``local``, so that nothing is installed. The hooks are copied from the manifest, except
+    for the language.
     """
     config = yaml.safe_load(page)
     [repo] = config["repos"]
@@ -93,7 +93,7 @@ def test_a_clean_commit_passes(commit: Run) -> None:
 
 
 @pytest.mark.matrix
-def test_a_wrong_spec_is_not_committed(project: Path, commit: Run, git: Run) -> None:
+def test_an_invalid_spec_cannot_be_committed(project: Path, commit: Run, git: Run) -> None:
     assert commit().returncode == 0
     path = project / "spec" / "tiny" / "messages" / "extra.yaml"
     right = path.read_text(encoding="utf-8")
@@ -106,7 +106,7 @@ def test_a_wrong_spec_is_not_committed(project: Path, commit: Run, git: Run) -> 
 
 
 @pytest.mark.matrix
-def test_what_drifted_is_not_committed(project: Path, commit: Run) -> None:
+def test_outdated_generated_files_cannot_be_committed(project: Path, commit: Run) -> None:
     assert commit().returncode == 0
     path = project / "spec" / "tiny" / "messages" / "core.yaml"
     path.write_text(
@@ -120,7 +120,7 @@ def test_what_drifted_is_not_committed(project: Path, commit: Run) -> None:
 
 
 @pytest.mark.matrix
-def test_what_is_not_in_canonical_form_is_put_into_it(project: Path, commit: Run) -> None:
+def test_a_commit_formats_the_spec_and_fails(project: Path, commit: Run) -> None:
     assert commit().returncode == 0
     path = project / "spec" / "tiny" / "messages" / "core.yaml"
     right = path.read_text(encoding="utf-8")
@@ -132,7 +132,7 @@ def test_what_is_not_in_canonical_form_is_put_into_it(project: Path, commit: Run
 
 
 @pytest.mark.matrix
-def test_what_does_not_concern_the_spec_runs_no_hook(project: Path, commit: Run) -> None:
+def test_a_commit_without_spec_files_skips_the_hooks(project: Path, commit: Run) -> None:
     assert commit().returncode == 0
     (project / "README.md").write_text("A positioner.\n", encoding="utf-8")
     done = commit()
@@ -141,7 +141,7 @@ def test_what_does_not_concern_the_spec_runs_no_hook(project: Path, commit: Run)
 
 
 @pytest.mark.matrix
-def test_folders_of_other_names(project: Path, commit: Run, git: Run) -> None:
+def test_the_hooks_support_folders_of_other_names(project: Path, commit: Run, git: Run) -> None:
     use(project, blocks("yaml")[1])
     shutil.move(project / "spec", project / "protocols")
     (project / "src").mkdir()
@@ -157,8 +157,8 @@ def test_folders_of_other_names(project: Path, commit: Run, git: Run) -> None:
     assert verdicts(commit().stdout)["stagewire generate --check"] == "Failed"
 
 
-def test_every_hook_brings_the_generator() -> None:
-    """The test below would not miss it: there what is needed is found elsewhere."""
+def test_every_hook_requires_the_generator_extra() -> None:
+    """The next test does not check this, because it finds the requirements elsewhere."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "generator" in project["optional-dependencies"]
     for hook in HOOKS:
@@ -169,10 +169,9 @@ def test_every_hook_brings_the_generator() -> None:
 def test_the_hooks_install_from_a_repository(
     project: Path, tmp_path: Path, git: Run, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As a user has them: pre-commit clones this repository and installs it with the extra.
+    """As for a user, pre-commit clones this repository and installs it with the extra.
 
-    What it needs is found in this environment instead of the network, which resolves the same extra
-    when it is set up.
+    The requirements come from this environment instead of the network.
     """
     ours = tmp_path / "stagewire"
     for name in PACKAGED:
@@ -199,7 +198,7 @@ def test_the_hooks_install_from_a_repository(
     assert git("add", "--all").returncode == 0
     monkeypatch.setenv("PYTHONPATH", sysconfig.get_path("purelib"))
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    monkeypatch.setenv("PIP_NO_BUILD_ISOLATION", "0")  # that is: without isolation
+    monkeypatch.setenv("PIP_NO_BUILD_ISOLATION", "0")  # pip reads this as: no isolation
     done = run("pre-commit", "run", "--all-files")
     assert done.returncode == 0, done.stdout
     assert verdicts(done.stdout) == {hook["name"]: "Passed" for hook in HOOKS}
