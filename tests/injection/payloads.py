@@ -24,7 +24,7 @@ def part_or_all(part: Any, whole: Any) -> list[ParameterSet]:
 SENTINEL = "pwned"
 CODE = f'__import__("pathlib").Path("{SENTINEL}").touch()'
 
-# Strings that could end a text or begin other syntax. They are tried at the start, in the middle and at the end.
+# Strings that could end a text or begin other syntax, tried at its start, in its middle and at its end.
 ENDS = [
     '"',
     "'",

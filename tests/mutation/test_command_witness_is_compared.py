@@ -40,9 +40,9 @@ def texts(node: Any) -> Iterator[tuple[Any, Any]]:
 
 CHAPTERS = {"commands", "document", "format", "setup", "wording"}
 
-# Not compared: headings of tables, words next to a key or a slot, and the meaning of a bit that is 0, since the
-# name of a bit describes the bit that is set. The name of a limit does not say that its switch is closed. One
-# word is enough to identify the sizes of "supports".
+# Not compared: headings of tables, words next to a key or a slot, and the meaning of a bit that is 0, since
+# the name of a bit describes the bit that is set. The name of a limit does not say that its switch is closed.
+# One word is enough to identify the sizes of "supports".
 EXCUSED_TEXTS = {("one", "closed"), ("of", "supports")}
 EXCUSED = {"chapter", "title of a table", "zero", "beside a key", "meaning of a slot"}
 

@@ -45,9 +45,9 @@ CHANGED = {
     "usb_prefixes/*/1": "99 at the front",
     "usb_prefixes/*/3": "XYZ001",
 }
-# Changes that cannot be detected. Strings have no size, a note describes the parts of a byte string, a value for
-# future use is undefined, and a limit may be the name of another field. If an erratum already claims the number
-# of columns, rows or values, or a name in prose, the cells cannot be compared with fields.
+# Changes that cannot be detected. Strings have no size, a note describes the parts of a byte string, a value
+# for future use is undefined, and a limit may be the name of another field. If an erratum already claims the
+# number of columns, rows or values, or a name in prose, the cells cannot be compared with fields.
 CLAIMED = [
     ["Chan Ident", "HubAnalogOP", "DisplayMode", "ForceCalib", "Future Use"],
     ["Chan Ident", "StatusBits"],
