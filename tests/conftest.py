@@ -1,4 +1,4 @@
-"""Settings of every test; modules that several rooms share are in ``support/``."""
+"""Settings for all tests. Modules shared by several folders are in ``support/``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytest_plugins = ["stagewire_virtual.pytest_plugin", "systems"]
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Collect tests without garbage collection: nearly all objects that it makes stay until the end."""
+    """Collect tests without garbage collection, since nearly all new objects stay until the end."""
     gc.disable()
     result = yield
     gc.freeze()

@@ -1,13 +1,13 @@
-"""Report on a run of the tests: seconds by folder, skipped tests, and the processor budget.
+"""Report on a test run: seconds by folder, skipped tests, and the budget of processor time.
 
     python tests/run_report.py build/junit-*.xml
     python tests/run_report.py --measure build/test.json COMMAND...
     python tests/run_report.py --measured build/test.json --budget 540 build/junit-*.xml
 
-The first form prints the seconds of each folder from JUnit reports. In CI a skipped test fails it; everywhere
-a run without tests does. ``STAGEWIRE_DOCUMENTS=none`` allows skips of the tests of the vendors' documents.
-The second form runs a command and writes the time that it and its children took. The third also fails when
-that processor time is over the budget.
+The first form prints the seconds of each folder from JUnit reports. It fails if no test ran, and in CI if a
+test was skipped. ``STAGEWIRE_DOCUMENTS=none`` allows skips of the tests of the vendors' documents. The second
+form runs a command, and writes the time of the command and its child processes to a file. The third form also
+fails if that processor time exceeds the budget.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Folder:
 
 
 def folders(cases: Sequence[object]) -> dict[str, Folder]:
-    """Return the folders below ``tests/`` and what their tests took, the slowest first."""
+    """Return the folders below ``tests/`` with the duration of their tests, slowest first."""
     found: dict[str, Folder] = {}
     for case in cases:
         parts = case.classname.split(".")[1:]  # the first is "tests"
@@ -49,11 +49,13 @@ def folders(cases: Sequence[object]) -> dict[str, Folder]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do what the options ask for; return the exit status."""
+    """Report or measure, depending on the options; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--measure", metavar="FILE", help="run a command and write its times here")
-    parser.add_argument("--measured", metavar="FILE", help="times that --measure wrote")
-    parser.add_argument("--budget", type=float, help="processor seconds that they may be")
+    parser.add_argument(
+        "--measure", metavar="FILE", help="run a command and write its times to FILE"
+    )
+    parser.add_argument("--measured", metavar="FILE", help="check the times that --measure wrote")
+    parser.add_argument("--budget", type=float, help="limit of the processor time in seconds")
     parser.add_argument("rest", nargs=argparse.REMAINDER, metavar="REPORT... or COMMAND...")
     given = parser.parse_args(arguments)
     if given.measure:
@@ -107,7 +109,9 @@ def _within_budget(path: Path, budget: float) -> bool:
         f"make test took {_said(times)}: {verdict} its budget of {budget:.0f} s of processor time"
     )
     if not within:
-        print("make it cheaper, or move a matrix to make test-all; the table above shows where")
+        print(
+            "make tests cheaper, or move a matrix to make test-all; the table above shows the slowest folders"
+        )
     return within
 
 

@@ -1,4 +1,4 @@
-"""``make demo``: its commands succeed, and print little enough to be read at a glance."""
+"""The commands of ``make demo`` succeed, and their output is short."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_demo_prints_at_most_sixty_lines() -> None:
     )
 
 
-def test_set_up_of_the_demo_prints_one_line() -> None:
+def test_the_set_up_of_the_demo_prints_one_line() -> None:
     demo = recipe("--old-file=.venv/demo/ready").splitlines()
     lines = recipe("--what-if=pyproject.toml").splitlines()
     set_up = [line for line in lines if line not in demo]

@@ -1,4 +1,4 @@
-"""Text files are read and written as UTF-8, whatever the system would take by itself."""
+"""The command reads and writes text files as UTF-8, whatever the default encoding of the system."""
 
 from __future__ import annotations
 
@@ -25,12 +25,16 @@ CODE = "from stagewire_cli.main import run; run()"
     ],
     ids=lambda arguments: arguments[0],
 )
-def test_no_command_leaves_the_encoding_to_the_system(arguments: list[str], tmp_path: Path) -> None:
+def test_no_command_uses_the_default_encoding(arguments: list[str], tmp_path: Path) -> None:
     (tmp_path / "capture.hex").write_text("23 02 00 00 50 01\n", encoding="utf-8")
-    told = ["-X", "warn_default_encoding", "-W", "error::EncodingWarning", "-c", CODE]
+    options = ["-X", "warn_default_encoding", "-W", "error::EncodingWarning", "-c", CODE]
     filled = [argument.format(folder=tmp_path) for argument in arguments]
     done = subprocess.run(
-        [sys.executable, *told, *filled], cwd=ROOT, capture_output=True, text=True, encoding="utf-8"
+        [sys.executable, *options, *filled],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
     )
     assert "EncodingWarning" not in done.stderr
     assert done.returncode == 0, done.stderr

@@ -1,4 +1,4 @@
-"""The report on a run: skips fail it in CI, seconds are added up by folder, and the budget holds."""
+"""The report on a test run: skips fail in CI, seconds are summed by folder, and the budget is checked."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def report(folder: Path, *cases: str) -> str:
     [(PASSED, 0, 0), (PASSED + SKIPPED, 1, 0), (SKIPPED, 1, 0), ("", 1, 1)],
     ids=["all ran", "one skipped", "all skipped", "no test"],
 )
-def test_exit_status(
+def test_skips_fail_in_ci_and_an_empty_run_fails_everywhere(
     cases: str,
     in_ci: int,
     elsewhere: int,
@@ -54,7 +54,7 @@ def test_exit_status(
 @pytest.mark.parametrize(
     ("name", "status"), [("tests.spec.document.test_a", 0), ("tests.spec.documents", 1)]
 )
-def test_a_public_ci_runs_without_the_documents(
+def test_ci_may_skip_the_tests_of_the_vendors_documents(
     name: str, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = report(tmp_path, SKIPPED.replace("tests.test_b", name))
@@ -65,7 +65,7 @@ def test_a_public_ci_runs_without_the_documents(
     assert main([path]) == 1
 
 
-def test_seconds_are_added_up_by_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_seconds_are_summed_by_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     root = '<testcase classname="tests.test_c" name="test_three" time="0.25"/>'
     assert main([report(tmp_path, root, PASSED, PASSED)]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
@@ -77,7 +77,7 @@ def test_seconds_are_added_up_by_folder(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(("processor", "status"), [(539.0, 0), (541.0, 1)])
-def test_the_budget_is_of_processor_time(
+def test_the_budget_limits_processor_time(
     processor: float, status: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     times = tmp_path / "test.json"
@@ -87,8 +87,8 @@ def test_the_budget_is_of_processor_time(
     assert ("OVER" in capsys.readouterr().out) == bool(status)
 
 
-def test_a_command_is_measured_with_its_children(tmp_path: Path) -> None:
-    """A child of the command works; what it took is counted, and a failure is passed on."""
+def test_the_measured_time_includes_child_processes(tmp_path: Path) -> None:
+    """The processor time of child processes counts, and the exit status of the command is returned."""
     times = tmp_path / "build" / "test.json"
     burn = "import time\nwhile time.process_time() < 0.3: pass"
     child = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {burn!r}], check=True)"

@@ -1,4 +1,4 @@
-"""Windows: modules that it does not have stop neither the packages nor the collection of the tests."""
+"""Packages import and tests are collected without the POSIX modules that Windows lacks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PACKAGES = (
     "stagewire_cli",
 )
 
-# The standard library and pyserial choose their own modules by the system: they are imported first.
+# Import the standard library and pyserial first: they choose their own modules for the system.
 HIDE = """
 import asyncio, multiprocessing.util, os, select, signal, socketserver, subprocess, sys
 import serial, serial.rfc2217, serial.tools.list_ports, serial.urlhandler.protocol_loop
@@ -65,7 +65,7 @@ sys.exit(pytest.main([*options, *sys.argv[1:]], plugins=[Hidden()]))
 
 
 def python(program: str, *arguments: object) -> str:
-    """Run a program that can hide modules; return what it printed."""
+    """Run a program that can hide modules; return its output."""
     done = subprocess.run(
         [sys.executable, "-c", HIDE + program, *map(str, arguments)],
         capture_output=True,
@@ -77,17 +77,17 @@ def python(program: str, *arguments: object) -> str:
     return done.stdout
 
 
-def test_every_module_imports_without_the_modules_of_posix() -> None:
+def test_every_module_imports_without_posix_modules() -> None:
     assert int(python(IMPORT_ALL, *PACKAGES)) > 400
 
 
 @pytest.mark.matrix
-def test_the_tests_are_collected_without_the_modules_of_posix() -> None:
+def test_the_tests_are_collected_without_posix_modules() -> None:
     assert "tests/runtime/links/test_link_opening.py: " in python(COLLECT)
 
 
 @pytest.mark.parametrize("row", NEEDS)
-def test_what_a_system_cannot_run_is_there(row: str) -> None:
+def test_every_row_of_the_table_names_an_existing_test(row: str) -> None:
     name, _, test = row.partition("::")
     path = TESTS / name
     assert path.is_dir() if name.endswith("/") else path.is_file()
@@ -98,7 +98,7 @@ def test_what_a_system_cannot_run_is_there(row: str) -> None:
     ("system", "skipped"),
     [("linux", []), ("darwin", ["c"]), ("win32", ["c", "names", "pipe"])],
 )
-def test_what_a_system_cannot_run_is_skipped(
+def test_tests_that_a_system_cannot_run_are_skipped(
     system: str, skipped: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found: list[str] = []

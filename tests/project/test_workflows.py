@@ -1,4 +1,4 @@
-"""The files of GitHub and of pre-commit: their checkers accept them, and they agree with the project."""
+"""The GitHub and pre-commit files pass their checkers and agree with the project."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def read(path: Path) -> Any:
 
 
 @pytest.mark.matrix
-def test_zizmor_finds_nothing() -> None:
+def test_zizmor_has_no_findings() -> None:
     done = run(*ZIZMOR, ".")
     assert done.returncode == 0, done.stdout + done.stderr
     for path in WORKFLOWS:
@@ -60,7 +60,7 @@ def test_zizmor_finds_nothing() -> None:
         ("permissions: {}\n", "", "excessive-permissions"),
     ],
 )
-def test_zizmor_finds_a_weak_workflow(tmp_path: Path, old: str, new: str, finding: str) -> None:
+def test_zizmor_detects_a_weak_workflow(tmp_path: Path, old: str, new: str, finding: str) -> None:
     text = (GITHUB / "workflows" / "ci.yml").read_text(encoding="utf-8")
     assert old in text
     broken = tmp_path / ".github" / "workflows" / "ci.yml"
@@ -73,7 +73,7 @@ def test_zizmor_finds_a_weak_workflow(tmp_path: Path, old: str, new: str, findin
 
 @pytest.mark.matrix
 @pytest.mark.parametrize(("schema", "pattern"), SCHEMAS, ids=[schema for schema, _ in SCHEMAS])
-def test_files_follow_their_schema(schema: str, pattern: str) -> None:
+def test_github_files_are_valid_under_their_schemas(schema: str, pattern: str) -> None:
     files = sorted(GITHUB.glob(pattern))
     assert files
     done = run("check-jsonschema", "--builtin-schema", schema, *files)
@@ -86,7 +86,7 @@ def test_pre_commit_accepts_its_files() -> None:
     assert run("pre-commit", "validate-manifest", ".pre-commit-hooks.yaml").returncode == 0
 
 
-def test_hooks_use_versions_that_the_project_accepts() -> None:
+def test_hooks_use_tool_versions_that_the_project_allows() -> None:
     wanted = {one.name: one for one in map(Requirement, PROJECT["optional-dependencies"]["dev"])}
     pins = {
         pin
@@ -100,7 +100,7 @@ def test_hooks_use_versions_that_the_project_accepts() -> None:
         assert wanted[name].specifier.contains(version)
 
 
-def test_an_action_has_one_version() -> None:
+def test_every_workflow_uses_the_same_version_of_an_action() -> None:
     used: dict[str, set[str]] = {}
     for path in WORKFLOWS:
         for name, version in re.findall(r"uses: (\S+)@(\w+ # v\S+)", path.read_text("utf-8")):
@@ -109,7 +109,7 @@ def test_an_action_has_one_version() -> None:
     assert {name: len(versions) for name, versions in used.items()} == dict.fromkeys(used, 1)
 
 
-def test_workflows_call_targets_of_the_makefile() -> None:
+def test_workflows_call_existing_targets_of_the_makefile() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
     called = {
@@ -121,7 +121,7 @@ def test_workflows_call_targets_of_the_makefile() -> None:
     assert called <= targets
 
 
-def test_ci_runs_every_python_that_the_project_names() -> None:
+def test_ci_runs_every_supported_python() -> None:
     named = [
         version
         for one in PROJECT["classifiers"]
@@ -133,7 +133,7 @@ def test_ci_runs_every_python_that_the_project_names() -> None:
         assert jobs[job]["strategy"]["matrix"]["python"] == named
 
 
-def test_only_the_publication_gets_an_identity() -> None:
+def test_only_publication_jobs_have_more_than_read_permissions() -> None:
     allowed = {
         (path.stem, name): sorted(job["permissions"])
         for path in WORKFLOWS

@@ -1,4 +1,4 @@
-"""The hand-written modules of the packages, and what imports what."""
+"""The hand-written modules of the packages, and the imports between modules."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ ROOMS = {
     "stagewire_conformance": ROOT / "conformance",
     "stagewire_cli": ROOT / "cli",
 }
-"""The packages that are written by hand, and the folder of each."""
+"""The hand-written packages, and the folder of each."""
 
 PACKAGES = (*ROOMS, "stagewire_apt", "stagewire_ms2000")
 MARK = re.compile(r"# generated (from|by) ", re.IGNORECASE)
-"""How the first line of a module begins that a program makes."""
+"""The start of the first line of a generated module."""
 
 
 def hand_written(folder: Path) -> list[Path]:
-    """Return the modules below a folder, without those that a program makes."""
+    """Return the modules below a folder, except generated ones."""
     return [
         path
         for path in sorted(folder.rglob("*.py"))
@@ -41,14 +41,14 @@ def modules() -> list[Path]:
 
 @cache
 def graph() -> grimp.ImportGraph:
-    """Return every import, also those in functions and under ``TYPE_CHECKING``."""
+    """Return all imports, including those in functions and under ``TYPE_CHECKING``."""
     return grimp.build_graph(*PACKAGES, cache_dir=None)
 
 
 def arrows(package: str) -> dict[str, set[str]]:
-    """Return which child of a package imports which; a child is everything below it as well.
+    """Return the imports between the children of a package. A child includes everything below it.
 
-    Of no package (``""``), the children are the packages themselves.
+    The children of ``""`` are the packages themselves.
     """
     depth = package.count(".") + 2 if package else 1
     inside = f"{package}." if package else ""

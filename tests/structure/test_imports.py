@@ -1,17 +1,17 @@
-"""Imports: no cycles, nothing private, and the picture of the packages in ``docs/architecture.md``.
+"""Imports have no cycles, use no private modules, and match the diagram in ``docs/architecture.md``.
 
-The picture is the block marked ``text`` that begins with the row of ``stagewire_cli``. A row says what
-imports what:
+The diagram is the ``text`` block that starts with the row of ``stagewire_cli``. A row lists the imports of a
+package or module:
 
     stagewire_cli -> stagewire_conformance, stagewire_generator   # a remark
       formats -> output
 
-A row at the margin is a top package. The rows below it, indented by two blanks more, are its packages and
-modules, by the last part of their names; they may have rows below them as well. ``*`` in the place of a name
-means any of the others at the same indentation.
+A row at the margin is a top-level package. The rows below it, indented by two more spaces, are its packages
+and modules, named by the last part of their names. They may also have rows below them. ``*`` in place of a
+name means every other row at the same indentation.
 
-Every top package has a row. A package that has rows below it has one for each package inside it; a row for a
-module is optional. Between two rows, the arrows are complete, and point downwards. All imports count, also
+Every top-level package has a row. A package with rows below it has one for each package inside it; rows for
+modules are optional. The arrows between rows are complete and point downwards. All imports count, including
 those in functions and under ``TYPE_CHECKING``.
 """
 
@@ -27,11 +27,11 @@ from checkout import ROOT
 from markdown_blocks import blocks
 
 CYCLES: dict[str, int] = {}
-"""Cycles of modules that a package may have; none where it is not named."""
+"""Number of module cycles that a package may have. Other packages may have none."""
 
 FIRST = "stagewire_cli ->"
 SUPPORT = {"stagewire.support"}
-"""All that generated packages import of the runtime."""
+"""The only runtime modules that generated packages may import."""
 
 PAGE = ROOT / "docs" / "architecture.md"
 ROW = re.compile(r"^(?P<indent> *)(?P<name>[\w*]+)(?: +-> +(?P<imports>[\w, ]*\w))?(?: +#.*)?$")
@@ -41,7 +41,7 @@ ROW = re.compile(r"^(?P<indent> *)(?P<name>[\w*]+)(?: +-> +(?P<imports>[\w, ]*\w
 
 
 def cycles(of: grimp.ImportGraph) -> list[set[str]]:
-    """Return the sets of modules that import one another in a circle, however long it is."""
+    """Return the sets of modules that import one another in a cycle of any length."""
     left = {
         module: of.find_upstream_modules(module) | {module}
         for module in of.modules
@@ -55,7 +55,7 @@ def cycles(of: grimp.ImportGraph) -> list[set[str]]:
     return found
 
 
-def test_no_module_imports_itself_by_way_of_others() -> None:
+def test_modules_do_not_import_one_another_in_a_cycle() -> None:
     found = {
         package: [
             sorted(circle)
@@ -67,7 +67,7 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
     assert {name: rows for name, rows in found.items() if len(rows) > CYCLES.get(name, 0)} == {}
 
 
-def test_a_cycle_is_found() -> None:
+def test_cycles_are_detected() -> None:
     made = grimp.ImportGraph()
     for module in "abcdef":
         made.add_module(module)
@@ -92,32 +92,32 @@ def imported_from(package: str) -> set[str]:
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_private_modules_are_imported_in_their_own_package(package: str) -> None:
+def test_private_modules_are_imported_only_in_their_own_package(package: str) -> None:
     assert {module for module in imported_from(package) if "._" in module} == set()
 
 
 @pytest.mark.parametrize("package", ["stagewire_apt", "stagewire_ms2000"])
-def test_generated_packages_import_what_is_there_for_them(package: str) -> None:
+def test_generated_packages_import_only_the_support_module(package: str) -> None:
     assert "stagewire.support" in imported_from(package) <= SUPPORT
 
 
-# The picture
+# The diagram
 
 
 Picture = dict[str, dict[str, set[str]]]
-"""Package -> the rows below it, in their order: a child and what it imports."""
+"""Package -> the rows below it, in order: each child and its imports."""
 
 
 def read(text: str) -> Picture:
-    """Read a picture; the rows at the margin are those of the package ``""``."""
+    """Read a diagram. The rows at the margin belong to the package ``""``."""
     found: Picture = {}
     above: list[str] = []
     for line in filter(str.strip, text.splitlines()):
         row = ROW.match(line)
-        assert row is not None, f"not a row of the picture: {line!r}"
+        assert row is not None, f"not a row of the diagram: {line!r}"
         depth, rest = divmod(len(row["indent"]), 2)
-        assert not rest, f"not indented by two blanks: {line!r}"
-        assert depth <= len(above), f"indented more than once: {line!r}"
+        assert not rest, f"not indented by a multiple of two spaces: {line!r}"
+        assert depth <= len(above), f"indented by more than one level: {line!r}"
         above = [*above[:depth], row["name"]]
         rows = found.setdefault(".".join(above[:-1]), {})
         imports = {name.strip() for name in (row["imports"] or "").split(",")} - {""}
@@ -126,14 +126,14 @@ def read(text: str) -> Picture:
 
 
 def faults(rows: dict[str, set[str]], real: dict[str, set[str]]) -> list[str]:
-    """Return what is wrong with the rows below one package, whose real imports are given."""
+    """Return the errors in the rows below one package, compared with its real imports."""
     place = {name: at for at, name in enumerate(rows)}
     drawn = {(name, other) for name, others in rows.items() for other in others if name != "*"}
     there = {(name, other) for name in real for other in real[name] if {name, other} <= rows.keys()}
     by_all = rows.get("*", set())
     wrong = [f"{name} does not import {other}" for name, other in sorted(drawn - there)]
     wrong += [
-        f"{name} imports {other}, which is not drawn"
+        f"{name} imports {other}, but the diagram has no such arrow"
         for name, other in sorted(there - drawn)
         if other not in by_all
     ]
@@ -143,18 +143,18 @@ def faults(rows: dict[str, set[str]], real: dict[str, set[str]]) -> list[str]:
         if place[other] < place[name]
     ]
     wrong += [f"nothing imports {name}" for name in sorted(by_all - {other for _, other in there})]
-    return wrong + [f"there is no {name}" for name in rows if name not in real and name != "*"]
+    return wrong + [f"{name} does not exist" for name in rows if name not in real and name != "*"]
 
 
 @pytest.fixture(scope="module")
 def picture() -> Picture:
     found = [block.text for block in blocks(PAGE, "text") if block.first.startswith(FIRST)]
     if not found:
-        pytest.fail(f"{PAGE.name} lacks the picture: a text block that begins with {FIRST!r}")
+        pytest.fail(f"{PAGE.name} lacks the diagram, a text block that starts with {FIRST!r}")
     return read("".join(found))
 
 
-def test_the_picture_has_every_package(picture: Picture) -> None:
+def test_the_diagram_has_every_package(picture: Picture) -> None:
     assert picture[""].keys() == set(PACKAGES)
     for package in picture.keys() - {""}:
         inside = {
@@ -163,12 +163,12 @@ def test_the_picture_has_every_package(picture: Picture) -> None:
         assert inside <= picture[package].keys(), package
 
 
-def test_the_picture_is_true(picture: Picture) -> None:
+def test_the_diagram_matches_the_imports(picture: Picture) -> None:
     found = {package: faults(rows, arrows(package)) for package, rows in picture.items()}
     assert {package: wrong for package, wrong in found.items() if wrong} == {}
 
 
-def test_the_page_names_files_and_folders_that_exist() -> None:
+def test_files_and_folders_named_on_the_page_exist() -> None:
     named = set(
         re.findall(r"`((?:[\w<>-]+/)*(?:[\w-]+\.py|[\w-]+/))`", PAGE.read_text(encoding="utf-8"))
     )
@@ -212,16 +212,16 @@ e
     [
         ("", "", []),
         ("a -> b", "a -> b, c", ["a does not import c"]),
-        ("b -> c\n", "b\n", ["b imports c, which is not drawn"]),
-        ("* -> e\n", "", [f"{x} imports e, which is not drawn" for x in "abc"]),
+        ("b -> c\n", "b\n", ["b imports c, but the diagram has no such arrow"]),
+        ("* -> e\n", "", [f"{x} imports e, but the diagram has no such arrow" for x in "abc"]),
         ("* -> e", "* -> e, f", ["nothing imports f"]),
         ("c\ne\n", "e\nc\n", ["c imports e, whose row is above"]),
         ("c\ne\n", "e\n", ["b does not import c"]),
         ("b -> c\nc\n", "b\n", []),
-        ("e\n", "e\ng\n", ["there is no g"]),
+        ("e\n", "e\ng\n", ["g does not exist"]),
     ],
 )
-def test_what_is_wrong_with_a_picture_is_found(old: str, new: str, wrong: list[str]) -> None:
+def test_errors_in_a_diagram_are_detected(old: str, new: str, wrong: list[str]) -> None:
     rows = read(RIGHT.replace(old, new, 1))
     assert rows["a"] == {"x": {"y", "z"}, "y": set()}
     assert faults(rows[""], REAL) == wrong

@@ -1,4 +1,4 @@
-"""Modules are of a size that can be read, and a class name means one thing."""
+"""Modules have a readable size, and common class names have one meaning."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ SHORT_SHARE = 0.25
 MEDIANS = (150, 250)
 
 MEANINGS = {"Line": 1, "Place": 1, "Axis": 4}
-"""Class names that are easily given twice: how many hand-written modules may define each."""
+"""Common class names, and how many hand-written modules may define each."""
 
 
 def lengths(paths: list[Path]) -> dict[str, int]:
-    """Return the lines of modules."""
+    """Return the number of lines of each module."""
     return {
         path.relative_to(ROOT).as_posix(): len(path.read_text(encoding="utf-8").splitlines())
         for path in paths
@@ -30,33 +30,33 @@ def lengths(paths: list[Path]) -> dict[str, int]:
 
 
 def classes(path: Path) -> set[str]:
-    """Return the names of the classes that a module defines, also inside others."""
+    """Return the names of all classes that a module defines, including nested ones."""
     tree = ast.parse(path.read_bytes())
     return {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
 
 
-def test_all_modules_are_seen() -> None:
+def test_every_package_has_hand_written_modules() -> None:
     for package, folder in ROOMS.items():
         assert len(hand_written(folder / package)) > 30, package
 
 
-def test_no_module_is_too_long() -> None:
+def test_no_module_has_more_than_500_lines() -> None:
     assert {name: lines for name, lines in lengths(modules()).items() if lines > LONGEST} == {}
 
 
-def test_few_modules_are_short() -> None:
+def test_at_most_a_quarter_of_the_modules_is_short() -> None:
     found = lengths(modules())
     short = {name: lines for name, lines in found.items() if lines < SHORT}
     assert len(short) <= SHORT_SHARE * len(found), short
 
 
-def test_the_median_module() -> None:
+def test_the_median_length_of_modules_is_moderate() -> None:
     low, high = MEDIANS
     assert low <= statistics.median(lengths(modules()).values()) <= high
 
 
 @pytest.mark.parametrize("name", MEANINGS)
-def test_a_class_name_means_one_thing(name: str) -> None:
+def test_a_common_class_name_has_one_meaning(name: str) -> None:
     found = [
         path.relative_to(ROOT).as_posix()
         for path in modules()

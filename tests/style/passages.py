@@ -1,4 +1,4 @@
-"""The prose of the checkout: pages, docstrings, comments, messages and texts of the registry."""
+"""The prose of the checkout: pages, docstrings, comments, messages, and texts in the registry."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _JINJA_COMMENT = re.compile(r"\{#-?(.*?)-?#\}", re.S)
 _JINJA = re.compile(r"\{\{.*?\}\}|\{%.*?%\}", re.S)
 
 VENDORS = {"says", "printed", "encoded", "spelling", "data", "stream", "arithmetic", "detail"}
-"""Keys of the registry with a document's own words or with bytes."""
+"""Keys of the registry whose values are a document's words or bytes."""
 
 _BAD = {f"tests/style/{name}" for name in ("patterns.yaml", "old_sentences.yaml")}
 
@@ -51,7 +51,7 @@ _C = {".c", ".h", ".mjs", ".cjs", ".js", ".ld"}
 
 @dataclass(frozen=True)
 class Passage:
-    """A piece of prose: its file, the line on which it begins, its kind, and its text."""
+    """A piece of prose: its file, first line, kind and text."""
 
     path: str
     line: int
@@ -60,12 +60,12 @@ class Passage:
 
     @property
     def words(self) -> int:
-        """The number of its words."""
+        """The number of words."""
         return len(_WORD.findall(self.text))
 
 
 def plain(text: str) -> str:
-    """Return a text on one line, with ``X`` for its code spans."""
+    """Return a text on one line, with code spans replaced by ``X``."""
     return _SPACE.sub(" ", _SPAN.sub(CODE, _ROLE.sub("", _FIELD.sub("", text)))).strip()
 
 
@@ -76,7 +76,7 @@ def _sentence_like(text: str) -> bool:
 
 
 def docstrings(source: str) -> Iterator[tuple[int, str]]:
-    """Yield the docstrings of a module and of its attributes, with their lines."""
+    """Yield all docstrings of a module, including those of attributes, with their lines."""
     for node in ast.walk(ast.parse(source)):
         body = getattr(node, "body", None)
         for child in body if isinstance(body, list) else ():
@@ -125,7 +125,7 @@ def _of_python(source: str, messages: bool) -> Iterator[tuple[int, str, str]]:
 
 
 def _comments(source: str) -> Iterator[tuple[int, str, str]]:
-    """Yield comments, those of adjacent lines together."""
+    """Yield comments. Those on adjacent lines are joined."""
     start, last, gathered = 0, -1, list[str]()
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type != tokenize.COMMENT:
@@ -145,7 +145,7 @@ def _comments(source: str) -> Iterator[tuple[int, str, str]]:
 
 
 def _messages(tree: ast.AST, documented: set[int]) -> Iterator[tuple[int, str, str]]:
-    """Yield strings that read like sentences, with ``X`` for every expression in them."""
+    """Yield strings that read like sentences, with expressions replaced by ``X``."""
     inner = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.JoinedStr):
@@ -220,7 +220,7 @@ def _of_hashes(text: str) -> Iterator[tuple[int, str, str]]:
 
 
 def _of_values(node: yaml.Node, key: str = "") -> Iterator[tuple[int, str, str]]:
-    """Yield the texts below a node of YAML or JSON, without those in a vendor's words."""
+    """Yield the texts below a YAML or JSON node, except vendors' words."""
     if isinstance(node, yaml.MappingNode):
         for name, value in node.value:
             if name.value not in VENDORS:
@@ -267,7 +267,7 @@ def _found(path: Path) -> Iterator[tuple[int, str, str]]:
 
 
 def files() -> list[Path]:
-    """Return the files of the checkout, without transcriptions and without examples of bad style."""
+    """Return the files of the checkout, except transcriptions and examples of bad style."""
     command = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     return [
@@ -278,7 +278,7 @@ def files() -> list[Path]:
 
 
 def passages(path: Path) -> list[Passage]:
-    """Return the passages of a file, in the order in which they are found."""
+    """Return the passages of a file."""
     name = path.relative_to(ROOT).as_posix()
     return [
         Passage(name, line, kind, text)
@@ -289,5 +289,5 @@ def passages(path: Path) -> list[Passage]:
 
 @cache
 def everything() -> tuple[Passage, ...]:
-    """Return the passages of the whole checkout."""
+    """Return all passages of the checkout."""
     return tuple(passage for path in files() for passage in passages(path))

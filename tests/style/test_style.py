@@ -1,4 +1,4 @@
-"""Plain English: no passage of the project has a phrase that reads like a literal translation."""
+"""The prose of the project has no phrases that read like a literal translation."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ ALLOWED = plain_yaml.load((HERE / "allowances.yaml").read_text(encoding="utf-8")
 OLD = plain_yaml.load((HERE / "old_sentences.yaml").read_text(encoding="utf-8"))
 
 PER_100_000_WORDS = 5
-"""Hits in 100,000 words of well-written documentation, at most."""
+"""Maximum number of hits in 100,000 words of well-written documentation."""
 
 FOUND_OF_OLD = 0.8
-"""Share of the old sentences that the patterns have to find."""
+"""Share of the old sentences that the patterns must find."""
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """A phrase to avoid, with a sentence that has it and the same sentence without it."""
+    """A phrase to avoid, with a sentence that contains it and a better sentence."""
 
     name: str
     pattern: re.Pattern[str]
@@ -39,7 +39,7 @@ class Pattern:
     under: tuple[str, ...]
 
     def hits(self, passage: Passage) -> Iterator[str]:
-        """Yield the places of a passage that have the phrase, with some words around each."""
+        """Yield each occurrence of the phrase in a passage, with some context."""
         if self.kinds and passage.kind not in self.kinds:
             return
         if self.under and not passage.path.startswith(self.under):
@@ -70,7 +70,7 @@ PATTERNS = [
 
 
 def hits(passages: Iterable[Passage]) -> Iterator[tuple[Passage, str]]:
-    """Yield every hit of a pattern: its passage, and a line for a person."""
+    """Yield the passage of every hit, and a line that describes the hit."""
     for passage in passages:
         for pattern in PATTERNS:
             for text in pattern.hits(passage):
@@ -78,7 +78,7 @@ def hits(passages: Iterable[Passage]) -> Iterator[tuple[Passage, str]]:
 
 
 def folder_of(path: str) -> str:
-    """Return the folder of a file that has an allowance of its own."""
+    """Return the folder whose allowance applies to a file."""
     return next((name for name in ALLOWED if path.startswith(f"{name}/")), ".")
 
 
@@ -137,7 +137,7 @@ def _foreign() -> Iterator[Path]:
 def _docstrings(path: Path) -> Iterator[Passage]:
     try:
         found = [*docstrings(path.read_text(encoding="utf-8"))]
-    except (SyntaxError, UnicodeDecodeError):  # data of tests
+    except (SyntaxError, UnicodeDecodeError):  # test data
         return
     for line, text in found:
         for at, paragraph in paragraphs(line, text):

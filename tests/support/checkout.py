@@ -1,4 +1,4 @@
-"""Where the parts of the checkout are."""
+"""Paths of the checkout."""
 
 from __future__ import annotations
 
@@ -8,4 +8,4 @@ ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
 SCHEMAS = ROOT / "spec" / "schema"
 SMALL_SPECS = TESTS / "generator"
-"""The folder of ``good_spec``, ``good_commands``, ``good_packets`` and other specs made for tests."""
+"""The folder with ``good_spec``, ``good_commands``, ``good_packets`` and other small specs for tests."""

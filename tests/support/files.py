@@ -1,4 +1,4 @@
-"""Files that tests write, and programs that they import."""
+"""Write files and import programs in tests."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from types import ModuleType
 
 
 def write_files(folder: Path, files: Mapping[str, str]) -> None:
-    """Write files of a folder: path -> text, as the generator renders them."""
+    """Write files (path -> text, as the generator renders them) to a folder."""
     for path, text in files.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_bytes(text.encode("utf-8"))

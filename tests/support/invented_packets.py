@@ -1,6 +1,6 @@
-"""A small invented protocol of packets, written by hand as the generator writes one, in any shape.
+"""A small invented packet protocol in several shapes, written by hand like generated code.
 
-What holds for it in every shape holds for the rule, and not for one protocol.
+A test that passes in every shape covers the rules of packet protocols and not just one protocol.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stagewire.protocols import (
 
 CCITT = Crc(size=2, polynomial=0x1021, initial=0xFFFF, reflected=False, final=0)
 
-# The parts in the usual order; then each part that may be missing missing; then odd places.
+# The usual order of parts, shapes without each optional part, and a shape with an unusual order.
 SHAPES = {
     "usual": Shape(
         order=("start", "length", "address", "id", "payload", "check", "end"),
@@ -52,7 +52,7 @@ SHAPES = {
 
 
 def framing_of(shape: Shape) -> dict[str, Any]:
-    """Return a shape as the model of the generator says it."""
+    """Return a shape in the form of the generator's model."""
     said: dict[str, Any] = {
         "kind": "packet", "maximum_length": shape.maximum,
         "order": list(shape.order), "start": list(shape.start),
@@ -82,14 +82,14 @@ def _check(check: Any) -> dict[str, Any]:
 
 
 def protocol_of(shape: Shape, name: str = "invented_packets") -> PacketProtocol:
-    """Return the protocol in a shape; its classes are its own, since a class belongs to one protocol."""
+    """Return the protocol in a shape, with new classes, since a class belongs to one protocol."""
 
     class Stop(PacketMessage):
         __slots__ = ()
         layout = Layout("STOP", 0x01, Direction.TO_CONTROLLER, "header", ())
 
     class SetAngle(PacketMessage):
-        """An integer of three bytes, and a reserved byte that may be left out."""
+        """An integer of three bytes, and a reserved byte that is optional."""
 
         __slots__ = ("angle", "reserved", "speed")
         layout = Layout(
@@ -121,7 +121,7 @@ def protocol_of(shape: Shape, name: str = "invented_packets") -> PacketProtocol:
             return self._struct.pack(angle, self.speed, self.reserved)
 
     class State(PacketMessage):
-        """What asks for the state has no payload; what answers has a short or a long one."""
+        """A request without a payload. The answer has a short or a long one."""
 
         __slots__ = ()
         layout = Layout("STATE", 0x03, Direction.BOTH, "header", ())
@@ -165,7 +165,7 @@ def protocol_of(shape: Shape, name: str = "invented_packets") -> PacketProtocol:
             return self._struct.pack(self.bits, self.label.encode("latin-1"))
 
     class Page(PacketMessage):
-        """As many bytes as a payload has room for."""
+        """A payload of the maximum length."""
 
         __slots__ = ("page",)
         layout = Layout("PAGE", 0x0D, Direction.TO_HOST, "data", ("page",), 32)

@@ -1,7 +1,7 @@
-"""A language server, spoken to as an editor does: JSON-RPC over its standard streams.
+"""A client of a language server, which communicates with JSON-RPC over standard streams like an editor.
 
-Only what the tests need of the Language Server Protocol: open a text, take its diagnostics, ask for
-completion and for what is shown over a word.
+It implements the parts of the Language Server Protocol that the tests need: opening a text, diagnostics,
+completion and hover.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ PATIENCE = 60  # seconds for one answer of a busy machine
 class LanguageServer:
     """A running server; use it in a ``with`` statement.
 
-    :param program: what Node.js runs.
-    :param language: of the files that are opened.
-    :param settings: what the server is told of each section that it asks for.
-    :param before: what Node.js runs before it.
+    :param program: script that Node.js runs.
+    :param language: language of the files.
+    :param settings: settings by section, sent when the server requests them.
+    :param before: script that Node.js runs first.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class LanguageServer:
         self._diagnostics: dict[str, list[dict[str, Any]]] = {}
         self._arrived: queue.Queue[dict[str, Any] | None] = queue.Queue()
         self.messages: list[str] = []
-        """What it showed or logged."""
+        """Messages that the server showed or logged."""
 
     def __enter__(self) -> LanguageServer:
         command = [*self._command, "--stdio"]
@@ -72,15 +72,15 @@ class LanguageServer:
         self._process.communicate(timeout=PATIENCE)
 
     def open(self, path: Path, text: str | None = None) -> list[dict[str, Any]]:
-        """Open a file, perhaps with another text than it has; return its diagnostics."""
+        """Open a file, optionally with another text; return its diagnostics."""
         texts = {path: path.read_text(encoding="utf-8") if text is None else text}
         return self.open_all(texts)[path]
 
     def open_all(self, texts: Mapping[Path, str]) -> dict[Path, list[dict[str, Any]]]:
-        """Open files with these texts, all at once; return the diagnostics of each."""
+        """Open several files with these texts; return the diagnostics of each."""
         for path, text in texts.items():
             self._diagnostics.pop(path.as_uri(), None)
-            self._version += 1  # it keeps what it made of a version
+            self._version += 1  # the server caches its results by version
             document = {
                 "uri": path.as_uri(),
                 "languageId": self._language,
@@ -90,7 +90,7 @@ class LanguageServer:
         return {path: self._wait(path) for path in texts}
 
     def close(self, *paths: Path) -> None:
-        """Close files; the server takes their diagnostics back."""
+        """Close files, and wait until the server clears their diagnostics."""
         for path in paths:
             self._diagnostics.pop(path.as_uri(), None)
             self._tell("textDocument/didClose", textDocument={"uri": path.as_uri()})
@@ -98,12 +98,12 @@ class LanguageServer:
             assert self._wait(path) == []
 
     def completion(self, path: Path, line: int, character: int) -> dict[str, dict[str, Any]]:
-        """Return what is offered at a place of an open file, by its label."""
+        """Return the completion items at a position of an open file, by label."""
         answer = self._ask("textDocument/completion", **_place(path, line, character))
         return {item["label"]: item for item in answer["items"]}
 
     def hover(self, path: Path, line: int, character: int) -> str:
-        """Return what is shown over a place of an open file."""
+        """Return the hover text at a position of an open file."""
         answer = self._ask("textDocument/hover", **_place(path, line, character))
         return str(answer["contents"]["value"]) if answer else ""
 
@@ -131,7 +131,7 @@ class LanguageServer:
         self._process.stdin.flush()
 
     def _read(self) -> None:
-        """Take the server's messages from its stream, in a thread of its own."""
+        """Read the server's messages from its output, in a separate thread."""
         stream = self._process.stdout
         assert stream
         while True:
@@ -146,7 +146,7 @@ class LanguageServer:
             self._arrived.put(json.loads(stream.read(length)))
 
     def _take(self) -> None:
-        """Wait for one message of the server and act upon it."""
+        """Wait for one message of the server and process it."""
         message = self._arrived.get(timeout=PATIENCE)
         if message is None:
             raise EOFError("the language server has ended")
@@ -158,7 +158,7 @@ class LanguageServer:
             self._diagnostics[params["uri"]] = params["diagnostics"]
         elif method in ("window/showMessage", "window/logMessage"):
             self.messages.append(params["message"])
-        elif "id" in message:  # a question of the server
+        elif "id" in message:  # a request of the server
             result: Any = None
             if method == "workspace/configuration":
                 result = [self._settings.get(item["section"]) for item in params["items"]]

@@ -1,4 +1,4 @@
-"""The fenced blocks of Markdown documents: where they stand, and in which language they are."""
+"""The fenced code blocks of Markdown documents."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _PRINTED = re.compile(r"print\(.*\) +# (.*)$", re.M)
 
 @dataclass(frozen=True)
 class Block:
-    """One fenced block: where it stands, its language and text, and the file that it is, if any.
+    """A fenced block: its section and line, its language and text, and optionally its file.
 
-    A paragraph that begins with ``File `path```` makes the next block that file; with ``In `path```` the next
-    block is added to its end. Below a paragraph that is ``<!-- goes on -->`` a block goes on where the one
-    before it ended.
+    After a paragraph that starts with ``File `path````, the next block is the content of that file; after
+    ``In `path````, it is appended to the file. After the paragraph ``<!-- goes on -->``, a block continues
+    the block before it.
     """
 
     section: str
@@ -32,12 +32,12 @@ class Block:
 
     @property
     def first(self) -> str:
-        """The first line without its comment: by it a block is named."""
+        """The first line without its comment, which identifies the block."""
         return re.sub(r"\s{2,}#.*", "", self.text.partition("\n")[0])
 
 
 def blocks(document: Path, language: str | None = None) -> Iterator[Block]:
-    """Yield the blocks of a document in order, all or those of a language."""
+    """Yield the blocks of a document in order, or only those in one language."""
     page = document.read_text(encoding="utf-8")
     end = 0
     for found in _BLOCK.finditer(page):
@@ -57,5 +57,5 @@ def blocks(document: Path, language: str | None = None) -> Iterator[Block]:
 
 
 def said(block: Block) -> list[str]:
-    """Return what a block of Python says that it prints: a comment behind a ``print`` is its line."""
+    """Return the output that a Python block shows in the comments after ``print`` calls."""
     return _PRINTED.findall(block.text)

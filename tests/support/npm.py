@@ -1,4 +1,4 @@
-"""Programs of npm that tests run: installed once, below ``.venv``, as a lock file says."""
+"""npm programs for tests, installed once below ``.venv`` from a lock file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from checkout import ROOT
 
 
 def node_modules(room: Path) -> Path:
-    """Return the folder with what ``package-lock.json`` in a room of the tests names.
+    """Return the folder with the packages of ``package-lock.json`` in a folder of the tests.
 
-    Its parent is named after the lock file. Test processes may meet here: each installs into a folder of
-    its own, and one of these gets the name. Fails the test where there is no npm.
+    The name of its parent depends on the lock file. Several test processes may install at the same time: each
+    uses a temporary folder, and the first one renames it. Fails the test if npm is missing.
     """
     lock = room / "package-lock.json"
     folder = ROOT / ".venv" / room.name / hashlib.sha256(lock.read_bytes()).hexdigest()[:16]
@@ -25,7 +25,7 @@ def node_modules(room: Path) -> Path:
         return folder / "node_modules"
     npm = shutil.which("npm")
     if npm is None:
-        pytest.fail(f"the tests in {room.name} need Node.js, 18 or later, with npm")
+        pytest.fail(f"the tests in {room.name} require Node.js 18 or later, with npm")
     part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
     part.mkdir(parents=True)
     for name in ("package.json", lock.name):

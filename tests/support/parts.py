@@ -1,4 +1,4 @@
-"""Cases of which `make test` runs a part, and `make test-all` every one."""
+"""Parameters of which `make test` runs some, and `make test-all` all."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import pytest
 
 
 def chosen(cases: Iterable[Any], by: Callable[[Any], bool]) -> list[Any]:
-    """Return cases as parameters; those for which ``by`` does not hold belong to the matrix.
+    """Return cases as parameters. Those for which ``by`` is false belong to the matrix.
 
-    A case that is a tuple has a value for each parameter.
+    A tuple has a value for each parameter of the test.
     """
     return [case if by(case) else _in_the_matrix(case) for case in cases]
 
 
 def every_nth(cases: Iterable[Any], nth: int) -> list[Any]:
-    """Return cases as parameters; all but the first of ``nth`` belong to the matrix."""
+    """Return cases as parameters. All except every ``nth`` belong to the matrix."""
     number = count()
     return chosen(cases, lambda case: next(number) % nth == 0)
 
 
 def first_of(cases: Iterable[Any], first: int = 1) -> list[Any]:
-    """Return cases as parameters; all but the first ones belong to the matrix."""
+    """Return cases as parameters. All except the first ``first`` belong to the matrix."""
     number = count()
     return chosen(cases, lambda case: next(number) < first)
 

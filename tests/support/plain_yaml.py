@@ -1,4 +1,4 @@
-"""Reads YAML with libyaml, which is ten times as fast as the parser in Python."""
+"""Read YAML with libyaml, which is ten times as fast as the Python parser."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load(text: str) -> Any:
-    """Return the data of a text."""
+    """Return the data of a YAML text."""
     return yaml.load(text, Loader=_LOADER)
 
 
 @cache
 def read(path: Path) -> Any:
-    """Return the data of a file that no test changes; the data is shared and must not be changed."""
+    """Return the data of a file that no test changes. The data is shared and must not be modified."""
     return load(path.read_text(encoding="utf-8"))

@@ -1,7 +1,7 @@
-"""For tests that run the command in this process again and again: its parsers and what is installed are kept.
+"""Run the command repeatedly in one process, with cached parsers and entry points.
 
-Typer makes the parsers of all commands for each call, and each call looks through everything that is
-installed for entry points. Both take longer than most commands do.
+For each call, Typer creates the parsers of all commands, and the command searches all installed packages for
+entry points. Both take longer than most commands.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _find = metadata.entry_points
 
 @contextmanager
 def quick_command() -> Iterator[None]:
-    """Make parsers once, and look for entry points once, until the block ends."""
+    """Create parsers and search entry points only once until the block ends."""
     with entry_points_once(), pytest.MonkeyPatch.context() as patch:
         parsers = _parsers()
         patch.setattr(stagewire_cli.main, "command", lambda arguments=(): parsers)
@@ -32,7 +32,7 @@ def quick_command() -> Iterator[None]:
 
 @contextmanager
 def entry_points_once() -> Iterator[None]:
-    """Look for entry points once for each import path, until the block ends."""
+    """Search entry points only once for each import path until the block ends."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(metadata, "entry_points", _entry_points)
         yield

@@ -1,4 +1,4 @@
-"""For tests that ask many codecs the same cases: the cases are planned once."""
+"""Plan the cases only once for tests that run them with many codecs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stagewire_conformance.testees.runner import plan
 
 @contextmanager
 def quick_plans() -> Iterator[None]:
-    """Plan the cases of the same protocols, seed and testee once, until the block ends."""
+    """Plan the cases of equal protocols, seed and testee only once until the block ends."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runner, "plan", _planned)
         yield

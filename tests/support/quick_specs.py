@@ -1,7 +1,7 @@
-"""For tests that check a spec again and again, with one file changed: what is as it was is not done again.
+"""Cache the work on unchanged parts of a spec, for tests that check it repeatedly with one file changed.
 
-A file that was found good is read and held against its schema once; a protocol whose files are all the
-same is checked once, and rendered once. That is nine tenths of the time, and what comes out is the same.
+A valid file is read and validated against its schema only once. A protocol whose files are unchanged is
+checked and rendered only once. This saves nine tenths of the time and does not change the results.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from stagewire_generator import pipeline, reader, strict_yaml
 from stagewire_generator.strict_yaml import Document
 from stagewire_generator.targets import templates
 
-MOST = 16  # protocols in a spec, and some more
+MOST = 16  # more than the protocols in a spec
 
 
 @contextmanager
 def quick_specs() -> Iterator[None]:
-    """Do nothing twice of what was good, until the block ends."""
+    """Reuse the results of valid files and protocols until the block ends."""
     with pytest.MonkeyPatch.context() as patch:
         _read_once(patch)
         _check_once(patch)
@@ -34,7 +34,7 @@ def quick_specs() -> Iterator[None]:
 
 
 class _Recent:
-    """What was made of the same things before, as long as it was used lately."""
+    """A cache of recently used results."""
 
     def __init__(self) -> None:
         self._kept: OrderedDict[Hashable, Any] = OrderedDict()
@@ -42,7 +42,7 @@ class _Recent:
     def get(
         self, key: Hashable, make: Callable[[], Any], good: Callable[[], bool] = lambda: True
     ) -> Any:
-        """Return what was made for a key, or make it, and keep it if it is good."""
+        """Return the cached result for a key, or make it and cache it if it is good."""
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
@@ -55,9 +55,9 @@ class _Recent:
 
 
 def _read_once(patch: pytest.MonkeyPatch) -> None:
-    """Read and validate what was found good once, and is the same, not again."""
+    """Read and validate a valid file only once while it is unchanged."""
     load, valid = strict_yaml.load, reader.fits_schema
-    good: dict[tuple[str, bytes], Document] = {}  # all are kept, so that none has another one's id
+    good: dict[tuple[str, bytes], Document] = {}  # all are kept, so that no id is reused
     seen: dict[int, Document] = {}
 
     def load_once(path: Path, name: str, diagnostics: Any, **options: Any) -> Document | None:
@@ -85,7 +85,7 @@ def _read_once(patch: pytest.MonkeyPatch) -> None:
 
 
 def _check_once(patch: pytest.MonkeyPatch) -> None:
-    """Check a protocol in which nothing was wrong, and its overlays, not again while no file changes."""
+    """Check a valid protocol and its overlays only once while no file changes."""
     alone, overlays = pipeline.check_protocol, pipeline.check_overlays
     checked, over = _Recent(), _Recent()
 
@@ -115,7 +115,7 @@ def _check_once(patch: pytest.MonkeyPatch) -> None:
 
 
 def _compile_once(patch: pytest.MonkeyPatch) -> None:
-    """Compile our own templates not again; those of a user are theirs."""
+    """Compile the built-in templates only once. Templates of a user are always compiled."""
     made = templates.Templates
     ours = made()
     patch.setattr(templates, "Templates", lambda folder=None: made(folder) if folder else ours)
@@ -125,7 +125,7 @@ def _rendered_once(target: Callable[..., dict[str, str]]) -> Callable[..., dict[
     made = _Recent()
 
     def render(protocol: Any, templates: Any) -> dict[str, str]:
-        # what is kept keeps the protocol and the templates, so that no others have their ids
+        # the cache keeps the protocol and the templates, so that their ids are not reused
         *_, files = made.get(
             (id(protocol), id(templates)),
             lambda: (protocol, templates, target(protocol, templates)),

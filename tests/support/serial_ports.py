@@ -1,4 +1,4 @@
-"""Serial ports that are not there, as pyserial describes them on each system."""
+"""Fake serial ports, as pyserial describes them on each system."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from serial.tools.list_ports_common import ListPortInfo
 
 
 def port(device: str, **facts: object) -> ListPortInfo:
-    """What pyserial says of a port; what a system does not tell stays as pyserial leaves it."""
+    """Return a port with these facts; all others keep the defaults of pyserial."""
     info = ListPortInfo(device, skip_link_detection=True)
     for name, value in facts.items():
         setattr(info, name, value)
@@ -29,7 +29,7 @@ def linux(device: str, serial_number: str, pid: int = 0xFAF0, maker: str = "Thor
 
 
 def windows(device: str, serial_number: str):
-    """The driver of the chip adds a letter to the serial number, and hides maker and product."""
+    """Return a port on Windows, where the driver adds a letter to the serial number and hides the product."""
     return port(
         device,
         vid=0x0403,
@@ -52,5 +52,5 @@ def macos(device: str, serial_number: str):
 
 
 def show(monkeypatch: pytest.MonkeyPatch, *infos: ListPortInfo) -> None:
-    """Have the computer show these serial ports, and no others."""
+    """Make pyserial list only these serial ports."""
     monkeypatch.setattr(list_ports, "comports", lambda: list(infos))

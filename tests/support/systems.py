@@ -1,7 +1,7 @@
-"""Tests that only some systems can run: elsewhere they are skipped, with the reason.
+"""Skip tests that a system cannot run, with the reason.
 
-A test that needs a compiler, a shell or a call of the system has a row in this table, or a ``skipif`` of
-its own. Linux runs every row.
+A test that needs a compiler, a shell or a system call has a row in this table or a ``skipif`` mark. Linux
+runs every row.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ POSIX = ("linux", "darwin")
 NEEDS = {
     "packaging/build_systems/": (LINUX, "runs make, CMake and the compilers of Linux"),
     "generated/c/": (LINUX, "runs the compilers, emulators and checkers of Linux"),
-    "fuzz/": (POSIX, "limits the time of a case by SIGALRM"),
+    "fuzz/": (POSIX, "limits the time of a case with SIGALRM"),
     "generator/change/test_change_revision.py::test_git_cannot_be_run": (
         POSIX,
-        "needs a file's mode",
+        "requires file modes",
     ),
     "generator/formatting/test_formatting_files.py::test_a_file_keeps_its_mode_and_nothing_lies_beside_it": (
         POSIX,
-        "needs a file's mode",
+        "requires file modes",
     ),
-    "generator/test_output.py::test_a_pipe_in_the_place_of_a_file": (POSIX, "needs named pipes"),
+    "generator/test_output.py::test_a_pipe_in_the_place_of_a_file": (POSIX, "requires named pipes"),
     "generator/targets/test_templates.py::test_everything_that_is_wrong_with_files_is_reported": (
         POSIX,
-        "needs named pipes",
+        "requires named pipes",
     ),
-    "injection/test_injected_files.py": (POSIX, "Windows refuses these names of files"),
-    "project/test_demo.py": (POSIX, "needs make and a POSIX shell"),
+    "injection/test_injected_files.py": (POSIX, "Windows does not allow these file names"),
+    "project/test_demo.py": (POSIX, "requires make and a POSIX shell"),
     "packaging/test_third_party.py::test_the_c_code_of_the_project_compiles": (
         LINUX,
         "runs gcc and g++",
@@ -44,13 +44,13 @@ NEEDS = {
         LINUX,
         "runs gcc",
     ),
-    "documentation/walkthrough/": (POSIX, "needs bash and Perl"),
+    "documentation/walkthrough/": (POSIX, "requires bash and Perl"),
 }
-"""Folder, file or test below ``tests/``: the systems that run it, and the reason to skip it on others."""
+"""Folder, file or test below ``tests/`` -> the systems that run it, and the reason to skip it on others."""
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    """Leave out the tests of C on Windows: processes share what they build by ``fcntl``."""
+    """Ignore the C tests on Windows: their processes share build results through ``fcntl``."""
     return (
         True if collection_path == TESTS / "generated" / "c" and not _installed("fcntl") else None
     )
@@ -64,7 +64,7 @@ def _installed(module: str) -> bool:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip what this system cannot run."""
+    """Skip the tests that this system cannot run."""
     refused = {row: why for row, (systems, why) in NEEDS.items() if sys.platform not in systems}
     for item in items:
         if item.path.is_relative_to(TESTS):

@@ -1,4 +1,4 @@
-"""The invented protocol of packets as an installed package; what stands in it is written by hand."""
+"""The invented packet protocol as an installed package. Its files are written by hand."""
 
 from invented_packets import PROTOCOL
 
