@@ -1,4 +1,4 @@
-"""Compile the templates of the generator, for a wheel or for an editable installation."""
+"""Compile the templates of the generator for a wheel or an editable installation."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ IN_THE_WHEEL = "stagewire_generator/targets/compiled"
 
 
 class CompiledTemplates(BuildHookInterface[Any]):
-    """Lets a wheel carry the templates as Python modules."""
+    """Build hook that adds the templates to a wheel as Python modules."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile the templates of the tree that is built."""
+        """Compile the templates of the source tree."""
         ours = runpy.run_path(str(Path(self.root, TARGETS, "environment.py")))
         if version == "editable":
             ours["compile_templates"](ours["COMPILED"])

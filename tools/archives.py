@@ -1,10 +1,10 @@
-"""Build the archives of a release: sdist and wheel, and ``stagewire-c-VERSION.tar.gz`` for users of C.
+"""Build the archives of a release: sdist, wheel, and ``stagewire-c-VERSION.tar.gz`` for C users.
 
     python tools/archives.py --out dist
 
-The archive for C holds the packages with their tests, the JSON of registries and vectors, the licence and the
-page about the C. The same commit gives the same bytes, with the same versions of hatchling and Jinja: files
-are sorted, and all have the time of ``SOURCE_DATE_EPOCH`` or else of the commit.
+The C archive contains the packages with their tests, the registries and vectors as JSON, the licence, and the
+pages about C and the vectors. With the same versions of hatchling and Jinja, the same commit gives the same
+bytes: files are sorted, and all have the time of ``SOURCE_DATE_EPOCH`` or of the commit.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ PAGES = ("LICENSE", "docs/reference/c.md", "docs/reference/vectors.md")
 
 
 def c_files() -> dict[str, bytes]:
-    """Return path -> content of the archive for C."""
+    """Return the files of the C archive: path -> content."""
     made = render(check(ROOT / "spec"), TARGETS)
     files = {path: text.encode("utf-8") for path, text in made.items()}
     return files | {path: (ROOT / path).read_bytes() for path in PAGES}
 
 
 def c_archive(epoch: int) -> bytes:
-    """Return the archive for C; all of its files have this time."""
+    """Return the C archive, in which all files have this time."""
     packed = io.BytesIO()
     with (
         gzip.GzipFile(filename="", mode="wb", fileobj=packed, mtime=epoch) as stream,

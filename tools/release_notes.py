@@ -1,8 +1,8 @@
-"""Print the section of a version of CHANGELOG.md: the notes of its release.
+"""Print the release notes of a version, which are its section of CHANGELOG.md.
 
     python tools/release_notes.py 0.2.0
 
-It fails when ``pyproject.toml`` has another version, when the section is missing, empty or without a date.
+It fails if ``pyproject.toml`` has another version, or if the section is missing, empty or without a date.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def notes(version: str, root: Path = ROOT) -> str:
-    """Return the section of a version, without its heading; raises ValueError when it cannot be released."""
+    """Return the section of a version without its heading; raise ValueError if it cannot be released."""
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     if version != project["version"]:
         raise ValueError(f"pyproject.toml has version {project['version']}, not {version}")
@@ -36,7 +36,7 @@ def notes(version: str, root: Path = ROOT) -> str:
 
 
 def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
-    """Print the notes; exit status 1 when there are none."""
+    """Print the notes; return 1 if the version cannot be released."""
     parser = argparse.ArgumentParser(description="Print the notes of a release.")
     parser.add_argument("version", help="the version to release, such as 0.2.0")
     try:

@@ -1,9 +1,9 @@
-"""Generate the half of the library for threads from its asyncio half.
+"""Generate the synchronous half of the library from its asyncio half.
 
-``python tools/unasync.py`` writes the modules; ``--check`` writes nothing, names the modules that differ and
-exits with status 1. Each module of the asyncio half is copied with the substitutions of ``WORDS``, and those
-of ``PASSAGES`` for real differences, such as a parameter that only threads need. Ruff formats the copy. A
-passage that does not occur is an error, so that no entry outlives its reason.
+``python tools/unasync.py`` writes the modules. ``--check`` writes nothing, lists the modules that differ and
+exits with status 1 if there are any. Each module of the asyncio half is copied with the substitutions in
+``PASSAGES``, for real differences such as a parameter that only threads need, and those in ``WORDS``. Ruff
+formats the copy. A passage that does not occur is an error, so that outdated entries are removed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MODULES: Final = {
     "_sessions/asynchronous.py": "_sessions/synchronous.py",
     "_devices/asynchronous": "_devices/synchronous",
 }
-"""Modules, or folders of modules, of the asyncio half, and where their copies are."""
+"""Modules or folders of the asyncio half -> their copies."""
 
 WORDS: Final = (
     (r"\basync (?=def |with |for )", ""),
@@ -43,7 +43,7 @@ WORDS: Final = (
     (r", as calls to be awaited\b", ", as plain calls"),
     (r"\bopen and not started; it belongs\b", "open; it belongs"),
 )
-"""Regular expressions and their replacements, in the order in which they are applied."""
+"""Regular expressions and their replacements, in order."""
 
 _BACKGROUND: Final = (
     (
@@ -83,7 +83,7 @@ PASSAGES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ),
     ),
 }
-"""By module, passages of its text and their replacements. They come before the words."""
+"""Module -> passages of its text and their replacements, applied before ``WORDS``."""
 
 
 def pairs() -> Iterator[tuple[Path, Path]]:
@@ -97,9 +97,9 @@ def pairs() -> Iterator[tuple[Path, Path]]:
 
 
 def generated(source: Path) -> str:
-    """Return the copy of a module for threads.
+    """Return the synchronous copy of a module.
 
-    Raises :class:`ValueError` for a passage that its text does not have.
+    Raises :class:`ValueError` if a passage does not occur in its text.
     """
     name = source.relative_to(PACKAGE).as_posix()
     text = source.read_text(encoding="utf-8")
@@ -124,7 +124,7 @@ def _ruff(text: str, *arguments: str) -> str:
 
 
 def drift() -> dict[Path, str | None]:
-    """Return the copies that differ from what is generated, with their text; None for one without source."""
+    """Return the outdated copies with their new text, or None for a copy without a source."""
     expected = {copy: generated(source) for source, copy in pairs()}
     found: dict[Path, str | None] = {
         copy: text
@@ -140,7 +140,7 @@ def main() -> int:
     """Write or check the copies; return the exit status."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
-        "--check", action="store_true", help="write nothing; status 1 on a difference"
+        "--check", action="store_true", help="write nothing; exit with status 1 if a copy differs"
     )
     check = parser.parse_args().check
     different = drift()

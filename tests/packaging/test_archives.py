@@ -107,7 +107,7 @@ def test_the_c_archive_passes_its_own_tests(packed: bytes, package: str, tmp_pat
     with tarfile.open(fileobj=io.BytesIO(packed), mode="r:gz") as archive:
         archive.extractall(tmp_path, filter="data")
     folder = tmp_path / f"stagewire-c-{stagewire.__version__}"
-    *_, commands = blocks(folder / "docs" / "c.md", "sh")
+    *_, commands = blocks(folder / "docs" / "reference" / "c.md", "sh")
     testing = f"{package}/testing"
     testee = f"testing/testee/*.c {testing}/layouts.c {testing}/testee.c {package}/{package}.c"
     script = f"""
