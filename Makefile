@@ -1,26 +1,26 @@
-# These do everything on a fresh machine, set-up included:
-#   make demo      check the spec, regenerate every binding, run all worked examples, move a virtual stage
-#   make test      formatting, types, import rules, and the tests of every room: five minutes on two cores
+# These targets run on a fresh machine and include the set-up:
+#   make demo      check the spec, regenerate all code, run all worked examples, move a virtual stage
+#   make test      formatting, types, import rules, and the tests of all folders: five minutes on two cores
 #   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages
-# The rest takes longer or needs a quiet machine:
-#   make coverage  the coverage of the library and the virtual controllers against its floor
-#   make bench     speed and memory against their bounds
-#   make soak      256 virtual controllers for a minute, and as many sessions; a day of ten axes; eight threads;
+# These targets take longer or need a quiet machine:
+#   make coverage  the coverage of the library and the virtual controllers, compared with its floor
+#   make bench     speed and memory, compared with their limits
+#   make soak      256 virtual controllers for a minute, and 256 sessions; a day of ten axes; eight threads;
 #                  the conformance suite on every unit in real time
-#   make fuzz      thirty million executions of the codecs, everything that a user can feed to the command, and that a
-#                  host can say to a virtual controller
-# For a release, make archives builds the sdist, the wheel and the archive for C in dist/.
-# Each has its own virtual environment below .venv/.
+#   make fuzz      thirty million executions of the codecs, all kinds of user input for the command, and all kinds
+#                  of bytes for the virtual controllers
+# For a release, make archives builds the sdist, the wheel and the C archive in dist/.
+# The targets use separate virtual environments below .venv/.
 
 PYTHON ?= python3
 SPEC := spec
 OUT := generated
-# make test runs the unit tests first, so that most failures show within two minutes.
+# make test runs the unit tests first, so that most failures appear within two minutes.
 UNITS := structure runtime generator
 PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS) --dist worksteal
-# One worker more than there are cores: some tests only wait.
+# One worker more than the number of cores, since some tests only wait.
 WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
-# Processor seconds that make test may take on two cores; make test-all fails above it.
+# Limit in seconds of the processor time of make test on two cores. make test-all fails above it.
 BUDGET ?= 540
 
 BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency silent framing_time \
@@ -31,13 +31,13 @@ C_EXECUTIONS := 20000000
 SECONDS := 60
 SEED := 1
 
-# The tests whose coverage has a floor: what runs on every message and every motion, in three minutes of processor time.
+# Tests whose coverage has a floor: the code of every message and motion, in three minutes of processor time.
 COVERED := tests/runtime tests/virtual --ignore=tests/runtime/devices
 
-# The tests start hundreds of short processes; without bytecode each of them would compile the packages again.
+# The tests start hundreds of short processes. Without bytecode, each of them would compile the packages again.
 unexport PYTHONDONTWRITEBYTECODE
 
-# The steps of a command run one after the other; pytest uses all cores.
+# Steps run one after the other; pytest uses all cores.
 .NOTPARALLEL:
 
 .PHONY: demo test test-all checks units others matrix coverage tools generate format archives c-sizes bench soak fuzz clean
@@ -45,14 +45,14 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
 	@.venv/demo/bin/stagewire check $(SPEC)
-	@echo "== every binding, regenerated in memory and compared byte by byte"
+	@echo "== all generated code: regenerated in memory and compared byte by byte"
 	@.venv/demo/bin/stagewire generate --spec $(SPEC) --out $(OUT) --check
-	@echo "== every worked example of the documents, in both directions; for the table of all of them:"
+	@echo "== all worked examples of the documents, in both directions; to list them:"
 	@echo "   .venv/demo/bin/stagewire conformance examples"
 	@.venv/demo/bin/stagewire conformance examples --summary
-	@echo "== a virtual controller in real time: the library opens it, homes and moves the stage"
+	@echo "== a virtual controller in real time: the library connects, homes and moves the stage"
 	@.venv/demo/bin/python examples/python/home_and_move.py
-	@echo "== the same bytes by hand, on the controller's own clock"
+	@echo "== the same bytes by hand, on the clock of the virtual controller"
 	@.venv/demo/bin/python examples/python/in_memory.py
 
 test: .venv/test/ready tools
@@ -64,7 +64,7 @@ test-all: test matrix
 	@.venv/test/bin/python tests/run_report.py --measured build/test.json --budget $(BUDGET) \
 		build/junit-units.xml build/junit-others.xml build/junit-matrix.xml
 
-# The steps of make test and make test-all, each for itself.
+# The separate steps of make test and make test-all.
 checks: .venv/test/ready
 	.venv/test/bin/ruff check .
 	.venv/test/bin/ruff format --check .
@@ -81,11 +81,11 @@ others: .venv/test/ready
 matrix: .venv/test/ready
 	$(PYTEST) -m matrix --junitxml=build/junit-matrix.xml
 
-# Lines and branches of the library and the virtual controllers that these tests reach; the floor is fail_under in pyproject.toml.
+# Line and branch coverage of the library and the virtual controllers. The floor is fail_under in pyproject.toml.
 coverage: .venv/test/ready
 	.venv/test/bin/python -m pytest -q -n $(WORKERS) -m "not matrix" --cov --cov-report=term $(COVERED)
 
-# Compilers, emulators and checkers of C, where they can be installed without a password; else it says what is missing.
+# Install compilers, emulators and checkers for C if no password is needed. Otherwise list the missing ones.
 tools:
 	@$(PYTHON) tests/generated/c/tools.py install
 
@@ -99,7 +99,7 @@ format: .venv/test/ready
 archives: .venv/test/ready
 	.venv/test/bin/python tools/archives.py --out dist
 
-# The committed table of code sizes; REASON says why they change, and stays in the table.
+# Update the committed table of code sizes. REASON states why they change, and is kept in the table.
 c-sizes: .venv/test/ready tools
 	.venv/test/bin/python tests/generated/c/sizes.py --renew "$(REASON)"
 
@@ -130,7 +130,7 @@ fuzz: .venv/fuzz/ready tools
 .venv/fuzz/ready: pyproject.toml
 	$(call environment,fuzz,fuzz)
 
-# $(1) the environment, $(2) the extra; made anew when pyproject.toml changes
+# $(1) is the environment, $(2) the extra. The environment is recreated when pyproject.toml changes.
 define environment
 @echo "== setting up .venv/$(1) (once; a minute or two)"
 @rm -rf .venv/$(1)
@@ -139,13 +139,13 @@ define environment
 @touch $@
 endef
 
-# $(1) the environment, $(2) programs of benchmarks/; all run, and then it fails if one did
+# $(1) is the environment, $(2) are programs of benchmarks/. All of them run; then it fails if one of them failed.
 define programs
 @failed=; for program in $(2); do \
 	echo "== $$program"; \
 	.venv/$(1)/bin/python benchmarks/$$program.py || failed="$$failed $$program"; \
 done; \
-test -z "$$failed" || { echo "over a bound:$$failed"; exit 1; }
+test -z "$$failed" || { echo "failed:$$failed"; exit 1; }
 endef
 
 clean:
