@@ -51,7 +51,7 @@ LONG = {
     "stagewire format --check spec": "8 s",
     "stagewire format spec": "8 s",
 }
-"""Lines that only `make test-all` runs, each with its CPU time."""
+"""Lines that only `make test-all` runs, each with its processor time."""
 
 BY_MACHINE = {
     "stagewire doctor": "exits with 1 on a machine without a controller",

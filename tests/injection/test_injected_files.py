@@ -64,7 +64,7 @@ def test_names_of_files_cannot_control_a_terminal(spec: Path, name: str) -> None
     assert {code for _, code in refused(spec)} == {"SW004", "SW010"}
 
 
-def test_a_file_name_that_is_not_unicode_is_accepted(spec: Path) -> None:
+def test_diagnostics_can_name_a_file_whose_name_is_not_unicode(spec: Path) -> None:
     raw = os.fsencode(spec / "tiny" / "messages") + b"/\xff.yaml"
     try:
         Path(os.fsdecode(raw)).write_text("chapter: 010\n", encoding="utf-8")
