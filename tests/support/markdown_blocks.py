@@ -17,9 +17,9 @@ _PRINTED = re.compile(r"print\(.*\) +# (.*)$", re.M)
 class Block:
     """A fenced block: its section and line, its language and text, and optionally its file.
 
-    After a paragraph that starts with ``File `path````, the next block is the content of that file; after
-    ``In `path````, it is appended to the file. After the paragraph ``<!-- goes on -->``, a block continues
-    the block before it.
+    After a paragraph that starts with "File" and a path in backticks, the next block is the content of that
+    file. After "In" and a path, the block is appended to the file. After the paragraph ``<!-- goes on -->``,
+    a block continues the block before it.
     """
 
     section: str
