@@ -1,10 +1,10 @@
-"""Public modules whose names are imported when they are first used."""
+"""Lazy imports for public modules: each name is imported when it is first used."""
 
 from __future__ import annotations
 
 import sys
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Any
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 def lazy(module: str, places: Mapping[str, str]) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a public module.
 
-    :param places: private module -> the names that it gives, separated by spaces; ``here=there`` is published
-        under the second name.
+    :param places: private module -> the names it defines, separated by spaces; ``here=there`` publishes
+        ``here`` as ``there``.
     """
     found: dict[str, tuple[str, str]] = {}
     for place, names in places.items():

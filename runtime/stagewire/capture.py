@@ -1,4 +1,4 @@
-"""A recorded session: what host and controller said to each other on one line, and when; as text.
+"""Captures: recorded sessions as text, with the bytes between host and controller and their times.
 
 ::
 
@@ -7,12 +7,12 @@
     0.001250 < 06 00 54 00 81 50  # the first bytes of HW_GET_INFO
     # 0.200000 the line was cut
 
-The first line names format, version and protocol, and the unit if it is known. Every other line is a time
-in seconds since the recording began, ``>`` for what the host said or ``<`` for what the controller said, and
-bytes in hex, as they passed: a frame, a part of one, or several. What follows ``#`` is for people; a line may
-be blank, or a comment alone. Times never go back.
+The first line names the format, its version, the protocol and, if known, the unit. Each of the other lines
+holds a time in seconds since the recording began, a direction (``>`` from the host, ``<`` from the
+controller) and bytes in hex as they were transferred: one frame, part of one, or several. Text after ``#`` is
+a comment. A line may be blank or only a comment. Times never decrease.
 
-Nothing here knows a message; what a comment says of the bytes is said by who writes it.
+This module does not decode messages. The program that writes a capture chooses its comments.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _MAGIC: Final = "# stagewire capture "
 _VERSION: Final = "1"
 _SECOND: Final = 1_000_000_000
 _LONGEST_LINE: Final = 1 << 20  # characters
-_LONGEST_WRITTEN: Final = 1 << 16  # bytes in a line; what is longer takes several
+_LONGEST_WRITTEN: Final = 1 << 16  # bytes per line; longer data takes several lines
 _BLOCK: Final = 1 << 16
 
 _BEGINNING = re.compile(re.escape(_MAGIC) + "[0-9]")
@@ -52,12 +52,12 @@ _MARKS: Final = {direction: mark for mark, direction in _DIRECTIONS.items()}
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """What the first line of a capture says.
+    """The first line of a capture.
 
-    :param protocol: name of the protocol that was spoken.
+    :param protocol: name of the protocol.
     :param unit: name of the unit, if it is known.
 
-    Raises :class:`~stagewire.errors.BadValueError` for a name that is none.
+    Raises :class:`~stagewire.errors.BadValueError` for an invalid name.
     """
 
     protocol: str
@@ -66,7 +66,7 @@ class Heading:
     def __post_init__(self) -> None:
         for name in (self.protocol, self.unit):
             if name is not None and not _WORD.match(name):
-                raise BadValueError(f"{name!r} is no name of a protocol or unit")
+                raise BadValueError(f"{name!r} is not a valid name of a protocol or unit")
 
     def __str__(self) -> str:
         unit = f" unit={self.unit}" if self.unit else ""
@@ -75,13 +75,13 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """Bytes that passed.
+    """Bytes that were transferred.
 
     :param time: when, in nanoseconds since the recording began.
     :param direction: which way.
     :param data: the bytes.
-    :param comment: what was written behind them, for people.
-    :param line: number of the line in the capture.
+    :param comment: the comment after the bytes.
+    :param line: line number in the capture.
     """
 
     time: int
@@ -100,10 +100,10 @@ class Capture:
 
 
 class CaptureWriter:
-    """Writes a capture line by line, as things happen; when lines are flushed is up to ``out``.
+    """A writer of captures. It writes line by line and leaves flushing to ``out``.
 
-    :param out: where to; the heading is written at once.
-    :param heading: what was recorded.
+    :param out: the text file; the heading is written immediately.
+    :param heading: the first line.
     """
 
     def __init__(self, out: TextIO, heading: Heading) -> None:
@@ -112,15 +112,14 @@ class CaptureWriter:
         out.write(f"{heading}\n")
 
     def write(self, time: int, direction: Direction, data: bytes, comment: str = "") -> None:
-        """Write bytes that passed at ``time``, in nanoseconds; no bytes are no line.
+        """Write bytes that were transferred at ``time``, in nanoseconds. Write nothing if there are none.
 
-        A time before the latest is written as the latest: lines stand in the order in which they were
-        written.
-        Raises :class:`~stagewire.errors.BadValueError` for a direction that is none, or both.
+        A time before the previous one is replaced by the previous one, so that times never decrease.
+        Raises :class:`~stagewire.errors.BadValueError` unless ``direction`` is exactly one direction.
         """
         mark = _MARKS.get(direction)
         if mark is None:
-            raise BadValueError(f"bytes pass one way, not {direction!r}")
+            raise BadValueError(f"direction is TO_CONTROLLER or TO_HOST, not {direction!r}")
         said = f"  # {_one_line(comment)}" if comment else ""
         for start in range(0, len(data), _LONGEST_WRITTEN):
             shown = data[start : start + _LONGEST_WRITTEN].hex(" ")
@@ -138,19 +137,19 @@ class CaptureWriter:
 
 
 class CaptureReader:
-    """Reads a capture that comes in blocks of text, cut anywhere."""
+    """A reader of captures that arrive in blocks of text, cut anywhere."""
 
     def __init__(self) -> None:
         self.heading: Heading | None = None
-        """What the first line says, as soon as it was read."""
+        """The first line, once it was read."""
         self._tail = ""
         self._line = 0
         self._latest = 0
 
     def feed(self, text: str) -> list[Recorded]:
-        """Take the next block and return what its whole lines say.
+        """Take the next block and return the entries of its complete lines.
 
-        Raises :class:`~stagewire.errors.CaptureError` for a line that is none of a capture.
+        Raises :class:`~stagewire.errors.CaptureError` for an invalid line.
         """
         *lines, self._tail = (self._tail + text).split("\n")
         recorded = list(self._read(lines))
@@ -159,9 +158,9 @@ class CaptureReader:
         return recorded
 
     def finish(self) -> list[Recorded]:
-        """Take the end of the text; a last line may lack its line end.
+        """Take the end of the text and return its last entry. The last line need not end in a newline.
 
-        Raises :class:`~stagewire.errors.CaptureError` as :meth:`feed` does, and for a text without a heading.
+        Raises :class:`~stagewire.errors.CaptureError` for an invalid line or a text without a heading.
         """
         lines, self._tail = [self._tail], ""
         return list(self._read(lines))
@@ -174,21 +173,21 @@ class CaptureReader:
             elif (said := text.strip()) and not said.startswith("#"):
                 recorded = _recorded(said, self._line)
                 if recorded.time < self._latest:
-                    raise CaptureError(self._line, "its time is before that of a line above it")
+                    raise CaptureError(self._line, "its time is earlier than that of a line above")
                 self._latest = recorded.time
                 yield recorded
 
 
 def is_capture(text: str) -> bool:
-    """Say whether a text begins as a capture does, of whichever version."""
+    """Return whether a text begins like a capture, of any version."""
     return _BEGINNING.match(text) is not None
 
 
 def read_capture(path: Path | str) -> Capture:
     """Read a whole capture from a file.
 
-    Raises :class:`~stagewire.errors.CaptureError` for what is none, with the name of the file, and
-    :class:`OSError` for a file that cannot be read.
+    Raises :class:`~stagewire.errors.CaptureError`, with the name of the file, for a file that is not a valid
+    capture, and :class:`OSError` for a file that cannot be read.
     """
     reader = CaptureReader()
     recorded: list[Recorded] = []
@@ -204,40 +203,42 @@ def read_capture(path: Path | str) -> Capture:
 
 
 def _heading(text: str) -> Heading:
-    """Return what the first line says."""
+    """Return the heading in the first line."""
     if not is_capture(text):
-        raise CaptureError(1, f"not a capture, which begins with {_MAGIC + _VERSION!r}")
+        raise CaptureError(
+            1, f"not a capture: the first line must begin with {_MAGIC + _VERSION!r}"
+        )
     version, *words = text.removeprefix(_MAGIC).split()
     if version != _VERSION:
-        raise CaptureError(1, f"a capture of version {version}; this reads version {_VERSION}")
+        raise CaptureError(1, f"capture version {version} is unsupported (supported: {_VERSION})")
     values: dict[str, str] = {}
     for word in words:
         key, _, value = word.partition("=")
         if key not in ("protocol", "unit") or not _WORD.match(value):
             raise CaptureError(1, f"{word!r} is not protocol=NAME or unit=NAME")
         if key in values:
-            raise CaptureError(1, f"{key} is there twice")
+            raise CaptureError(1, f"{key} is given twice")
         values[key] = value
     if "protocol" not in values:
-        raise CaptureError(1, "it does not say which protocol: protocol=NAME is missing")
+        raise CaptureError(1, "the protocol is missing: add protocol=NAME")
     return Heading(**values)
 
 
 def _recorded(text: str, line: int) -> Recorded:
-    """Return what a line says that is no comment."""
+    """Return the entry of a line that is not a comment."""
     said, _, comment = text.partition("#")
     time, mark, digits = (*said.split(None, 2), "", "", "")[:3]
     matched = _TIME.match(time)
     if matched is None:
-        raise CaptureError(line, f"{_short(time)} is no time in seconds, such as 0.250000")
+        raise CaptureError(line, f"{_short(time)} is not a time in seconds, such as 0.250000")
     if mark not in _DIRECTIONS:
         raise CaptureError(
-            line, f"{_short(mark)} is no direction: > is from the host, < from the controller"
+            line, f"{_short(mark)} is not a direction: > is from the host, < from the controller"
         )
     try:
         data = bytes.fromhex(digits)
     except ValueError:
-        raise CaptureError(line, f"{_short(digits)} is not bytes as pairs of hex digits") from None
+        raise CaptureError(line, f"{_short(digits)} is not pairs of hex digits") from None
     if not data:
         raise CaptureError(line, f"no bytes after {mark}")
     whole, part = matched.groups()
@@ -251,7 +252,7 @@ def _short(text: str) -> str:
 
 
 def _one_line(text: str) -> str:
-    """Return a comment with nothing in it that ends a line or steers a terminal."""
+    """Return a comment with line ends and control characters escaped."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

@@ -1,9 +1,8 @@
-"""Captures as columns: one array for every field instead of one object for every frame.
+"""Captures as columns: one array per field instead of one object per frame.
 
-:func:`columns` reads frames of one layout that stand back to back, with the standard library alone;
-:func:`numpy_columns` does the same with NumPy (``pip install 'stagewire[numpy]'``). A stream of all kinds
-of frames is sorted first: :func:`gather` cuts it, with the rule of :mod:`stagewire.framing`, and keeps the
-frames of every layout apart.
+:func:`columns` reads back-to-back frames of one layout and needs only the standard library.
+:func:`numpy_columns` does the same with NumPy (``pip install 'stagewire[numpy]'``). Sort a stream of mixed
+frames first: :func:`gather` cuts it into frames as :mod:`stagewire.framing` does and groups them by layout.
 
     >>> from stagewire.columns import gather
     >>> from stagewire_apt import PROTOCOL, messages as m
@@ -12,8 +11,8 @@ frames of every layout apart.
     array('i', [10000])
 
 The columns are ``dest`` and ``source`` (addresses, without the bit that announces a packet), then the fields
-in wire order, reserved ones included. Integers are raw, in the narrowest array that holds the field. Nothing
-is checked against the ranges of the registry: what was received is kept, as in decoding.
+in wire order, including reserved ones. Integers are raw, in the narrowest array that holds the field. Values
+are not checked against the ranges of the registry: as in decoding, they are kept as received.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ __all__ = [
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {

@@ -1,9 +1,9 @@
-"""Framers: bytes in, events out, without any input or output.
+"""Framers: bytes in, events out, without I/O.
 
-There is one framer for each kind of framing: :class:`Framer` for frames with a header of six bytes,
+There is one framer per kind of framing: :class:`Framer` for frames with a header of six bytes,
 :class:`CommandFramer` and :class:`ReplyDecoder` for commands without a header, and :class:`PacketFramer` for
-packets. A protocol makes the framer that it needs. Streams are compared after :func:`join_garbage`.
-``docs/explanation/framing.md`` has the rules and their reasons.
+packets. A protocol object makes the framer it needs. Compare streams after :func:`join_garbage`.
+``docs/explanation/framing.md`` explains the rules.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ __all__ = [
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {

@@ -1,6 +1,6 @@
 """Links to controllers: bytes in, bytes out, for threads and for asyncio.
 
-A link knows nothing of frames, messages or controllers. ``docs/reference/links.md`` lists the URLs.
+A link does not interpret the bytes. ``docs/reference/links.md`` lists the URLs.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = [
 
 __path__: list[str] = []  # modules of 0.1 below this name; see stagewire._deprecated
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {

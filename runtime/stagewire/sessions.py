@@ -1,7 +1,7 @@
 """Sessions with controllers, for threads and asyncio (``docs/explanation/sessions.md``).
 
-A core decides: bytes and the time go in, bytes and the ends of exchanges come out. A session drives a core
-over a link.
+A core is sans-I/O: it takes received bytes and the time, and returns bytes to send and finished exchanges. A
+session drives a core over a link.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = [
     "Statistics",
 ]
 
-if not TYPE_CHECKING:  # else any name would be taken for one of these
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
     __getattr__ = lazy(
         __name__,
         {

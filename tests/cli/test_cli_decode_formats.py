@@ -485,7 +485,7 @@ def test_a_disk_that_is_full_leaves_no_file(
         (["--output", "{tmp}/no/decoded"], "missing folder"),
         (["--output", "/"], "--output: "),
         (["--message", "MOT_GET_DCSTATUS"], "--message: "),
-        (["--message", "MOT_MOVE_ABSOLUTE"], "has several forms; give one of header, data"),
+        (["--message", "MOT_MOVE_ABSOLUTE"], "has several forms; choose one of header, data"),
         (["--message", "MOT_MOVE_ABSOLUTE:middle"], "MOT_MOVE_ABSOLUTE has no form middle"),
         (["--message", "MOT_MOVE_HOMED:"], "MOT_MOVE_HOMED has no form"),
         (["--message", "MOT_SET_MOVEVELPARAMS"], "cannot be used"),

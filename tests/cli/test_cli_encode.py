@@ -70,7 +70,7 @@ def test_what_is_encoded_decodes(stagewire: Stagewire) -> None:
     [
         ("", "Missing argument"),
         ("MOT_MOVE_ABSOLUT", "did you mean MOT_MOVE_ABSOLUTE"),
-        ("MOT_MOVE_ABSOLUTE chan_ident=1", "has several forms; give one of header, data"),
+        ("MOT_MOVE_ABSOLUTE chan_ident=1", "has several forms; choose one of header, data"),
         ("MOT_MOVE_ABSOLUTE --form dat", "has no form dat"),
         ("MOT_MOVE_HOME", "lacks chan_ident"),
         ("MOT_MOVE_HOME chan_ident", "'chan_ident' is not field=value"),

@@ -48,7 +48,7 @@ def test_a_protocol_of_two_packages_is_refused(install: Install) -> None:
     with pytest.raises(UnusableProtocolError) as caught:
         load_protocol("orbit")
     assert str(caught.value) == (
-        "the protocol orbit is brought by the package orbit_one (installed as orbit-one) and by the "
+        "protocol orbit is provided by the package orbit_one (installed as orbit-one) and by the "
         "package orbit_two (installed as orbit-two); uninstall all but one"
     )
     assert isinstance(
@@ -78,11 +78,11 @@ def test_a_package_that_cannot_be_imported_is_refused(install: Install, code: st
         load_protocol("orbit")
     said = str(caught.value)
     assert said.startswith(
-        "the protocol orbit is brought by the package orbit_broken (installed as orbit-broken), "
+        "protocol orbit is provided by the package orbit_broken (installed as orbit-broken), "
         "which cannot be imported: "
     )
     assert BROKEN[code] in said
-    assert said.endswith("; make it again with the stagewire that is installed, or uninstall it")
+    assert said.endswith("; generate it again with the installed stagewire, or uninstall it")
 
 
 def test_a_package_without_a_protocol_is_refused(install: Install) -> None:
@@ -90,9 +90,9 @@ def test_a_package_without_a_protocol_is_refused(install: Install) -> None:
     with pytest.raises(UnusableProtocolError) as caught:
         load_protocol("orbit")
     assert str(caught.value) == (
-        "the protocol orbit is brought by the package orbit_other (installed as orbit-other), which has no "
-        "protocol under PROTOCOL, but a value of type int; make it again with the stagewire that is "
-        "installed, or uninstall it"
+        "protocol orbit is provided by the package orbit_other (installed as orbit-other), which "
+        "defines PROTOCOL, but not as a protocol (its type is int); generate it again with the "
+        "installed stagewire, or uninstall it"
     )
 
 
@@ -112,9 +112,7 @@ def test_the_command_leaves_out_a_broken_protocol(
     assert main(command.split()) == 0
     out, err = capsys.readouterr()
     assert out.startswith(COMMANDS[command])
-    assert err.startswith(
-        "stagewire: left out: the protocol orbit is brought by the package orbit_"
-    )
+    assert err.startswith("stagewire: left out: protocol orbit is provided by the package orbit_")
     assert err.count("\n") == 1
 
 
@@ -126,6 +124,4 @@ def test_commands_that_need_a_broken_protocol_fail(
         assert main(command.split()) == 2
         out, err = capsys.readouterr()
         assert out == ""
-        assert err.startswith(
-            "stagewire: the protocol orbit is brought by the package orbit_broken"
-        )
+        assert err.startswith("stagewire: protocol orbit is provided by the package orbit_broken")

@@ -1,1 +1,1 @@
-"""What all framings share: messages, flags, events and the base of protocols."""
+"""Shared by all framings: messages, flags, events and the base of protocols."""

@@ -1,11 +1,10 @@
-"""What frames of all framings have in common, and the events that every framer gives out.
+"""Shared by the frames of all framings, and the events that every framer returns.
 
-Frames are equal by their parts, hashable, picklable and never changed.
+Frames are immutable, hashable and picklable, and compare by value.
 
-Attributes of a frozen object can only be set in a roundabout and slow way, so a frame is filled as a
-*draft*: an object of a class with the same base and slots and without the lock, whose class is then
-changed. Both methods of the lock share one C slot: a draft needs object's own of both, or setting stays
-slow.
+Setting attributes of a frozen object is slow, so a frame is filled as a *draft*: an object of a class with
+the same base and slots but without the lock, whose class is then changed. The two methods of the lock share
+one C slot: a draft needs object's own version of both, or setting stays slow.
 """
 
 from __future__ import annotations
@@ -14,18 +13,18 @@ from collections.abc import Iterable
 
 from stagewire.errors import BadValueError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any
 
 
 class Frozen:
-    """Base of frames; a class says what its parts are."""
+    """Base of frames; subclasses define the parts that are compared."""
 
     __slots__ = ()
 
     def _key(self) -> tuple[Any, ...]:
-        """Return the parts."""
+        """Return the parts by which frames are compared and hashed."""
         raise NotImplementedError
 
     def __setattr__(self, name: str, value: Any, /) -> None:
@@ -44,7 +43,7 @@ class Frozen:
 
 
 class Event:
-    """Something that came: ``raw`` holds its bytes, unchanged. Not to be modified."""
+    """One piece of a received stream: ``raw`` holds its bytes, unchanged. Do not modify it."""
 
     __slots__ = ("raw",)
     __match_args__ = ("raw",)
@@ -67,27 +66,27 @@ class Event:
 
 
 def fed(data: bytes | bytearray | memoryview) -> bytes:
-    """Return what is fed to a framer as bytes.
+    """Return the bytes fed to a framer as ``bytes``.
 
-    Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+    Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) if ``data`` is not bytes.
     """
     if isinstance(data, bytes):
         return data
     if isinstance(data, (bytearray, memoryview)):
         return bytes(data)
-    raise BadValueError(f"a framer is fed bytes, not {type(data).__name__}")
+    raise BadValueError(f"a framer takes bytes, not {type(data).__name__}")
 
 
 class Garbage(Event):
-    """Bytes that belong to no frame."""
+    """Bytes that do not belong to any frame."""
 
     __slots__ = ()
 
 
 def join_garbage(events: Iterable[Event]) -> list[Event]:
-    """Return the events with adjacent garbage joined, as streams are compared."""
+    """Return the events with adjacent garbage joined, for comparing streams."""
     joined: list[Event] = []
-    run: list[bytes] = []  # joined at its end: adding piece by piece would be quadratic
+    run: list[bytes] = []  # joined once at the end; joining piece by piece would be quadratic
     for event in events:
         if isinstance(event, Garbage):
             run.append(event.raw)

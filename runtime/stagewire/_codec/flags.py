@@ -1,7 +1,7 @@
-"""Named values and named bits; what has no name is kept.
+"""Named values and named bits. Values and bits without a name are kept.
 
-A table of flag bits is one small integer class that names its bits: making one costs no more than making
-an integer. An enumeration names values, and a value without a name stays an integer.
+A class of flag bits is an integer class that names its bits, so creating a value costs no more than creating
+an integer. An enumeration names values; a value without a name stays an integer.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from enum import IntEnum
 
 from stagewire.errors import UnknownFieldError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import ClassVar, Self, overload
 
 
 class Bit:
-    """One named bit of a :class:`Flags` class: the mask on the class, a bool on a value."""
+    """One named bit of a :class:`Flags` class: on the class its mask, on a value a bool."""
 
     __slots__ = ("mask", "note")
 
@@ -38,7 +38,7 @@ class Bit:
 
 
 class Flags(int):
-    """An integer whose bits have names; bits without a name are kept as they came."""
+    """An integer whose bits have names. Bits without a name are kept as received."""
 
     __slots__ = ()
     bits: ClassVar[dict[str, int]] = {}
@@ -48,9 +48,9 @@ class Flags(int):
 
     @classmethod
     def of(cls, **bits: bool) -> Self:
-        """Make a value from named bits: ``DcStatusBits.of(settled=True)``.
+        """Return a value with the given bits set: ``DcStatusBits.of(settled=True)``.
 
-        Raises :class:`~stagewire.errors.UnknownFieldError` for a bit that has no such name.
+        Raises :class:`~stagewire.errors.UnknownFieldError` for an unknown bit name.
         """
         value = 0
         for name, on in bits.items():
@@ -68,7 +68,7 @@ class Flags(int):
 
     @property
     def unnamed(self) -> int:
-        """The bits that are set and have no name."""
+        """The bits that are set but have no name."""
         rest = int(self)
         for mask in self.bits.values():
             rest &= ~mask
@@ -80,11 +80,11 @@ class Flags(int):
 
 
 class Enumeration(IntEnum):
-    """Named values of a field; the field itself stays a raw integer."""
+    """Named values of a field. The field itself stays a raw integer."""
 
     @classmethod
     def of(cls, value: int) -> Self | int:
-        """Return the member for ``value``, or ``value`` itself when it has no name."""
+        """Return the member for ``value``, or ``value`` itself if it has no name."""
         try:
             return cls(value)
         except ValueError:

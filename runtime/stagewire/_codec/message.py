@@ -1,12 +1,12 @@
-"""The base of every generated message.
+"""The base of all generated messages.
 
-A message is its content and nothing else; a :class:`~stagewire.protocols.Frame` carries it between
-two addresses. Messages are immutable, slotted, hashable, picklable and equal only to their own class.
+A message holds only its content; a :class:`~stagewire.protocols.Frame` carries it between two addresses.
+Messages are immutable, slotted, hashable and picklable, and equal only to messages of their own class.
 
-A generated class lists its fields in ``__slots__``, checks what a user sets in ``__new__`` and is filled
-without any check by ``unpack`` from the wire: what was decoded is kept as it came. Attributes of a
-frozen object can only be set in a roundabout and slow way, so both fill a *draft*: an object of a
-twin class that has the same slots and no lock, whose class is then changed to the real one.
+A generated class lists its fields in ``__slots__``. ``__new__`` checks the values of a caller; ``unpack``
+fills a message from received bytes without checks, so that decoded values are kept as received. Setting
+attributes of a frozen object is slow, so both fill a *draft*: an object of a twin class that has the same
+slots but no lock, whose class is then changed to the real one.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Direction(enum.Flag):
     BOTH = 3
 
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, ClassVar, Literal, NoReturn, Self, TypeAlias
 
@@ -33,27 +33,26 @@ if TYPE_CHECKING:
 
 
 class Layout:
-    """What the runtime has to know of one layout of a message, made by the generator.
+    """One layout of a message, as the generator describes it to the runtime.
 
     :param message: name in the registry, such as ``MOT_MOVE_ABSOLUTE``.
     :param id: the message id, or the byte of a command.
     :param direction: which way the message travels.
-    :param form: ``header``, ``data`` or ``data:dc``; of a command ``request`` or ``reply``.
-    :param fields: the names of the fields in wire order, reserved ones included.
+    :param form: ``header``, ``data`` or ``data:dc``; for a command ``request`` or ``reply``.
+    :param fields: the names of the fields in wire order, including reserved ones.
     :param length: bytes of payload; 0 for a header form.
-    :param optional: fields that may be left out when encoding: reserved and constant ones.
+    :param optional: fields that may be omitted when encoding: reserved and constant ones.
     :param unnamed: header parameters without a meaning, shown only when they are not zero.
-    :param when: the context that decides for this layout, such as ``{"status": "dc"}``.
-    :param constants: reserved fields that are sent as something other than zero.
-    :param only_zero: a stream must not take a header with other parameters than zero for it.
-    :param signed: integers with a sign of a size that :mod:`struct` has no code for, three bytes.
-    :param kind: ``message``; of a protocol of commands ``command`` or ``setup``.
-    :param size: of a command, the number that is sent in its size slot; None: the slot is left out.
-    :param dummy: the document says that it does nothing and is not to be used.
-    :param switches_to: of a setup command, the format of what comes after it: ``low_level``, commands in
-        slots; ``high_level``, lines of text; ``power_on``, the one in which a controller wakes. None: the
-        same as before.
-    :param unsolicited: it may come without being asked for.
+    :param when: the context that selects this layout, such as ``{"status": "dc"}``.
+    :param constants: reserved fields whose value when sent is not zero.
+    :param only_zero: a framer accepts the header form only if its parameters are zero.
+    :param signed: signed integers of a size that :mod:`struct` has no code for, three bytes.
+    :param kind: ``message``; in a protocol of commands ``command`` or ``setup``.
+    :param size: for a command, the number sent in its size slot; None: the slot is omitted.
+    :param dummy: the document calls it a dummy that must not be used.
+    :param switches_to: for a setup command, the format of what follows it: ``low_level``, commands in slots;
+        ``high_level``, lines of text; ``power_on``, the format after power-on. None: unchanged.
+    :param unsolicited: a controller may send it without a request.
     """
 
     __slots__ = (
@@ -104,16 +103,16 @@ class Layout:
 
 
 class _Draft:
-    """Finds the twin of a message class; makes it when the first message of the class is made.
+    """Descriptor that returns the twin of a message class and creates it on first use.
 
-    Most programs use few of the messages, and a class is the dearest part of an import.
+    Most programs use few of the messages, and creating classes is the slowest part of an import.
     """
 
     __slots__ = ()
 
     def __get__(self, message: Message | None, cls: type[Message]) -> type[Any]:
-        # Python allows the change of class only between classes with the same bases and slots.
-        # The lock has two methods that share one C slot: unless both are object's own again,
+        # Python allows changing the class only between classes with the same bases and slots.
+        # The two methods of the lock share one C slot: unless both are object's own again,
         # setting stays slow.
         body: dict[str, Any] = {
             "__new__": object.__new__,
@@ -141,9 +140,9 @@ class Message:
     def __init_subclass__(cls, *, abstract: bool = False, draft: bool = False) -> None:
         if abstract or draft:
             return
-        # By position a pattern takes what the constructor takes: fields that may be left out are
-        # keywords in both, so that ``case MotGetDcStatusUpdate(chan, position, velocity, bits)`` is
-        # not shifted by a reserved word.
+        # Positional patterns match what the constructor takes by position. Optional fields are
+        # keyword-only in both, so that a reserved field does not shift
+        # ``case MotGetDcStatusUpdate(chan, position, velocity, bits)``.
         layout = cls.layout
         cls.__match_args__ = tuple(f for f in layout.fields if f not in layout.optional)  # type: ignore[misc]
         cls._draft = _Draft()  # type: ignore[assignment]
@@ -155,15 +154,15 @@ class Message:
         raise AttributeError(f"{type(self).__name__} is immutable; {name} cannot be deleted")
 
     def values(self) -> dict[str, Any]:
-        """Return the fields by name, in wire order, reserved ones included."""
+        """Return the fields by name, in wire order, including reserved ones."""
         return {name: getattr(self, name) for name in self.layout.fields}
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with some fields changed; all fields are checked again.
+        """Return a copy with some fields changed. All fields are checked again.
 
-        Raises :class:`~stagewire.errors.UnknownFieldError` for a name that is no field, and what
-        making the message raises: :class:`~stagewire.errors.OutOfRangeError` and
-        :class:`~stagewire.errors.BadValueError`.
+        Raises :class:`~stagewire.errors.UnknownFieldError` for an unknown field, and
+        :class:`~stagewire.errors.OutOfRangeError` or :class:`~stagewire.errors.BadValueError` for an invalid
+        value.
         """
         fields = self.layout.fields
         for name in changes:
@@ -174,7 +173,7 @@ class Message:
 
     @classmethod
     def keep(cls, values: Mapping[str, Any]) -> Self:
-        """Make the message from ``values`` without a range check, as if it had been decoded."""
+        """Return a message with these values, without a range check, as decoding does."""
         draft = cls._draft()
         for name in cls.layout.fields:
             setattr(draft, name, values[name])
@@ -207,13 +206,13 @@ def _restore(cls: type[Message], values: tuple[Any, ...]) -> Message:
 
 
 def check_integer(layout: Layout, field: str, value: object, minimum: int, maximum: int) -> int:
-    """Return ``value`` as a plain integer; raise unless it lies from ``minimum`` to ``maximum``.
+    """Return ``value`` as a plain integer if it is between ``minimum`` and ``maximum``.
 
-    Raises :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for
-    what is no integer (a bool is none).
+    Raises :class:`~stagewire.errors.OutOfRangeError` if it is outside this range, and
+    :class:`~stagewire.errors.BadValueError` if it is not an integer (a bool is not accepted).
 
-    Generated constructors call this only after their own comparison has failed, so that it costs
-    nothing when the value is right.
+    Generated constructors call this only after their own comparison has failed, so that valid values cost
+    nothing extra.
     """
     if isinstance(value, bool) or not isinstance(value, int):
         raise BadValueError(
@@ -227,10 +226,10 @@ def check_integer(layout: Layout, field: str, value: object, minimum: int, maxim
 
 
 def check_bytes(layout: Layout, field: str, value: object, size: int) -> bytes:
-    """Return ``value`` as bytes; raise unless it is ``size`` bytes long.
+    """Return ``value`` as bytes if it is ``size`` bytes long.
 
-    Raises :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for
-    what is not bytes.
+    Raises :class:`~stagewire.errors.OutOfRangeError` for another length, and
+    :class:`~stagewire.errors.BadValueError` if it is not bytes.
     """
     if not isinstance(value, (bytes, bytearray, memoryview)):
         raise BadValueError(f"{layout.message}.{field} takes {size} bytes, not {value!r}")
@@ -242,11 +241,11 @@ def check_bytes(layout: Layout, field: str, value: object, size: int) -> bytes:
 
 
 def check_text(layout: Layout, field: str, value: object, size: int) -> str:
-    """Return ``value``; raise unless it is latin-1 text of at most ``size`` characters.
+    """Return ``value`` if it is Latin-1 text of at most ``size`` characters.
 
     Raises :class:`~stagewire.errors.OutOfRangeError` for a longer text, and
-    :class:`~stagewire.errors.BadValueError` for what is no such text or ends with a NUL: trailing NULs
-    fill the field and would not come back.
+    :class:`~stagewire.errors.BadValueError` if it is not Latin-1 text or ends with a NUL: NULs fill the field
+    when encoding and are stripped when decoding.
     """
     if not isinstance(value, str):
         raise BadValueError(f"{layout.message}.{field} takes text, not {value!r}")
@@ -254,12 +253,12 @@ def check_text(layout: Layout, field: str, value: object, size: int) -> str:
         encoded = value.encode("latin-1")
     except UnicodeEncodeError as error:
         raise BadValueError(
-            f"{layout.message}.{field} takes latin-1 text; {value[error.start]!r} is not in it"
+            f"{layout.message}.{field} takes Latin-1 text, which has no character {value[error.start]!r}"
         ) from None
     if len(encoded) > size:
         raise OutOfRangeError(
             f"{layout.message}.{field} takes at most {size} characters, not {len(encoded)}"
         )
     if encoded.endswith(b"\0"):
-        raise BadValueError(f"{layout.message}.{field}: leave trailing NULs out, they are added")
+        raise BadValueError(f"{layout.message}.{field}: omit trailing NULs, encoding adds them")
     return value

@@ -1,7 +1,7 @@
-"""One protocol: its messages by name, what its registry says, and which protocols are installed.
+"""The base of protocols: messages by name, the registry, and the installed protocols.
 
-A generated package makes one :class:`Protocol` of its framing and names it under the entry point group
-``stagewire.protocols``; whatever works for all protocols finds it there.
+A generated package makes one :class:`Protocol` object of its framing and registers it under the entry point
+group ``stagewire.protocols``. Tools that work with all protocols find it there.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stagewire.errors import (
     UnusableProtocolError,
 )
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
     from typing import Any
@@ -30,13 +30,13 @@ _ENTRY_POINTS = "stagewire.protocols"
 
 
 class Protocol:
-    """Base of all protocols: what holds however its bytes are framed.
+    """Base of all protocols, independent of the framing.
 
     :param name: name in the registry, such as ``thorlabs_apt``.
-    :param title: for people.
+    :param title: name for people.
     :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
-    :param messages: every message class.
-    :param nameless: messages that the document names without an id, and why they cannot be used.
+    :param messages: all message classes.
+    :param nameless: messages that the document names without an id -> why they cannot be used.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Protocol:
         self.package = package
         self.messages: tuple[type[Message], ...] = tuple(messages)
         self.nameless = dict(nameless)
-        self._loaded: dict[str, dict[str, Any]] = {}  # files of the package that were asked for
+        self._loaded: dict[str, dict[str, Any]] = {}  # files of the package that were read
         self._by_name: dict[str, dict[str, type[Message]]] = {}
         for cls in self.messages:
             self._by_name.setdefault(cls.layout.message, {})[cls.layout.form] = cls
@@ -63,11 +63,11 @@ class Protocol:
     # By name
 
     def message_class(self, message: str, form: str | None = None) -> type[Message]:
-        """Return the class of a message by its name in the registry and, if it has several, its form.
+        """Return the class of a message by its registry name and, if it has several forms, its form.
 
         Raises :class:`~stagewire.errors.UnknownMessageError`,
         :class:`~stagewire.errors.UnsupportedError` for a message without an id, and
-        :class:`~stagewire.errors.BadLengthError` for a form that the message does not have.
+        :class:`~stagewire.errors.BadLengthError` for an unknown form.
         """
         forms = self._by_name.get(message)
         if forms is None:
@@ -78,13 +78,13 @@ class Protocol:
             certain = self._certain(forms)
             if len(certain) == 1:
                 return forms[certain[0]]
-            raise BadLengthError(f"{message} has several forms; give one of {', '.join(certain)}")
+            raise BadLengthError(f"{message} has several forms; choose one of {', '.join(certain)}")
         if form not in forms:
             raise BadLengthError(f"{message} has no form {form} (it has {', '.join(forms)})")
         return forms[form]
 
     def _certain(self, forms: Iterable[str]) -> list[str]:
-        """Return the forms that may be meant when none is named."""
+        """Return the forms to choose from if the caller names none."""
         return list(forms)
 
     def _like(self, message: str) -> str:
@@ -99,9 +99,9 @@ class Protocol:
         fields: Mapping[str, Any],
         form: str | None = None,
     ) -> Message:
-        """Make a message from its name and a mapping of fields; all are checked.
+        """Return a message by its name, with these fields. All fields are checked.
 
-        Raises what :meth:`message_class` raises, and an :class:`~stagewire.errors.EncodeError`:
+        Raises the errors of :meth:`message_class`, and an :class:`~stagewire.errors.EncodeError`:
         :class:`~stagewire.errors.UnknownFieldError`, :class:`~stagewire.errors.MissingFieldError`,
         :class:`~stagewire.errors.OutOfRangeError` or :class:`~stagewire.errors.BadValueError`.
         """
@@ -114,19 +114,19 @@ class Protocol:
         made: Message = cls(**fields)
         return made
 
-    # What the registry says
+    # Registry
 
     def registry(self) -> dict[str, Any]:
         """Return the resolved registry: messages, units, stages, errata (see the JSON Schema).
 
-        It is read once and shared: not to be modified.
+        It is read once and shared. Do not modify it.
         """
         return self._json("registry.json")
 
     def vectors(self) -> dict[str, Any]:
         """Return the worked examples and captures of the registry, with their verdicts.
 
-        They are read once and shared: not to be modified.
+        They are read once and shared. Do not modify them.
         """
         return self._json("vectors.json")
 
@@ -137,7 +137,7 @@ class Protocol:
 
 
 def check_fields(layout: Layout, fields: Iterable[str], allowed: Collection[str]) -> None:
-    """Raise :class:`~stagewire.errors.UnknownFieldError` for a name that no field has."""
+    """Raise :class:`~stagewire.errors.UnknownFieldError` for the first name that is not a field."""
     for name in fields:
         if name not in allowed:
             known = ", ".join(layout.fields) or "no fields"
@@ -147,15 +147,15 @@ def check_fields(layout: Layout, fields: Iterable[str], allowed: Collection[str]
 
 
 def as_bytes(raw: object) -> bytes:
-    """Return what is to be decoded as bytes; raise :class:`BadValueError` for what is none."""
+    """Return the bytes to decode as ``bytes``; raise :class:`BadValueError` if ``raw`` is not bytes."""
     if isinstance(raw, (bytes, bytearray, memoryview)):
         return bytes(raw)
-    hint = "; bytes.fromhex makes bytes of hex text" if isinstance(raw, str) else ""
+    hint = "; use bytes.fromhex to convert hex text" if isinstance(raw, str) else ""
     raise BadValueError(f"decode takes bytes, not {type(raw).__name__}{hint}")
 
 
 def _load_json(package: str, name: str) -> dict[str, Any]:
-    import json  # both are slow to import, and most users never ask
+    import json  # both are slow to import and rarely needed
     from importlib import resources
 
     text = resources.files(package).joinpath(name).read_text(encoding="utf-8")
@@ -164,63 +164,63 @@ def _load_json(package: str, name: str) -> dict[str, Any]:
 
 
 def available_protocols() -> list[str]:
-    """Return the names of all protocols that are installed, ours and others'."""
+    """Return the names of all installed protocols, including third-party ones."""
     return sorted({entry.name for entry in _entry_points()})
 
 
 def load_protocol(name: str) -> Protocol:
     """Return an installed protocol.
 
-    Raises :class:`~stagewire.errors.UnknownProtocolError` when there is none of that name, and
-    :class:`~stagewire.errors.UnusableProtocolError` when two packages bring it, or when the one that
-    does cannot be imported or has no protocol in it.
+    Raises :class:`~stagewire.errors.UnknownProtocolError` if no protocol has this name, and
+    :class:`~stagewire.errors.UnusableProtocolError` if several packages provide it, or if the package cannot
+    be imported or does not define the protocol.
     """
     entries = {entry.value: entry for entry in _entry_points() if entry.name == name}
     if not entries:
         raise UnknownProtocolError(
-            f"no protocol {name} is installed (there are: {', '.join(available_protocols())})"
+            f"no protocol {name} is installed (installed: {', '.join(available_protocols())})"
         )
     first, *others = (entries[value] for value in sorted(entries))
-    if others:  # whichever was taken, somebody would decode by the wrong one
+    if others:  # either choice would decode wrongly for some user
         raise UnusableProtocolError(
-            f"the protocol {name} is brought by {' and by '.join(map(_brought, (first, *others)))}; "
+            f"protocol {name} is provided by {' and by '.join(map(_brought, (first, *others)))}; "
             "uninstall all but one"
         )
     try:
         protocol = first.load()
-    except Exception as error:  # it is somebody else's code, made for some version of this
+    except Exception as error:  # third-party code, generated for some other version
         raise _unusable(name, first, f"cannot be imported: {error}") from error
     if not isinstance(protocol, Protocol):
         kind = type(protocol).__name__
         raise _unusable(
-            name, first, f"has no protocol under {first.attr}, but a value of type {kind}"
+            name, first, f"defines {first.attr}, but not as a protocol (its type is {kind})"
         )
     return protocol
 
 
 def usable_protocols() -> Iterator[Protocol]:
-    """Yield the protocols that are installed and can be used."""
+    """Yield the installed protocols that can be used."""
     for name in available_protocols():
         try:
             yield load_protocol(name)
-        except UnusableProtocolError:  # somebody else's package; the others go on working
+        except UnusableProtocolError:  # a third-party package; the others still work
             continue
 
 
 def _unusable(name: str, entry: EntryPoint, why: str) -> UnusableProtocolError:
     return UnusableProtocolError(
-        f"the protocol {name} is brought by {_brought(entry)}, which {why}; "
-        "make it again with the stagewire that is installed, or uninstall it"
+        f"protocol {name} is provided by {_brought(entry)}, which {why}; "
+        "generate it again with the installed stagewire, or uninstall it"
     )
 
 
 def _brought(entry: EntryPoint) -> str:
-    """Return which package an entry point names, and which distribution it came with."""
+    """Return the package of an entry point and the distribution that installed it."""
     distribution = f" (installed as {entry.dist.name})" if entry.dist else ""
     return f"the package {entry.module}{distribution}"
 
 
 def _entry_points() -> EntryPoints:
-    from importlib import metadata  # slow to import, and most users never ask
+    from importlib import metadata  # slow to import and rarely needed
 
     return metadata.entry_points(group=_ENTRY_POINTS)

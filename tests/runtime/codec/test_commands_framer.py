@@ -247,7 +247,7 @@ def test_reset_forgets_what_is_pending() -> None:
 
 
 def test_feeding_text_is_a_wrong_call() -> None:
-    with pytest.raises(TypeError, match="a framer is fed bytes, not str"):
+    with pytest.raises(TypeError, match="a framer takes bytes, not str"):
         PROTOCOL.framer().feed("21")  # type: ignore[arg-type]
 
 

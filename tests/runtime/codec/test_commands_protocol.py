@@ -217,7 +217,7 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.decode("21 63"),  # type: ignore[arg-type]
         BadValueError,
-        "decode takes bytes, not str; bytes.fromhex makes bytes of hex text",
+        "decode takes bytes, not str; use bytes.fromhex to convert hex text",
     ),
     # Replies
     (
@@ -251,7 +251,7 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.decode_reply("abc", "READ_COUNT"),  # type: ignore[arg-type]
         BadValueError,
-        "decode takes bytes, not str; bytes.fromhex makes bytes of hex text",
+        "decode takes bytes, not str; use bytes.fromhex to convert hex text",
     ),
     # Names and values
     (

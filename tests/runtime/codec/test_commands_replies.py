@@ -154,7 +154,7 @@ def test_only_frames_are_sent(wrong: object) -> None:
 
 
 def test_feeding_text_is_a_wrong_call() -> None:
-    with pytest.raises(TypeError, match="a framer is fed bytes, not str"):
+    with pytest.raises(TypeError, match="a framer takes bytes, not str"):
         asked().feed("ab")  # type: ignore[arg-type]
 
 

@@ -51,7 +51,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwGetInfo(1, "ab€", 44, bytes(4), "", 1),
         BadValueError,
-        "HW_GET_INFO.model_number takes latin-1 text; '€' is not in it",
+        "HW_GET_INFO.model_number takes Latin-1 text, which has no character '€'",
     ),
     (
         lambda: m.HwGetInfo(1, "123456789", 44, bytes(4), "", 1),
@@ -61,7 +61,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwGetInfo(1, "a\0", 44, bytes(4), "", 1),
         BadValueError,
-        "HW_GET_INFO.model_number: leave trailing NULs out, they are added",
+        "HW_GET_INFO.model_number: omit trailing NULs, encoding adds them",
     ),
     (
         lambda: m.HwGetInfo(1, "a", 44, "abcd", "", 1),
@@ -198,7 +198,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.decode("5304"),
         BadValueError,
-        "decode takes bytes, not str; bytes.fromhex makes bytes of hex text",
+        "decode takes bytes, not str; use bytes.fromhex to convert hex text",
     ),
     (lambda: m.decode([1, 2]), BadValueError, "decode takes bytes, not list"),
     # Names
@@ -216,12 +216,12 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: build("MOT_MOVE_ABSOLUTE", {}),
         BadLengthError,
-        "MOT_MOVE_ABSOLUTE has several forms; give one of header, data",
+        "MOT_MOVE_ABSOLUTE has several forms; choose one of header, data",
     ),
     (
         lambda: build("MOT_MOVE_STOPPED", {}),
         BadLengthError,
-        "MOT_MOVE_STOPPED has several forms; give one of header, data:dc, data:stepper",
+        "MOT_MOVE_STOPPED has several forms; choose one of header, data:dc, data:stepper",
     ),
     (
         lambda: build("MOT_MOVE_ABSOLUTE", {}, "data:dc"),
@@ -256,7 +256,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: load_protocol("nonsense"),
         UnknownProtocolError,
-        "no protocol nonsense is installed (there are: asi_ms2000, thorlabs_apt)",
+        "no protocol nonsense is installed (installed: asi_ms2000, thorlabs_apt)",
     ),
     # Streams
     (
@@ -269,7 +269,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         BadValueError,
         "a source is an address from 0 to 0xff, not 256",
     ),
-    (lambda: PROTOCOL.framer().feed("ab"), BadValueError, "a framer is fed bytes, not str"),
+    (lambda: PROTOCOL.framer().feed("ab"), BadValueError, "a framer takes bytes, not str"),
     (
         lambda: Framer(PROTOCOL.framing, End.NONE).feed(RAW)[0].frame,
         UnsupportedError,

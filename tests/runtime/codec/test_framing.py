@@ -399,7 +399,7 @@ def test_reset_forgets_what_is_pending_and_is_in_step() -> None:
 
 
 def test_feeding_text_is_a_wrong_call() -> None:
-    with pytest.raises(TypeError, match="a framer is fed bytes, not str"):
+    with pytest.raises(TypeError, match="a framer takes bytes, not str"):
         Framer(TABLE).feed("81 04")  # type: ignore[arg-type]
 
 

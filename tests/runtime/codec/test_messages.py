@@ -145,7 +145,7 @@ def test_wrong_kinds_are_refused() -> None:
             m.MotMoveAbsolute(wrong, 5)  # type: ignore[arg-type]
     with pytest.raises(BadValueError, match=r"€"):
         m.HwGetInfo(1, "€", 44, bytes(4), "", 1)
-    with pytest.raises(BadValueError, match=r"HW_GET_INFO\.model_number: leave trailing NULs out"):
+    with pytest.raises(BadValueError, match=r"HW_GET_INFO\.model_number: omit trailing NULs"):
         m.HwGetInfo(1, "TDC001\0", 44, bytes(4), "", 1)
 
 
@@ -321,5 +321,5 @@ def test_a_framer_called_wrongly() -> None:
     for source in ("0x50", True, -1, 256):
         with pytest.raises(BadValueError, match="a source is an address"):
             PROTOCOL.framer().tell(source, status="dc")  # type: ignore[arg-type]
-    with pytest.raises(BadValueError, match="a framer is fed bytes"):
+    with pytest.raises(BadValueError, match="a framer takes bytes"):
         PROTOCOL.framer().feed("53")  # type: ignore[arg-type]

@@ -161,7 +161,7 @@ def test_a_framer_begins_anew() -> None:
 def test_it_is_fed_bytes() -> None:
     framer = PROTOCOL.framer()
     assert framer.feed(memoryview(MOVE)) == framer.feed(bytearray(MOVE)) == [received(MOVE)]
-    with pytest.raises(BadValueError, match="a framer is fed bytes, not str"):
+    with pytest.raises(BadValueError, match="a framer takes bytes, not str"):
         framer.feed("aa55")  # type: ignore[arg-type]
 
 

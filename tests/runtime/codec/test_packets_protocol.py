@@ -196,7 +196,7 @@ def test_the_check_of_a_damaged_packet_is_said() -> None:
 
 
 def test_what_is_no_bytes() -> None:
-    with pytest.raises(BadValueError, match=r"bytes\.fromhex makes bytes of hex text"):
+    with pytest.raises(BadValueError, match=r"use bytes\.fromhex to convert hex text"):
         PROTOCOL.decode("AA55")  # type: ignore[arg-type]
 
 

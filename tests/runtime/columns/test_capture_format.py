@@ -114,27 +114,30 @@ def test_lines_that_people_write(line: str, nanoseconds: int, data: str) -> None
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "line 1: not a capture, which begins with '# stagewire capture 1'"),
+        ("", "line 1: not a capture: the first line must begin with '# stagewire capture 1'"),
         ("# stagewire captures of last week\n", "line 1: not a capture"),
         (
             "# stagewire capture 2 protocol=x\n",
-            "line 1: a capture of version 2; this reads version 1",
+            "line 1: capture version 2 is unsupported (supported: 1)",
         ),
-        ("# stagewire capture 1\n", "line 1: it does not say which protocol"),
+        ("# stagewire capture 1\n", "line 1: the protocol is missing: add protocol=NAME"),
         ("# stagewire capture 1 protocol=\n", "line 1: 'protocol=' is not protocol=NAME"),
-        ("# stagewire capture 1 protocol=a protocol=b\n", "line 1: protocol is there twice"),
+        ("# stagewire capture 1 protocol=a protocol=b\n", "line 1: protocol is given twice"),
         ("# stagewire capture 1 protocol=a speed=9600\n", "line 1: 'speed=9600' is not protocol="),
-        (f"{HEADING}hello\n", "line 2: 'hello' is no time in seconds, such as 0.250000"),
-        (f"{HEADING}-1 > 00\n", "line 2: '-1' is no time"),
-        (f"{HEADING}1e3 > 00\n", "line 2: '1e3' is no time"),
-        (f"{HEADING}٣ > 00\n", "line 2: '٣' is no time"),
-        (f"{HEADING}{'9' * 5000} > 00\n", "…' is no time"),
-        (f"{HEADING}0.1 = 00\n", "line 2: '=' is no direction: > is from the host, < from the"),
-        (f"{HEADING}0.1\n", "line 2: '' is no direction"),
-        (f"{HEADING}0.1 >00\n", "line 2: '>00' is no direction"),
-        (f"{HEADING}0.1 > 0 0\n", "line 2: '0 0' is not bytes as pairs of hex digits"),
+        (f"{HEADING}hello\n", "line 2: 'hello' is not a time in seconds, such as 0.250000"),
+        (f"{HEADING}-1 > 00\n", "line 2: '-1' is not a time"),
+        (f"{HEADING}1e3 > 00\n", "line 2: '1e3' is not a time"),
+        (f"{HEADING}٣ > 00\n", "line 2: '٣' is not a time"),
+        (f"{HEADING}{'9' * 5000} > 00\n", "…' is not a time"),
+        (f"{HEADING}0.1 = 00\n", "line 2: '=' is not a direction: > is from the host, < from the"),
+        (f"{HEADING}0.1\n", "line 2: '' is not a direction"),
+        (f"{HEADING}0.1 >00\n", "line 2: '>00' is not a direction"),
+        (f"{HEADING}0.1 > 0 0\n", "line 2: '0 0' is not pairs of hex digits"),
         (f"{HEADING}0.1 >  # nothing\n", "line 2: no bytes after >"),
-        (f"{HEADING}0.2 > 00\n\n0.1 > 00\n", "line 4: its time is before that of a line above it"),
+        (
+            f"{HEADING}0.2 > 00\n\n0.1 > 00\n",
+            "line 4: its time is earlier than that of a line above",
+        ),
         (f"{HEADING}0.1 > {'00' * 600_000}", "line 2: over 1048576 characters in one line"),
     ],
     ids=range(19),
@@ -174,7 +177,7 @@ def test_how_a_capture_begins(text: str, is_one: bool) -> None:
 
 @pytest.mark.parametrize("name", ["", "a b", "x\n", "a#"])
 def test_a_heading_cannot_hold_what_it_could_not_read(name: str) -> None:
-    with pytest.raises(BadValueError, match="is no name of a protocol or unit"):
+    with pytest.raises(BadValueError, match="is not a valid name of a protocol or unit"):
         Heading(name)
     with pytest.raises(BadValueError):
         Heading("thorlabs_apt", name)
@@ -183,5 +186,5 @@ def test_a_heading_cannot_hold_what_it_could_not_read(name: str) -> None:
 @pytest.mark.parametrize("direction", [Direction.BOTH, Direction(0)])
 def test_bytes_pass_one_way(direction: Direction) -> None:
     writer = CaptureWriter(io.StringIO(), Heading("thorlabs_apt"))
-    with pytest.raises(BadValueError, match="bytes pass one way"):
+    with pytest.raises(BadValueError, match="direction is TO_CONTROLLER or TO_HOST"):
         writer.write(0, direction, b"\x00")
