@@ -88,7 +88,7 @@ def test_a_mark_far_from_the_beginning(stagewire: Stagewire) -> None:
     shown, marks, said = result.out.splitlines()
     assert shown == "... " + " ".join(["11"] * 64)
     assert marks == " " * (4 + 3 * 63) + "^^"
-    assert said.startswith("bad_length: READ_STATUS: 0x3a has to come within 259 bytes")
+    assert said.startswith("bad_length: READ_STATUS: 0x3a must follow within 259 bytes")
 
 
 def test_no_byte_is_wrong_where_none_can_be_right(stagewire: Stagewire) -> None:

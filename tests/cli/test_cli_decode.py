@@ -73,7 +73,7 @@ def test_names_of_values_and_flags(stagewire: Stagewire) -> None:
     ("words", "marked", "said"),
     [
         ("53 04 06", [3], "truncated"),
-        ("53 04 06 00 D0 01 01 00 40 0D", [2, 3], "declare a packet of 6 bytes, 4 follow"),
+        ("53 04 06 00 D0 01 01 00 40 0D", [2, 3], "declare a packet of 6 bytes, but 4 follow"),
         (f"{MOVE} 00 00", [12, 13], "it ends before byte 12"),
         ("53 04 04 00 D0 01 01 00 40 0D", [2, 3], "but a packet has 6 bytes"),
         ("53 04 06 00 50 01 01 00 40 0D 03 00", [4], "lack the bit of a data packet (0xd0)"),
@@ -96,7 +96,7 @@ def test_a_broken_frame_is_explained(
 def test_no_bytes_are_no_frame(stagewire: Stagewire, words: str) -> None:
     result = stagewire("decode", words)
     assert result.code == 1
-    assert "truncated: a frame has at least 6 bytes, here are 0" in result.out
+    assert "truncated: a frame has at least 6 bytes, not 0" in result.out
 
 
 def test_several_frames_on_the_command_line(stagewire: Stagewire) -> None:

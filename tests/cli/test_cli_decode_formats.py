@@ -500,7 +500,7 @@ def test_a_disk_that_is_full_leaves_no_file(
         ),
         (
             ["--message", "HW_RICHRESPONSE", "--format", "csv"],
-            "no documented layout, so no columns",
+            "no documented layout and therefore no columns",
         ),
     ],
     ids=range(16),

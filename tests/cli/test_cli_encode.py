@@ -83,7 +83,7 @@ def test_what_is_encoded_decodes(stagewire: Stagewire) -> None:
         ("MOT_MOVE_HOME chan_ident=1.5", "nor an integer such as 5 or 0x05"),
         ("MOT_MOVE_HOME chan_ident=1 --dest 0x80", "dest takes an address from 0 to 0x7f"),
         ("MOT_MOVE_HOME chan_ident=1 --source bay", "--source takes an address such as 0x50"),
-        ("MOT_MOVE_HOME chan_ident=1 data=00", "is made from its fields"),
+        ("MOT_MOVE_HOME chan_ident=1 data=00", "takes fields, not data"),
         ("MOT_SET_MOVEVELPARAMS", "cannot be used"),
         ("HW_RICHRESPONSE", "has no documented layout"),
         ("HW_RICHRESPONSE data=0", "'0' is not bytes"),

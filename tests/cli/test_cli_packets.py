@@ -74,7 +74,7 @@ def test_a_packet_to_an_address(stagewire: Stagewire, words: list[str], packet: 
         (["STOP", "--address", "3", "--dest", "3"], "--dest says nothing for messages of invented_packets"),
         (["STOP", "--address", "3", "--axis", "X"], "--axis says nothing for"),
         (["STOP", "--address", "3", "--allow-dummy"], "--allow-dummy says nothing for"),
-        (["STOP", "--address", "3", "extra=00"], "STOP has no payload that could be longer"),
+        (["STOP", "--address", "3", "extra=00"], "STOP has no payload to add extra bytes to"),
         (["STOP", "--address", "3", "data=00"], "STOP (header) has no field data"),
         (["STATE", "--address", "3"], "several forms; choose one of header, data:brief, data:full"),
         (["HOME", "--address", "3"], "HOME cannot be used: the document gives it no id"),

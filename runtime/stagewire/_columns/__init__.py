@@ -1,1 +1,1 @@
-"""Captures as columns; public are the names of :mod:`stagewire.columns`."""
+"""Captures as columns. The public names are in :mod:`stagewire.columns`."""

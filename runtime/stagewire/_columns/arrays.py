@@ -1,6 +1,6 @@
-"""Frames of one layout, back to back, to columns; with the standard library, or with NumPy.
+"""Columns of back-to-back frames of one layout, with the standard library or NumPy.
 
-With the standard library a slice with a step takes one byte of every frame at once.
+With the standard library, a slice with a step reads the same byte of all frames in one operation.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 Buffer: TypeAlias = "bytes | bytearray | memoryview | mmap"
 Column: TypeAlias = "array[int] | list[str] | list[bytes]"
-"""Integers, text or byte strings, one for every frame."""
+"""Integers, text or byte strings, one per frame."""
 
 _BLOCK: Final = 8192
-"""Frames that are read at once: few enough for what is copied on the way to stay small."""
+"""Frames that are read together; few enough to keep temporary copies small."""
 
 _FLAGGED: Final = bytes(range(DATA_FLAG, 256))
 _ADDRESSES: Final = bytes(byte & ~DATA_FLAG & 0xFF for byte in range(256))
@@ -44,7 +44,7 @@ _CODES: Final = {
 
 
 def _read_standard(shape: Shape, view: memoryview) -> tuple[dict[str, Column], int | None]:
-    """Return the columns, and the offset of the first wrong frame (then they end before its block)."""
+    """Return the columns, and the offset of the first invalid frame; columns then end before its block."""
     dest, source = array("B"), array("B")
     columns: dict[str, Column] = {"dest": dest, "source": source}
     columns |= {place.name: _empty(place) for place in shape.fields}
@@ -66,17 +66,17 @@ def _read_standard(shape: Shape, view: memoryview) -> tuple[dict[str, Column], i
 
 
 def _wrong_frame(shape: Shape, block: bytes) -> int:
-    """Return the offset of the first frame that is wrong."""
+    """Return the offset of the first invalid frame."""
     starts = range(0, len(block), shape.size)
     wrong = (at for at in starts if not _right(shape, block[at : at + shape.size]))
     return next(wrong)
 
 
 def _right(shape: Shape, block: bytes) -> bool:
-    """Whether every frame of a block has the id, the length and the form of this shape."""
+    """Whether all frames of a block have the id, the length and the form of this shape."""
     size = shape.size
     destinations = block[4::size]
-    # Without the bytes that announce a packet none may be left, or all of them (ASCII is below).
+    # Without the bytes that announce a packet, none may be left, or all must be (ASCII is < 0x80).
     right = (
         not destinations.translate(None, _FLAGGED) if shape.has_packet else destinations.isascii()
     )
@@ -92,7 +92,7 @@ def _empty(place: Field) -> Column:
 
 
 def _extend(column: Any, block: bytes, place: Field, step: int) -> None:
-    """Add the values of one field in a block of frames."""
+    """Append the values of one field in a block of frames."""
     if isinstance(column, array):
         column.frombytes(_integers(block, place, step))
         return
@@ -120,32 +120,32 @@ def _integers(block: bytes, place: Field, step: int) -> bytes | bytearray:
 
 
 def columns(message: type[Message], raw: Buffer) -> dict[str, Column]:
-    """Return the columns of frames of one message class, with the standard library alone.
+    """Return the columns of frames of one message class; needs only the standard library.
 
-    ``raw`` holds whole frames and nothing else: bytes, bytearray, memoryview, mmap. Integers come
-    as :class:`array.array`; text (trailing NULs stripped) and byte strings as lists.
+    ``raw`` is a bytes, bytearray, memoryview or mmap that holds whole frames and nothing else. Integers are
+    returned as :class:`array.array`; text (trailing NULs stripped) and byte strings as lists.
 
-    Raises an error that names the offset of the first frame that is wrong:
-    :class:`~stagewire.errors.DecodeError` for another id, :class:`~stagewire.errors.BadLengthError`
-    for another length or form, :class:`~stagewire.errors.TruncatedError` for a part of a frame at
-    the end. Raises :class:`~stagewire.errors.BadValueError` for what is not bytes or no message
-    class, and :class:`~stagewire.errors.UnsupportedError` for a message without a layout.
+    The errors name the offset of the first invalid frame. Raises :class:`~stagewire.errors.DecodeError` for
+    another id, :class:`~stagewire.errors.BadLengthError` for another length or form, and
+    :class:`~stagewire.errors.TruncatedError` if ``raw`` ends inside a frame. Raises
+    :class:`~stagewire.errors.BadValueError` if ``raw`` is not bytes or ``message`` is not a message class,
+    and :class:`~stagewire.errors.UnsupportedError` for a message without a layout.
     """
     return read(shape_of(message), raw)
 
 
 def numpy_columns(message: type[Message], raw: Buffer) -> dict[str, NDArray[Any]]:
-    """Return the columns of frames of one message class as NumPy arrays of their own.
+    """Return the columns of frames of one message class as NumPy arrays that own their data.
 
-    Integers in the byte order of the machine, text as ``U``, byte strings as ``V`` (``S`` would lose
-    zeros at their ends). Raises as :func:`columns` does, and
-    :class:`~stagewire.errors.UnsupportedError` where NumPy is not installed.
+    Integers are in native byte order, text is ``U`` and byte strings are ``V`` (``S`` would lose trailing
+    zeros). Raises the errors of :func:`columns`, and :class:`~stagewire.errors.UnsupportedError` if NumPy is
+    not installed.
     """
     return read_numpy(shape_of(message), raw)
 
 
 def read(shape: Shape, raw: Buffer) -> dict[str, Column]:
-    """Do the work of :func:`columns` for any shape of frames."""
+    """Implement :func:`columns` for any shape of frames."""
     with bytes_of(raw) as view:
         found, wrong = _read_standard(shape, view)
         if wrong is not None:
@@ -154,12 +154,12 @@ def read(shape: Shape, raw: Buffer) -> dict[str, Column]:
 
 
 def read_numpy(shape: Shape, raw: Buffer) -> dict[str, NDArray[Any]]:
-    """Do the work of :func:`numpy_columns` for any shape of frames."""
+    """Implement :func:`numpy_columns` for any shape of frames."""
     try:
         from stagewire._columns.vectors import read as read_vectors
     except ImportError:
         raise UnsupportedError(
-            "NumPy is not installed: pip install 'stagewire[numpy]', or use columns()"
+            "NumPy is not installed: run pip install 'stagewire[numpy]', or use columns()"
         ) from None
     with bytes_of(raw) as view:
         found, wrong = read_vectors(shape, view)
@@ -170,34 +170,36 @@ def read_numpy(shape: Shape, raw: Buffer) -> dict[str, NDArray[Any]]:
 
 @contextmanager
 def bytes_of(raw: Buffer) -> Iterator[memoryview]:
-    """Give a view of single bytes, which is let go when the block ends.
+    """Return a view of single bytes, released when the block ends.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what does not hold bytes in one piece.
+    Raises :class:`~stagewire.errors.BadValueError` unless ``raw`` holds contiguous bytes.
     """
     try:
         view = memoryview(raw)
-    except (TypeError, ValueError):  # a mapping that is closed raises ValueError
-        raise BadValueError(f"columns are read from bytes, not {type(raw).__name__}") from None
+    except (TypeError, ValueError):  # a closed mmap raises ValueError
+        raise BadValueError(f"columns are made from bytes, not {type(raw).__name__}") from None
     with view:
         if not view.c_contiguous:
             raise BadValueError(
-                "columns are read from bytes that stand back to back, without steps"
+                "columns are made from contiguous bytes, not from a view with steps"
             )
         with view.cast("B") as plain:
             yield plain
 
 
 def _refuse(shape: Shape, view: memoryview, offset: int) -> NoReturn:
-    """Say what is wrong with the frame at ``offset``."""
+    """Raise the error for the frame at ``offset``."""
     start = bytes(view[offset : offset + 6])
-    where = f"byte {offset}: a frame of {shape.name} was expected"
+    where = f"byte {offset}: expected a frame of {shape.name}"
     if len(view) - offset < shape.size and start[: len(shape.head)] == shape.head[: len(start)]:
         raise TruncatedError(
-            f"{where}, of {shape.size} bytes; {len(view) - offset} are left, so this is no whole "
-            "number of frames"
+            f"{where} with {shape.size} bytes, but only {len(view) - offset} are left; "
+            "the data is not a whole number of frames"
         )
     if start[:2] != shape.head[:2]:
         wanted, came = (int.from_bytes(head[:2], "little") for head in (shape.head, start))
-        raise DecodeError(f"{where} (id {wanted:#06x}), here is id {came:#06x}")
-    wanted_form = f"a packet of {shape.size - 6} bytes" if shape.has_packet else "no packet"
-    raise BadLengthError(f"{where}, with {wanted_form}; its header is {start.hex(' ')}")
+        raise DecodeError(f"{where} with id {wanted:#06x}, found id {came:#06x}")
+    wanted_form = (
+        f"with a packet of {shape.size - 6} bytes" if shape.has_packet else "without packet"
+    )
+    raise BadLengthError(f"{where} {wanted_form}, found the header {start.hex(' ')}")

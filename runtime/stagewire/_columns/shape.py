@@ -1,4 +1,4 @@
-"""Where the fields of one layout stand in its frames."""
+"""The offsets of the fields of one layout in its frames."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _CODES = re.compile(r"(\d*)([xsbBhHlLqQ])")
 
 
 class Kind(enum.Enum):
-    """What the bytes of a field are."""
+    """How the bytes of a field are interpreted."""
 
     UNSIGNED = "unsigned integer"
     SIGNED = "signed integer"
@@ -30,12 +30,12 @@ class Kind(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One field in a frame.
+    """One field of a frame.
 
     :param name: name of the field.
     :param offset: its first byte, counted from the beginning of the frame.
-    :param size: its bytes; an integer, always low byte first, has 1 to 8.
-    :param kind: what they are.
+    :param size: its size in bytes; integers are low byte first and have 1 to 8.
+    :param kind: how its bytes are interpreted.
     """
 
     name: str
@@ -45,18 +45,18 @@ class Field:
 
     @property
     def width(self) -> int:
-        """Bytes of the machine integer that holds it: 1, 2, 4 or 8."""
+        """Bytes of the machine integer that holds the field: 1, 2, 4 or 8."""
         return 1 << (self.size - 1).bit_length()
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """What all frames of one layout have in common.
+    """The common layout of all frames of one message form.
 
     :param name: message and form, for people.
-    :param head: the bytes that every frame begins with: the id and, of a data form, the length.
-    :param has_packet: whether the destination carries the bit that announces a packet.
-    :param size: bytes of a frame, header included.
+    :param head: the bytes that every frame begins with: the id and, for a data form, the length.
+    :param has_packet: whether the destination byte has the bit that announces a packet.
+    :param size: bytes of a frame, including the header.
     :param fields: the fields in wire order.
     """
 
@@ -68,25 +68,27 @@ class Shape:
 
     @property
     def places(self) -> tuple[Field, ...]:
-        """The fields, by the name that 0.1 gave them."""
+        """The fields, under the name of version 0.1."""
         return self.fields
 
 
 def shape_of(message: type[Message]) -> Shape:
     """Return the shape of the frames of a message class.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what is no message class, and
-    :class:`~stagewire.errors.UnsupportedError` for a message whose layout is not documented: its
-    frames have no common length.
+    Raises :class:`~stagewire.errors.BadValueError` if ``message`` is not a message class, and
+    :class:`~stagewire.errors.UnsupportedError` for a message without a documented layout, because its frames
+    have no common length.
     """
     if not (isinstance(message, type) and issubclass(message, Message)):
-        raise BadValueError(f"columns are made of a message class, not of {message!r}")
+        raise BadValueError(f"columns are made from a message class, not from {message!r}")
     if not issubclass(message, FramedMessage):
         raise UnsupportedError(
-            f"{message.__name__} has no header of six bytes; columns are made of frames that have one"
+            f"{message.__name__} has no header of six bytes; only frames with a header have columns"
         )
     if issubclass(message, UndocumentedMessage):
-        raise UnsupportedError(f"{message.layout.message} has no documented layout, so no columns")
+        raise UnsupportedError(
+            f"{message.layout.message} has no documented layout and therefore no columns"
+        )
     layout = message.layout
     has_packet = layout.form != "header"
     head = layout.id.to_bytes(2, "little")
@@ -103,10 +105,10 @@ def _fields(message: type[Message]) -> tuple[Field, ...]:
     layout = message.layout
     if issubclass(message, UndecidedMessage):
         return (Field("data", HEADER_SIZE, layout.length, Kind.BYTES),)
-    # A generated class states its fields as the format of the Struct that unpacks whole frames.
+    # The fields of a generated class are in the format of the Struct that unpacks whole frames.
     unpacker = getattr(getattr(message, "_unpack", None), "__self__", None)
     if not isinstance(unpacker, struct.Struct):
-        raise UnsupportedError(f"{message.__name__} does not say where its fields stand")
+        raise UnsupportedError(f"{message.__name__} does not define the offsets of its fields")
     names = iter(layout.fields)
     fields = []
     offset = 0
@@ -128,8 +130,8 @@ def _fields(message: type[Message]) -> tuple[Field, ...]:
 
 
 def _kind_of_string(message: type[Message], name: str) -> Kind:
-    """Return what a run of bytes is: by the type that the class gives the field, and by its sign."""
+    """Return the kind of a run of bytes, from the type annotation of the field and its sign."""
     kind = message.__annotations__.get(name)
-    if kind in (int, "int"):  # a Struct has no code for integers of three bytes
+    if kind in (int, "int"):  # Struct has no code for three-byte integers
         return Kind.SIGNED if name in message.layout.signed else Kind.UNSIGNED
     return Kind.TEXT if kind in (str, "str") else Kind.BYTES

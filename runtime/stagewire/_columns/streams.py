@@ -1,4 +1,4 @@
-"""A stream of all kinds of frames, sorted by layout: what columns are made of."""
+"""Streams of mixed frames, sorted by layout to make columns."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _BLOCK: Final = 8 * 1024
-"""Bytes that are framed at once; so few events live together that no garbage collection starts."""
+"""Bytes framed at a time; so few events are alive that no garbage collection starts."""
 
 
 class Frames:
-    """Frames of one message class, back to back in the order in which they came.
+    """The frames of one message class, back to back, in the order received.
 
-    :param message: the class; one with a documented layout.
+    :param message: the message class; its layout must be documented.
 
-    ``raw`` holds the bytes, ``offsets`` where each frame stood in its stream. Frames of a stream may
-    be longer than their layout, as newer controllers send them: ``raw`` has them cut to the layout,
-    with the length that it says, and ``extra`` what followed, by the number of the frame.
+    ``raw`` holds the bytes and ``offsets`` the position of each frame in the stream. Frames from newer
+    controllers may be longer than their layout. ``raw`` then holds them cut to the layout, with the length
+    adjusted, and ``extra`` maps the number of the frame to the bytes that were cut off.
     """
 
     __slots__ = ("extra", "message", "offsets", "raw", "shape")
@@ -41,13 +41,13 @@ class Frames:
         self.clear()
 
     def clear(self) -> None:
-        """Forget all frames."""
+        """Remove all frames."""
         self.raw = bytearray()
         self.offsets = array("Q")
         self.extra: dict[int, bytes] = {}
 
     def append(self, offset: int, raw: bytes) -> None:
-        """Add one frame of this class, which stood at ``offset``; it is not checked here."""
+        """Add a frame of this class from position ``offset``, without checking it."""
         shape = self.shape
         if len(raw) != shape.size:
             self.extra[len(self.offsets)] = raw[shape.size :]
@@ -59,25 +59,24 @@ class Frames:
         return len(self.offsets)
 
     def columns(self) -> dict[str, Column]:
-        """Return the columns, as :func:`stagewire.columns.columns` does."""
+        """Return the columns, like :func:`stagewire.columns.columns`."""
         return columns(self.message, self.raw)
 
     def numpy_columns(self) -> dict[str, NDArray[Any]]:
-        """Return the columns, as :func:`stagewire.columns.numpy_columns` does."""
+        """Return the columns, like :func:`stagewire.columns.numpy_columns`."""
         return numpy_columns(self.message, self.raw)
 
 
 class Sorter:
-    """Takes the events of a stream and keeps the frames of every layout apart.
+    """A sorter of events that groups the frames of a stream by layout.
 
-    :param protocol: whose stream it is.
-    :param context: what decides between layouts that bytes cannot tell apart, such as
-        ``{"status": "dc"}``; without it those frames come under their ``…Undecided`` class.
-    :param only: the message classes that are kept; all of them by default. Others are counted.
+    :param protocol: the protocol of the stream.
+    :param context: selects between layouts that bytes alone cannot distinguish, such as
+        ``{"status": "dc"}``. Without it these frames are stored under their ``…Undecided`` class.
+    :param only: the message classes to keep; others are only counted. The default keeps all.
 
-    ``frames`` has the frames by class, ``counts`` how many events of each kind came: messages,
-    undocumented and unknown frames, bad lengths, and runs of garbage. Memory grows with the frames
-    that are kept, and with nothing else.
+    ``frames`` holds the frames by class, ``counts`` the number of events by kind: messages, undocumented and
+    unknown frames, bad lengths, and runs of garbage. Only the frames that are kept take up memory.
 
     Raises :class:`~stagewire.errors.UnsupportedError` for a protocol whose messages have no header.
     """
@@ -89,18 +88,18 @@ class Sorter:
         only: Collection[type[Message]] | None = None,
     ) -> None:
         if not isinstance(protocol, FramedProtocol):
-            raise UnsupportedError(f"{protocol!r} has no frames that could be sorted into columns")
+            raise UnsupportedError(f"{protocol!r} has no frames to sort into columns")
         self.frames: dict[type[Message], Frames] = {}
         self.counts: dict[type[Event], int] = {}
         self._protocol = protocol
         self._context = context
         self._only = only
         self._in_garbage = False
-        # The id of a header form, id and length of a data form -> where its frames go.
+        # The id of a header form, or the id and length of a data form -> the frames of its class.
         self._known: dict[bytes, Frames | None] = {}
 
     def take(self, offset: int, events: Iterable[Event]) -> None:
-        """Take events that follow one another, the first of which stands at ``offset``."""
+        """Take consecutive events, the first of them at position ``offset``."""
         known, received = self._known, 0
         for event in events:
             raw = event.raw
@@ -128,18 +127,18 @@ class Sorter:
 
     def _count(self, event: Event) -> None:
         kind = type(event)
-        # a run of garbage is cut where a chunk ends: it is counted once
+        # A run of garbage is cut at the end of each chunk; count it once.
         if kind is not Garbage or not self._in_garbage:
             self.counts[kind] = self.counts.get(kind, 0) + 1
         self._in_garbage = kind is Garbage
 
 
 class Gatherer(Sorter):
-    """Takes the bytes of a stream in any chunks: a :class:`Sorter` with a framer of its own.
+    """A :class:`Sorter` with its own framer, for bytes in chunks of any size.
 
-    :param end: which end of the line received the stream.
+    :param end: the end of the line that received the stream.
 
-    ``read`` counts the bytes that were fed.
+    ``read`` counts the bytes fed.
     """
 
     def __init__(
@@ -155,13 +154,13 @@ class Gatherer(Sorter):
 
     @property
     def pending(self) -> bytes:
-        """The bytes at the end of what was fed that are no whole frame."""
+        """The bytes at the end of the stream that are not a whole frame yet."""
         return self._framer.pending
 
     def feed(self, data: Buffer) -> None:
         """Take the next bytes of the stream.
 
-        Raises :class:`~stagewire.errors.BadValueError` for what is not bytes.
+        Raises :class:`~stagewire.errors.BadValueError` if ``data`` is not bytes.
         """
         with bytes_of(data) as view:
             for start in range(0, len(view), _BLOCK):
@@ -178,9 +177,9 @@ def gather(
     context: Mapping[str, str] | None = None,
     only: Collection[type[Message]] | None = None,
 ) -> Gatherer:
-    """Return the frames of a whole stream, sorted; see :class:`Sorter` and :class:`Gatherer`.
+    """Sort the frames of a whole stream; see :class:`Sorter` and :class:`Gatherer`.
 
-    Raises as they do.
+    Raises the same errors.
     """
     gatherer = Gatherer(protocol, end, context, only)
     for chunk in chunks:

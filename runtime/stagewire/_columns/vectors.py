@@ -1,6 +1,6 @@
-"""Columns with NumPy: a structured view of the frames, and one copy of every field.
+"""Columns with NumPy: a structured view of the frames, and one copy of each field.
 
-Importing this module needs NumPy; :mod:`stagewire._columns.arrays` does so on use.
+Importing this module requires NumPy. :mod:`stagewire._columns.arrays` imports it on use.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _INTEGERS: Final = {Kind.UNSIGNED: "u", Kind.SIGNED: "i"}
 
 
 def read(shape: Shape, view: memoryview) -> tuple[dict[str, Column], int | None]:
-    """Return the columns, and the offset of the first wrong frame (then there are none)."""
+    """Return the columns, and the offset of the first invalid frame; the columns are then empty."""
     frames, rest = divmod(len(view), shape.size)
     end = len(view) - rest
 
     def field(offset: int, format: str) -> Column:
-        """Return a view of the bytes at ``offset`` of every frame."""
+        """Return a view of the bytes at ``offset`` of all frames."""
         dtype = numpy.dtype(
             {"names": ["it"], "formats": [format], "offsets": [offset], "itemsize": shape.size}
         )
@@ -44,14 +44,14 @@ def read(shape: Shape, view: memoryview) -> tuple[dict[str, Column], int | None]
 
 
 def _format(place: Field) -> str:
-    """Return how one field is seen in a frame; what NumPy has no type for, as single bytes."""
+    """Return the format of one field in a frame; single bytes for a field that NumPy has no type for."""
     if place.kind in _INTEGERS and place.size == place.width:
         return f"<{_INTEGERS[place.kind]}{place.size}"
     return f"V{place.size}" if place.kind is Kind.BYTES else f"({place.size},)u1"
 
 
 def _copy(seen: Column, place: Field) -> Column:
-    """Return the values of one field in an array of their own, in the machine's byte order."""
+    """Return the values of one field as an array that owns its data, in native byte order."""
     if place.kind is Kind.BYTES:
         return seen.copy()
     if place.kind is Kind.TEXT:

@@ -1,7 +1,7 @@
-"""How bytes become messages: one folder for each framing, named as ``framing.kind`` in ``protocol.yaml``.
+"""Framings: how bytes become messages. Each has a folder, named like ``framing.kind`` in ``protocol.yaml``.
 
-A folder holds the messages of its framing, what carries them, the framer with its events, and the class of
-the protocol. Its docstring states the rule by which the framer cuts a stream. A generated package makes an
-object of the class of its framing, and everything else asks that object. The public names of a folder are
-published in :mod:`stagewire.protocols`, :mod:`stagewire.framing` and :mod:`stagewire.support`.
+A folder holds the messages of its framing, the frames or packets that carry them, the framer with its
+events, and the protocol class. The docstring of the folder states the rule by which the framer cuts a
+stream. A generated package creates one protocol object, and all other code uses that object. The public
+names are in :mod:`stagewire.protocols`, :mod:`stagewire.framing` and :mod:`stagewire.support`.
 """

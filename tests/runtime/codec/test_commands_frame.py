@@ -82,12 +82,12 @@ def test_any_byte_but_two_is_an_axis(axis: int) -> None:
     ("axis", "kind", "text"),
     [
         (0x1B, OutOfRangeError, "axis cannot be 0x1b, the prefix of setup commands"),
-        (0x0D, OutOfRangeError, "axis cannot be 0x0d, which ends a command"),
-        (-1, OutOfRangeError, "axis takes an identifier of one byte, not -1"),
-        (256, OutOfRangeError, "axis takes an identifier of one byte, not 256"),
-        (True, BadValueError, "axis takes the identifier of an axis, an integer, not True"),
-        (None, BadValueError, "axis takes the identifier of an axis, an integer, not None"),
-        ("X", BadValueError, "axis takes the identifier of an axis, an integer, not 'X'"),
+        (0x0D, OutOfRangeError, "axis cannot be 0x0d, the terminator of commands"),
+        (-1, OutOfRangeError, "axis must be an identifier of one byte, not -1"),
+        (256, OutOfRangeError, "axis must be an identifier of one byte, not 256"),
+        (True, BadValueError, "axis must be the identifier of an axis, an integer, not True"),
+        (None, BadValueError, "axis must be the identifier of an axis, an integer, not None"),
+        ("X", BadValueError, "axis must be the identifier of an axis, an integer, not 'X'"),
     ],
 )
 @pytest.mark.parametrize("message", [MOVE, ReadCount()])
@@ -159,13 +159,13 @@ def test_the_longest_command() -> None:
         frame = CommandFrame(message, 0x21, bytes(room))
         assert len(frame.encode()) == MAXIMUM
         assert PROTOCOL.decode(frame.encode()) == frame
-        with pytest.raises(OutOfRangeError, match=f"extra takes at most {room} bytes here"):
+        with pytest.raises(OutOfRangeError, match=f"extra takes at most {room} bytes, not"):
             CommandFrame(message, 0x21, bytes(room + 1))
     assert len(CommandFrame(WritePage(bytes(255)), 0x21).encode()) == MAXIMUM
 
 
 REFUSED: list[tuple[Callable[[], object], str]] = [
-    (lambda: CommandFrame(MOVE), "axis takes the identifier of an axis, an integer, not None"),
+    (lambda: CommandFrame(MOVE), "axis must be the identifier of an axis, an integer, not None"),
     (lambda: CommandFrame("move", 0x21), "a frame carries a command, not 'move'"),
     (lambda: CommandFrame(ReadCountReply(1), 0x21), "a frame carries a command, not ReadCountReply"),
     (lambda: CommandFrame(Restart(), 0x21), "RESTART is two bytes and has no axis"),
@@ -175,8 +175,8 @@ REFUSED: list[tuple[Callable[[], object], str]] = [
     (lambda: CommandFrame(MOVE, 0x21, "ab"), "extra takes bytes, not 'ab'"),
     (lambda: CommandFrame(MOVE, 0x21, b"\x01\x0d"), "extra holds 0x0d, which would end the command"),
     (lambda: CommandFrame(MOVE, 0x21, sized=1), "sized takes True, False or None, not 1"),
-    (lambda: CommandFrame(MOVE, 0x21, sized=False), "WRITE_COUNT has data, so that its size"),
-    (lambda: CommandFrame(ReadState(), 0x21, b"a"), "READ_STATE without its size ends there"),
+    (lambda: CommandFrame(MOVE, 0x21, sized=False), "WRITE_COUNT has data, so its size"),
+    (lambda: CommandFrame(ReadState(), 0x21, b"a"), "READ_STATE without its size slot"),
 ]  # fmt: skip
 
 

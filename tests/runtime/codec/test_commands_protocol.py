@@ -132,37 +132,37 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.decode(b("21 57 03 0D 0D")),
         TruncatedError,
-        "WRITE_COUNT: 3 bytes of data and 0x0d are due; the bytes end before byte 5",
+        "WRITE_COUNT: expected 3 bytes of data and 0x0d; the bytes end before byte 5",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 03 0D 0D 0D")),
         TruncatedError,
-        "WRITE_COUNT: 3 bytes of data and 0x0d are due; the bytes end before byte 6",
+        "WRITE_COUNT: expected 3 bytes of data and 0x0d; the bytes end before byte 6",
     ),
     (
         lambda: PROTOCOL.decode(b("21 63 03 21")),
         TruncatedError,
-        "READ_COUNT: 0x0d is due; the bytes end before byte 4",
+        "READ_COUNT: expected 0x0d; the bytes end before byte 4",
     ),
     (
         lambda: PROTOCOL.decode(b("21 63 03")),
         TruncatedError,
-        "READ_COUNT: 0x0d is due; the bytes end before byte 3",
+        "READ_COUNT: expected 0x0d; the bytes end before byte 3",
     ),
     (
         lambda: PROTOCOL.decode(b("21 57 03 01 02 03 0D 21 0D")),
         TrailingBytesError,
-        "WRITE_COUNT ends before byte 7; 2 bytes more",
+        "WRITE_COUNT ends before byte 7; found 2 more bytes",
     ),
     (
         lambda: PROTOCOL.decode(b("1B 51 0D")),
         TrailingBytesError,
-        "RESTART ends before byte 2; 1 byte more",
+        "RESTART ends before byte 2; found 1 more byte",
     ),
     (
         lambda: PROTOCOL.decode(b("21 63 0D 0D")),
         TrailingBytesError,
-        "READ_COUNT ends before byte 3; 1 byte more",
+        "READ_COUNT ends before byte 3; found 1 more byte",
     ),
     (
         lambda: PROTOCOL.decode(b("21 99 03 0D")),
@@ -202,7 +202,7 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.decode(b("21 57 03") + bytes(256) + b("0D")),
         BadLengthError,
-        "WRITE_COUNT: 0x0d has to come within 259 bytes",
+        "WRITE_COUNT: 0x0d must follow within 259 bytes",
     ),
     (
         lambda: PROTOCOL.decode(b("21 99") + b("01") * 300),
@@ -223,12 +223,12 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.decode_reply(b"ab", "READ_COUNT"),
         TruncatedError,
-        "the reply to READ_COUNT has 3 bytes, here are 2",
+        "the reply to READ_COUNT has 3 bytes, not 2",
     ),
     (
         lambda: PROTOCOL.decode_reply(b"abcd", ReadCount()),
         TrailingBytesError,
-        "the reply to READ_COUNT has 3 bytes, here are 4",
+        "the reply to READ_COUNT has 3 bytes, not 4",
     ),
     (lambda: PROTOCOL.decode_reply(b"", "STOP"), BadLengthError, "STOP has no reply"),
     (lambda: PROTOCOL.decode_reply(b"", Restart), BadLengthError, "RESTART has no reply"),
@@ -241,12 +241,12 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.decode_reply(b"abc", 5),  # type: ignore[arg-type]
         BadValueError,
-        "a reply is decoded by its command, not by 5",
+        "decode_reply takes the command of the reply, not 5",
     ),
     (
         lambda: PROTOCOL.decode_reply(b"abc", ReadCountReply),
         BadValueError,
-        "a reply is decoded by its command, not by <class 'invented_commands.ReadCountReply'>",
+        "decode_reply takes the command of the reply, not <class 'invented_commands.ReadCountReply'>",
     ),
     (
         lambda: PROTOCOL.decode_reply("abc", "READ_COUNT"),  # type: ignore[arg-type]
@@ -318,16 +318,16 @@ def protocol(*classes: type, prefix: int = 0xFE, terminator: int = 0x2E) -> Comm
     [
         (lambda: protocol(command(5), command(5)), "MADE and MADE have the same byte 0x05"),
         (lambda: protocol(setup_command(5), setup_command(5)), "have the same byte 0x05"),
-        (lambda: protocol(command(0x2E)), "MADE: no command has the byte 0x2e"),
-        (lambda: protocol(command(256)), "MADE: no command has the byte 0x100"),
-        (lambda: protocol(command(5, size=0x2E)), "MADE: no size slot holds 46"),
-        (lambda: protocol(command(5, 256, 256)), "MADE: no size slot holds 256"),
-        (lambda: protocol(command(5, 3, 2)), "MADE: 3 bytes of data cannot go with the size 2"),
-        (lambda: protocol(command(5, 3, None)), "MADE: 3 bytes of data cannot go with the size 0"),
+        (lambda: protocol(command(0x2E)), "MADE: a command cannot have the byte 0x2e"),
+        (lambda: protocol(command(256)), "MADE: a command cannot have the byte 0x100"),
+        (lambda: protocol(command(5, size=0x2E)), "MADE: a size slot cannot hold 46"),
+        (lambda: protocol(command(5, 256, 256)), "MADE: a size slot cannot hold 256"),
+        (lambda: protocol(command(5, 3, 2)), "MADE: 3 bytes of data do not match the size 2"),
+        (lambda: protocol(command(5, 3, None)), "MADE: 3 bytes of data do not match the size 0"),
         (lambda: protocol(setup_command(0x2E)), "MADE: 0x2e is the terminator"),
-        (lambda: protocol(setup_command(256)), "0x100 is no byte"),
+        (lambda: protocol(setup_command(256)), "0x100 is not a byte"),
         (lambda: protocol(prefix=5, terminator=5), "cannot be both the prefix and the terminator"),
-        (lambda: protocol(prefix=-1), "-0x1 is no byte"),
+        (lambda: protocol(prefix=-1), "-0x1 is not a byte"),
     ],
 )
 def test_commands_that_no_stream_can_carry(make: Callable[[], object], text: str) -> None:

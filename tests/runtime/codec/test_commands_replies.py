@@ -64,7 +64,7 @@ def test_bytes_that_nobody_asked_for_are_garbage_and_poison_the_line() -> None:
     assert not decoder.poisoned
     assert decoder.feed(b"ab") == [Garbage(b"ab")]
     assert decoder.poisoned
-    with pytest.raises(OutstandingReplyError, match="bytes came that nobody asked for"):
+    with pytest.raises(OutstandingReplyError, match="unexpected bytes arrived"):
         decoder.sent(COUNT)
     decoder.drained()
     decoder.sent(COUNT)
@@ -149,7 +149,7 @@ def test_giving_up_nothing_changes_nothing() -> None:
 
 @pytest.mark.parametrize("wrong", [ReadCount(), "READ_COUNT", None, b"\x21\x3f\x0d"])
 def test_only_frames_are_sent(wrong: object) -> None:
-    with pytest.raises(BadValueError, match="a line carries frames of commands, not"):
+    with pytest.raises(BadValueError, match="sent takes a CommandFrame, not"):
         PROTOCOL.replies().sent(wrong)  # type: ignore[arg-type]
 
 

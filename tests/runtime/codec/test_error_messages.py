@@ -139,7 +139,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: Frame(m.ModIdentify(), 1, 1, b"a"),
         BadValueError,
-        "MOD_IDENTIFY has no packet that could be longer",
+        "MOD_IDENTIFY has no packet to add extra bytes to",
     ),
     (
         lambda: Frame(MOVE, 1, 1, bytes(250)).encode(),
@@ -147,7 +147,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         "a packet has at most 255 bytes, not 256",
     ),
     # Bytes
-    (lambda: m.decode(b"\x53\x04"), TruncatedError, "a frame has at least 6 bytes, here are 2"),
+    (lambda: m.decode(b"\x53\x04"), TruncatedError, "a frame has at least 6 bytes, not 2"),
     (
         lambda: m.decode(bytes.fromhex("777700000150")),
         UnknownMessageError,
@@ -157,13 +157,13 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.decode(bytes.fromhex("5304060081500102")),
         TruncatedError,
-        "MOT_MOVE_ABSOLUTE: bytes 2 and 3 declare a packet of 6 bytes, 2 follow the header; "
+        "MOT_MOVE_ABSOLUTE: bytes 2 and 3 declare a packet of 6 bytes, but 2 follow the header; "
         "the frame ends before byte 8",
     ),
     (
         lambda: m.decode(bytes.fromhex("53040100815001020304")),
         TrailingBytesError,
-        "MOT_MOVE_ABSOLUTE: bytes 2 and 3 declare a packet of 1 bytes, 4 follow the header; "
+        "MOT_MOVE_ABSOLUTE: bytes 2 and 3 declare a packet of 1 bytes, but 4 follow the header; "
         "it ends before byte 7",
     ),
     (
@@ -180,14 +180,13 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.decode(bytes.fromhex("230202008150 0102")),
         BadLengthError,
-        "MOD_IDENTIFY: bytes 2 and 3 declare a packet of 2 bytes, but it is a header without "
-        "a packet",
+        "MOD_IDENTIFY: bytes 2 and 3 declare a packet of 2 bytes, but the message has no packet",
     ),
     (
         lambda: m.decode(bytes.fromhex("430401005001 0102")),
         TrailingBytesError,
         "MOT_MOVE_HOME: byte 4 (0x50) announces no data packet, so the frame ends after 6 "
-        "bytes; 2 more follow from byte 6 on",
+        "bytes, but 2 more follow from byte 6",
     ),
     (
         lambda: m.decode(bytes.fromhex("910400000150")),
@@ -241,12 +240,12 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: build("MOD_IDENTIFY", {}, data=b"a"),
         BadValueError,
-        "MOD_IDENTIFY (header) is made from its fields, not from data",
+        "MOD_IDENTIFY (header) takes fields, not data",
     ),
     (
         lambda: build("MOT_MOVE_STOPPED", {}, "data:undecided"),
         MissingFieldError,
-        "MOT_MOVE_STOPPED (data:undecided) is made from its data alone",
+        "MOT_MOVE_STOPPED (data:undecided) requires data=…, its whole packet",
     ),
     (
         lambda: build("MOT_SET_MOVEVELPARAMS", {}),
@@ -262,18 +261,18 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: PROTOCOL.framer("host"),
         BadValueError,
-        "the end of a line is one of End.HOST, End.DEVICE, End.NONE, not 'host'",
+        "the end of a line must be one of End.HOST, End.DEVICE, End.NONE, not 'host'",
     ),
     (
         lambda: PROTOCOL.framer().tell(256),
         BadValueError,
-        "a source is an address from 0 to 0xff, not 256",
+        "source must be an address from 0 to 0xff, not 256",
     ),
     (lambda: PROTOCOL.framer().feed("ab"), BadValueError, "a framer takes bytes, not str"),
     (
         lambda: Framer(PROTOCOL.framing, End.NONE).feed(RAW)[0].frame,
         UnsupportedError,
-        "this event's framer knows no protocol; use Protocol.framer",
+        "this event's framer has no protocol; use Protocol.framer",
     ),
     # Scales
     (lambda: exact(True), BadValueError, "True is not a number"),
@@ -314,7 +313,7 @@ def test_what_a_refusal_says(
 )
 def test_data_is_given_beside_the_fields_and_not_among_them(message: str, form: str | None) -> None:
     data = bytes(14)
-    with pytest.raises(UnknownFieldError, match=f"{message} .*: data is the packet and no field"):
+    with pytest.raises(UnknownFieldError, match=f"{message} .*: data is the packet, not a field"):
         build(message, {"data": data}, form, data)
     assert build(message, {}, form, data).data == data
 

@@ -438,9 +438,9 @@ def test_a_table_with_impossible_numbers_is_refused() -> None:
         with pytest.raises(ValueError, match="16 bits"):
             FramingTable({id: Forms("STATUS", IN, True, frozenset())}, 0x01, devices)
     for number in (-1, 0x80, 0x81, 0x100, 0x150):
-        with pytest.raises(ValueError, match="no address"):
+        with pytest.raises(ValueError, match="not an address"):
             FramingTable({}, 0x01, frozenset({number}))
-        with pytest.raises(ValueError, match="no address"):
+        with pytest.raises(ValueError, match="not an address"):
             FramingTable({}, number, devices)
 
 

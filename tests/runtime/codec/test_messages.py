@@ -257,10 +257,22 @@ def test_no_packet_is_longer_than_255_bytes(id: int, length: int) -> None:
 @pytest.mark.parametrize(
     ("raw", "error", "said"),
     [
-        (MOVE[:3], TruncatedError, "at least 6 bytes, here are 3"),
-        (MOVE[:-1], TruncatedError, "a packet of 6 bytes, 5 follow the header; .* before byte 11$"),
-        (MOVE + b"a", TrailingBytesError, "6 bytes, 7 follow the header; it ends before byte 12$"),
-        (bytes.fromhex("430401005001") + b"ab", TrailingBytesError, "2 more follow from byte 6 on"),
+        (MOVE[:3], TruncatedError, "at least 6 bytes, not 3"),
+        (
+            MOVE[:-1],
+            TruncatedError,
+            "a packet of 6 bytes, but 5 follow the header; .* before byte 11$",
+        ),
+        (
+            MOVE + b"a",
+            TrailingBytesError,
+            "6 bytes, but 7 follow the header; it ends before byte 12$",
+        ),
+        (
+            bytes.fromhex("430401005001") + b"ab",
+            TrailingBytesError,
+            "but 2 more follow from byte 6",
+        ),
     ],
 )
 def test_a_refusal_says_which_byte_is_wrong(raw: bytes, error: type[Exception], said: str) -> None:
@@ -303,7 +315,7 @@ def test_a_frame_is_made_of_the_right_parts() -> None:
             Frame(*wrong)  # type: ignore[arg-type]
     with pytest.raises(OutOfRangeError, match="dest takes an address"):
         Frame(move, 0xD0, 1)
-    with pytest.raises(BadValueError, match="no packet that could be longer"):
+    with pytest.raises(BadValueError, match="no packet to add extra bytes to"):
         Frame(m.ModIdentify(), 0x50, 1, b"a")
 
 
@@ -319,7 +331,7 @@ def test_a_framer_called_wrongly() -> None:
     with pytest.raises(BadValueError, match="end of a line"):
         PROTOCOL.framer("host")  # type: ignore[arg-type]
     for source in ("0x50", True, -1, 256):
-        with pytest.raises(BadValueError, match="a source is an address"):
+        with pytest.raises(BadValueError, match="source must be an address"):
             PROTOCOL.framer().tell(source, status="dc")  # type: ignore[arg-type]
     with pytest.raises(BadValueError, match="a framer takes bytes"):
         PROTOCOL.framer().feed("53")  # type: ignore[arg-type]

@@ -159,11 +159,11 @@ def test_whatever_holds_bytes_is_read_and_let_go(read_columns: Any, tmp_path: Pa
 @pytest.mark.parametrize(
     ("wrong", "error", "said"),
     [
-        (b"\x90" + STATUS[1:], DecodeError, r"\(id 0x0491\), here is id 0x0490"),
+        (b"\x90" + STATUS[1:], DecodeError, r"with id 0x0491, found id 0x0490"),
         (
             STATUS[:2] + b"\x0c" + STATUS[3:],
             BadLengthError,
-            "with a packet of 14 bytes; its header",
+            "with a packet of 14 bytes, found the header",
         ),
         (STATUS[:4] + b"\x01" + STATUS[5:], BadLengthError, "91 04 0e 00 01 50"),
     ],
@@ -173,7 +173,7 @@ def test_the_first_wrong_frame_is_named(
 ) -> None:
     raw = STATUS * number + wrong + STATUS * 100 + wrong + STATUS[:5]
     with pytest.raises(
-        error, match=rf"^byte {number * 20}: a frame of MOT_GET_DCSTATUSUPDATE.*{said}"
+        error, match=rf"^byte {number * 20}: expected a frame of MOT_GET_DCSTATUSUPDATE.*{said}"
     ):
         read_columns(m.MotGetDcStatusUpdate, raw)
 
@@ -181,7 +181,7 @@ def test_the_first_wrong_frame_is_named(
 @BOTH
 def test_a_header_with_the_bit_of_a_packet_is_wrong(read_columns: Any) -> None:
     with pytest.raises(
-        BadLengthError, match=r"byte 6: .* with no packet; its header is 44 04 01 00 81"
+        BadLengthError, match=r"byte 6: .* without packet, found the header 44 04 01 00 81"
     ):
         read_columns(m.MotMoveHomed, HOMED + HOMED[:4] + b"\x81" + HOMED[5:])
 
@@ -189,19 +189,21 @@ def test_a_header_with_the_bit_of_a_packet_is_wrong(read_columns: Any) -> None:
 @BOTH
 @pytest.mark.parametrize("length", range(1, 20))
 def test_a_part_of_a_frame_at_the_end_is_wrong(read_columns: Any, length: int) -> None:
-    with pytest.raises(TruncatedError, match=f"byte 40: .* of 20 bytes; {length} are left"):
+    with pytest.raises(
+        TruncatedError, match=f"byte 40: .* with 20 bytes, but only {length} are left"
+    ):
         read_columns(m.MotGetDcStatusUpdate, STATUS * 2 + STATUS[:length])
 
 
 @BOTH
 def test_called_wrongly(read_columns: Any) -> None:
     for raw in ("91", None, [1], 5):
-        with pytest.raises(BadValueError, match="columns are read from bytes, not"):
+        with pytest.raises(BadValueError, match="columns are made from bytes, not"):
             read_columns(m.MotGetDcStatusUpdate, raw)
-    with pytest.raises(BadValueError, match="without steps"):
+    with pytest.raises(BadValueError, match="not from a view with steps"):
         read_columns(m.MotGetDcStatusUpdate, memoryview(STATUS * 2)[::2])
     for cls in (STATUS, int, None):
-        with pytest.raises(BadValueError, match="columns are made of a message class"):
+        with pytest.raises(BadValueError, match="columns are made from a message class"):
             read_columns(cls, STATUS)
     with pytest.raises(UnsupportedError, match="HW_RICHRESPONSE has no documented layout"):
         read_columns(m.HwRichResponse, b"")
@@ -212,7 +214,7 @@ def test_a_class_that_does_not_say_where_its_fields_stand() -> None:
         __slots__ = ()
         layout = m.MotMoveHomed.layout
 
-    with pytest.raises(UnsupportedError, match="ByHand does not say where its fields stand"):
+    with pytest.raises(UnsupportedError, match="ByHand does not define the offsets of its fields"):
         columns(ByHand, b"")
 
 
@@ -253,7 +255,7 @@ def test_integers_of_three_bytes_are_what_decoding_says(rows: list[bytes]) -> No
 
 def test_a_protocol_without_headers_has_no_columns() -> None:
     commands: Any = load_protocol("asi_ms2000")
-    with pytest.raises(UnsupportedError, match="no frames that could be sorted into columns"):
+    with pytest.raises(UnsupportedError, match="no frames to sort into columns"):
         gather(commands, [b"18"])
 
 
@@ -428,5 +430,5 @@ def test_memory_grows_with_what_is_kept_alone() -> None:
 
 def test_feeding_what_is_no_bytes() -> None:
     for wrong in ("53", None, 5):
-        with pytest.raises(BadValueError, match="columns are read from bytes"):
+        with pytest.raises(BadValueError, match="columns are made from bytes"):
             gather(PROTOCOL, [wrong])  # type: ignore[list-item]

@@ -1,4 +1,4 @@
-"""A frame: a message, where it goes, where it comes from, and bytes beyond what the registry knows."""
+"""Frames: a message, its destination and source, and any bytes beyond its layout."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from stagewire._framings.header.message import (
 )
 from stagewire.errors import BadValueError, OutOfRangeError, UnsupportedError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, Final
 
 
 class Frame(Frozen):
-    """A message on its way between two addresses; immutable.
+    """A message with its two addresses; immutable.
 
-    :param message: what is said.
+    :param message: the message.
     :param dest: address of the receiver, without the top bit that announces a data packet.
     :param source: address of the sender.
     :param extra: bytes of the packet beyond the layout, as newer controllers send them.
@@ -36,11 +36,11 @@ class Frame(Frozen):
     extra: bytes
 
     def __new__(cls, message: FramedMessage, dest: int, source: int, extra: bytes = b"") -> Frame:
-        """Put a message on its way.
+        """Make a frame.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none, and
-        :class:`~stagewire.errors.BadValueError` for a part of the wrong kind and for extra bytes
-        where there is no layout that they could follow.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid address, and
+        :class:`~stagewire.errors.BadValueError` for an argument of the wrong type or for extra bytes with a
+        message that has no data layout.
         """
         if not isinstance(message, FramedMessage):
             raise BadValueError(f"a frame carries a message, not {message!r}")
@@ -50,7 +50,7 @@ class Frame(Frozen):
                 raise BadValueError(f"extra takes bytes, not {extra!r}")
             extra = bytes(extra)
         if extra and not message.layout.length:
-            raise BadValueError(f"{message.layout.message} has no packet that could be longer")
+            raise BadValueError(f"{message.layout.message} has no packet to add extra bytes to")
         return make_frame(message, dest, source, extra)
 
     def encode(self) -> bytes:
@@ -78,7 +78,7 @@ class Frame(Frozen):
 
 
 class _Draft(Frozen):
-    """A frame that is still being filled; see :mod:`stagewire._codec.events` for why."""
+    """A frame while it is being filled; :mod:`stagewire._codec.events` explains why."""
 
     __slots__ = Frame.__slots__
     __setattr__ = object.__setattr__
@@ -90,7 +90,7 @@ class _Draft(Frozen):
 
 
 def make_frame(message: FramedMessage, dest: int, source: int, extra: bytes = b"") -> Frame:
-    """Make a frame from parts that are known to be right."""
+    """Return a frame of parts that are known to be valid."""
     draft: Any = _Draft()
     draft.message = message
     draft.dest = dest
@@ -106,7 +106,7 @@ class FrameEvent(Event):
 
     __slots__ = ()
 
-    payload_offset: Final = HEADER_SIZE  # where the packet begins, if there is one
+    payload_offset: Final = HEADER_SIZE  # where the packet begins, if any
 
     @property
     def id(self) -> int:
@@ -125,12 +125,12 @@ class FrameEvent(Event):
 
 
 def no_protocol(raw: bytes) -> Frame:
-    """Stand for the decoder of a framer that was made without a protocol."""
-    raise UnsupportedError("this event's framer knows no protocol; use Protocol.framer")
+    """Raise an error; the decoder of a framer without a protocol."""
+    raise UnsupportedError("this event's framer has no protocol; use Protocol.framer")
 
 
 class DecodableEvent(FrameEvent):
-    """A frame that is decoded when somebody asks for it."""
+    """A frame that is decoded on demand."""
 
     __slots__ = ("decoder",)
 
@@ -142,33 +142,33 @@ class DecodableEvent(FrameEvent):
 
     @property
     def frame(self) -> Frame:
-        """The decoded frame, by what the framer had been told of its source when it came.
+        """The decoded frame, by the context that the framer had for its source on arrival.
 
-        Raises :class:`~stagewire.errors.UnsupportedError` for an event of a framer that was made
-        without a protocol; ``Protocol.framer`` makes them with one.
+        Raises :class:`~stagewire.errors.UnsupportedError` if the framer has no protocol; ``Protocol.framer``
+        returns a framer that has one.
         """
         return self.decoder(self.raw)
 
 
 class Received(DecodableEvent):
-    """A message of a known layout, perhaps with extra bytes."""
+    """A message with a known layout, perhaps with extra bytes."""
 
     __slots__ = ()
 
 
 class Undocumented(DecodableEvent):
-    """A frame whose id is known and whose layout is not."""
+    """A frame with a known id but no documented layout."""
 
     __slots__ = ()
 
 
 class Unknown(FrameEvent):
-    """A frame with an id that the table has not, skipped by its length."""
+    """A frame with an unknown id, skipped by its length."""
 
     __slots__ = ()
 
 
 class BadLength(FrameEvent):
-    """A frame of a known message whose packet is too short for every layout."""
+    """A frame of a known message whose packet is shorter than every layout."""
 
     __slots__ = ()

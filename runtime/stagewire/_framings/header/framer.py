@@ -1,4 +1,4 @@
-"""The framer: bytes in, events out. :mod:`stagewire._framings.header` states the rule, with its reasons."""
+"""The framer: bytes in, events out. :mod:`stagewire._framings.header` explains the rule."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stagewire._framings.header.message import DATA_FLAG, HEADER_SIZE, MAXIMUM_P
 from stagewire._framings.header.table import End, Forms, FramingTable
 from stagewire.errors import BadValueError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from re import Pattern
     from typing import Final
@@ -32,7 +32,7 @@ _HEADER: Final = Struct("<HHBB")  # id, parameters or packet length, destination
 
 
 class TooLong(FrameEvent):
-    """Never given out: a packet with room for a header after its layout; look inside first."""
+    """A packet with room for a header after its layout; internal, resolved before events are returned."""
 
     __slots__ = ()
 
@@ -49,7 +49,7 @@ class _Shape:
         self.right = right
 
     def has_header_form(self, parameters: int) -> bool:
-        """Whether both parameter bytes, read as one word, may stand in a header form."""
+        """Whether the header form allows these two parameter bytes, read as one word."""
         if parameters in self.lengths or (self.only_zero and parameters):
             return False
         return self.header
@@ -60,10 +60,9 @@ class _Shape:
 
 
 class Rule:
-    """What one header means, for one table and one end. Not changed once it is made.
+    """The meaning of a header, for one table and one end. Immutable after construction.
 
-    A pair of addresses is one number here: destination (without its top bit) times 256, plus
-    source.
+    A pair of addresses is stored as one number: destination (without its top bit) times 256, plus source.
     """
 
     def __init__(self, table: FramingTable, end: End) -> None:
@@ -95,8 +94,8 @@ class Rule:
         self._sieve = self._make_sieve()
 
     def _make_sieve(self) -> Pattern[bytes]:
-        """Return a pattern that all headers accepted out of step match, and little else does."""
-        import re  # only who frames a stream needs it
+        """Return a pattern that matches all headers accepted out of step and little else."""
+        import re  # only needed to frame a stream
 
         destinations = {pair >> 8 for pair in self.tolerated}
         destinations |= {destination | DATA_FLAG for destination in destinations}
@@ -109,7 +108,7 @@ class Rule:
         return re.compile(b"%b%b..%b%b" % tuple(one_of), re.DOTALL)
 
     def in_step(self, header: bytes) -> tuple[type[Event], int]:
-        """Return what begins with ``header`` where a frame is due, and how many bytes it takes."""
+        """Return the kind and size of the event that begins with ``header``, in step."""
         id, word, dest, source = _HEADER.unpack(header)
         has_packet = dest & DATA_FLAG
         if has_packet and word > MAXIMUM_PACKET:
@@ -133,7 +132,7 @@ class Rule:
         return (Received if word - layout < HEADER_SIZE else TooLong), size
 
     def out_of_step(self, header: bytes) -> int:
-        """Return the size of the frame that ``header`` begins, 0 if not accepted out of step."""
+        """Return the size of the frame that ``header`` begins, 0 if it is not accepted out of step."""
         id, word, dest, source = _HEADER.unpack(header)
         shape = self.shapes.get(id)
         if shape is None:
@@ -145,10 +144,10 @@ class Rule:
         return HEADER_SIZE if shape.has_header_form(word) and addresses in shape.right else 0
 
     def find(self, data: bytes, start: int, stop: int) -> tuple[int, int]:
-        """Return where the first header accepted out of step stands, and the size of its frame.
+        """Return the position of the first header accepted out of step, and the size of its frame.
 
-        The whole header lies between ``start`` and ``stop``. Without one the size is 0 and the
-        position is the first that has no whole header any more.
+        The whole header is between ``start`` and ``stop``. If none is found, the size is 0 and the position
+        is the first that has no whole header after it.
         """
         while (candidate := self._sieve.search(data, start, stop)) is not None:
             start = candidate.start()
@@ -161,28 +160,28 @@ class Rule:
 
 @cache
 def rule_of(table: FramingTable, end: End) -> Rule:
-    """Return the rule of a table and an end, made once: every session and framer needs it."""
+    """Return the rule of a table and an end, cached because every session and framer needs it."""
     return Rule(table, end)
 
 
 Decode = Callable[..., Frame]
-"""Makes a frame of its bytes and, if given, of the context that decides between layouts."""
+"""Decodes the bytes of a frame; the optional context selects between layouts."""
 
-_NEVER: Final = 1 << 62  # the size of a frame that no buffer will ever hold
+_NEVER: Final = 1 << 62  # larger than any frame
 _REMEMBERED_HEADERS: Final = 1024
 
 
 class Framer:
-    """Cuts one stream into events, for the end of the line that it sits on.
+    """A framer that cuts one stream into events, for one end of the line.
 
-    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
-    Nothing that comes from outside makes it raise.
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed. No input makes
+    it raise.
 
-    :param table: what framing has to know of the protocol.
-    :param end: which end receives here; a framer that knows it recovers sooner.
-    :param decode: makes a frame of bytes and the context of their source, for ``event.frame``.
+    :param table: the facts of the protocol that framing needs.
+    :param end: the end of the line that receives the stream; with it, the framer recovers sooner.
+    :param decode: returns a frame for its bytes and the context of their source, for ``event.frame``.
 
-    Raises :class:`~stagewire.errors.BadValueError` for an end that is none.
+    Raises :class:`~stagewire.errors.BadValueError` if ``end`` is not an :class:`End`.
     """
 
     __slots__ = (
@@ -194,48 +193,47 @@ class Framer:
     ) -> None:
         if not isinstance(end, End):
             raise BadValueError(
-                f"the end of a line is one of {', '.join(map(str, End))}, not {end!r}"
+                f"the end of a line must be one of {', '.join(map(str, End))}, not {end!r}"
             )
         self._rule = rule_of(table, end)
         self._decode = decode
         self._decoder: Callable[[bytes], Frame] = decode or no_protocol
         self._contexts: dict[int, dict[str, str]] = {}
-        # Headers that were messages in step -> size of their frame: a controller says the same few
-        # things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
+        # Headers that were messages in step -> size of their frame. Controllers repeat the same few
+        # headers. The number of entries is limited to _REMEMBERED_HEADERS.
         self._sizes: dict[bytes, int] = {}
         self.reset()
 
     def reset(self) -> None:
-        """Forget what is pending and be in step, as at the beginning of a stream."""
+        """Discard pending bytes and be in step, as at the beginning of a stream."""
         self._pending = b""
         self._needed = HEADER_SIZE
         self._in_step = True
 
     def tell(self, source: int, **context: str) -> None:
-        """Say once what decides between layouts of messages from ``source``.
+        """Set the context that selects between layouts of messages from ``source``.
 
-        ``framer.tell(0x22, status="dc")``: ``event.frame`` of messages that come from 0x22 from then
-        on has the DC status, where without it the layout stays undecided. What was told before of
-        this source is replaced. Raises :class:`~stagewire.errors.BadValueError` for a source that is no
-        address.
+        After ``framer.tell(0x22, status="dc")``, ``event.frame`` decodes later messages from 0x22 with the DC
+        status; without it their layout stays undecided. A new context replaces the previous one of this
+        source. Raises :class:`~stagewire.errors.BadValueError` if ``source`` is not an address.
         """
         if isinstance(source, bool) or not isinstance(source, int) or not 0 <= source <= 0xFF:
-            raise BadValueError(f"a source is an address from 0 to 0xff, not {source!r}")
+            raise BadValueError(f"source must be an address from 0 to 0xff, not {source!r}")
         if self._decode:
             self._contexts = {**self._contexts, source: context}
             self._decoder = _in_context(self._decode, self._contexts)
 
     @property
     def pending(self) -> bytes:
-        """The bytes that wait for more to come: the beginning of a frame."""
+        """The bytes that wait for more: the beginning of a frame."""
         return self._pending
 
     def abandon(self) -> list[Event]:
-        """Give up waiting: the frame that is pending is garbage, and nothing is pending any more.
+        """Give up waiting for the rest of a frame. Afterwards nothing is pending.
 
-        The session calls this after a silence in which the rest of a frame would have come. Whole
-        frames behind a header that was damaged are given out (rule 6). The framer is out of step,
-        unless such a frame was the last that came.
+        The session calls this after a silence in which the rest would have arrived. Return the whole frames
+        after a damaged header (rule 6), and everything else as garbage. The framer is then out of step,
+        unless such a frame was the last event.
         """
         events: list[Event] = []
         while pending := self._pending:
@@ -248,7 +246,7 @@ class Framer:
         return join_garbage(events)
 
     def begins_message(self, data: bytes) -> bool:
-        """Say whether ``data`` begins with a header that is accepted out of step (rule 5)."""
+        """Return whether ``data`` begins with a header that is accepted out of step (rule 5)."""
         return len(data) >= HEADER_SIZE and bool(self._rule.out_of_step(data[:HEADER_SIZE]))
 
     def _waits_for_unknown(self) -> bool:
@@ -258,10 +256,10 @@ class Framer:
         return kind in (Unknown, Undocumented)
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
-        """Take the next bytes of the stream and return what they complete.
+        """Take the next bytes of the stream and return the events that they complete.
 
-        The events of a chunk live together: large captures are framed fastest in chunks of a few KiB.
-        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        All events of a chunk are in memory together; feed large captures in chunks of a few KiB for the best
+        speed. Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) if ``data`` is not bytes.
         """
         data = fed(data)
         if self._pending:
@@ -274,12 +272,12 @@ class Framer:
         events: list[Event] = []
         append, new, size_of = events.append, object.__new__, self._sizes.get
         decoder = self._decoder
-        position = 0  # everything before it has been given out, or is garbage since `garbage`
+        position = 0  # earlier bytes are returned, or garbage from `garbage` on
         garbage = 0
         in_step = self._in_step
         while True:
             if in_step:
-                # Headers seen before. A part of a header is never among them.
+                # Headers seen before. A partial header is never among them.
                 while (
                     end := position + size_of(data[position : position + HEADER_SIZE], _NEVER)
                 ) <= available:
@@ -332,5 +330,5 @@ class Framer:
 def _in_context(
     decode: Decode, contexts: Mapping[int, Mapping[str, str]]
 ) -> Callable[[bytes], Frame]:
-    """Return a decoder by the context of the source, which is byte 5 of a frame."""
+    """Return a decoder that uses the context of the source, which is byte 5 of a frame."""
     return lambda raw: decode(raw, contexts.get(raw[5]))

@@ -1,7 +1,7 @@
-"""Messages of frames, with a layout or with bytes that are kept whole; and the header that carries them.
+"""Messages of frames, with a layout or with raw bytes; and the header that carries them.
 
-A header has six bytes, and a bit that says that a packet follows. Bytes 0 and 1 are the message id, 2 and 3
-two parameters or the length of the packet, 4 the destination and 5 the source.
+A header has six bytes. Bytes 0 and 1 are the message id, 2 and 3 two parameters or the length of the packet,
+4 the destination and 5 the source. A bit of the destination announces a packet.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from struct import Struct
 from stagewire._codec.message import Message, check_bytes, check_integer
 from stagewire.errors import BadValueError, OutOfRangeError, UnsupportedError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import ClassVar, Final, Self
 
 
 HEADER_SIZE: Final = 6
 DATA_FLAG: Final = 0x80
-"""The bit of the destination that announces a packet."""
+"""The bit of the destination byte that announces a packet."""
 MAXIMUM_PACKET: Final = 255
 """Bytes of the longest packet."""
 
@@ -28,30 +28,30 @@ _DATA_HEADER = Struct("<HHBB")
 
 
 class FramedMessage(Message, abstract=True):
-    """Base of messages that a header with two addresses carries."""
+    """Base of messages that are carried by a header with two addresses."""
 
     __slots__ = ()
 
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
-        """Make the message from the bytes of a whole frame, without any check."""
+        """Return the message in the bytes of a whole frame, without any check."""
         raise NotImplementedError
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame that carries this message.
 
         ``dest`` is the address without the top bit. Raises
-        :class:`~stagewire.errors.OutOfRangeError` for an address that is none and
-        :class:`~stagewire.errors.BadValueError` for one that is no integer.
+        :class:`~stagewire.errors.OutOfRangeError` for an address out of range and
+        :class:`~stagewire.errors.BadValueError` for one that is not an integer.
         """
         raise NotImplementedError
 
 
 class UndecidedMessage(FramedMessage, abstract=True):
-    """A payload that several layouts of one message fit, and no context said which.
+    """A payload that fits several layouts of one message, received without a context to select one.
 
-    The fields that all candidates share are read from ``data``; nothing else is guessed. It encodes
-    back from ``data`` alone.
+    The fields that all candidates share are read from ``data``; nothing else is guessed. The message is
+    encoded from ``data`` alone.
     """
 
     __slots__ = ("data",)
@@ -63,19 +63,19 @@ class UndecidedMessage(FramedMessage, abstract=True):
         """Make the message from its whole payload.
 
         Raises :class:`~stagewire.errors.OutOfRangeError` for a payload of another length and
-        :class:`~stagewire.errors.BadValueError` for what is not bytes.
+        :class:`~stagewire.errors.BadValueError` if it is not bytes.
         """
         return cls.keep({"data": check_bytes(cls.layout, "data", data, cls.layout.length)})
 
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
-        """Make the message from the bytes of a whole frame, without any check."""
+        """Return the message in the bytes of a whole frame, without any check."""
         return cls.keep({"data": bytes(raw[HEADER_SIZE : HEADER_SIZE + cls.layout.length])})
 
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of a whole frame that carries this message.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address out of range.
         """
         check_addresses(dest, source)
         layout = self.layout
@@ -83,10 +83,10 @@ class UndecidedMessage(FramedMessage, abstract=True):
 
 
 class UndocumentedMessage(FramedMessage, abstract=True):
-    """A message that the document names with an id and without a layout.
+    """A message whose id is documented but whose layout is not.
 
-    What came is kept: the packet of a data frame (``data``) or the parameter bytes of a header
-    (``param1``, ``param2``, with ``data`` None). It is never made from named fields.
+    The received bytes are kept: the packet of a data frame (``data``) or the parameter bytes of a header
+    (``param1``, ``param2``, with ``data`` None). It cannot be made from named fields.
     """
 
     __slots__ = ("data", "param1", "param2")
@@ -97,12 +97,12 @@ class UndocumentedMessage(FramedMessage, abstract=True):
     def __new__(
         cls, data: bytes | None = None, *, param1: int | None = None, param2: int | None = None
     ) -> Self:
-        """Make the message from the bytes that it is to carry: a packet, or two parameters.
+        """Make the message from raw bytes: a packet, or two parameters.
 
-        Raises :class:`~stagewire.errors.UnsupportedError` when neither is given: what the document
-        does not describe is not made up. Raises :class:`~stagewire.errors.OutOfRangeError` for a
-        packet of over 255 bytes and parameters that are no bytes,
-        :class:`~stagewire.errors.BadValueError` for values of the wrong kind and for both at once.
+        Raises :class:`~stagewire.errors.UnsupportedError` if neither is given, because an undocumented layout
+        has no default. Raises :class:`~stagewire.errors.OutOfRangeError` for a packet of over 255 bytes or
+        parameters outside 0 to 255, and :class:`~stagewire.errors.BadValueError` for values of the wrong type
+        or both data and parameters.
         """
         if data is None and param1 is None and param2 is None:
             raise UnsupportedError(
@@ -127,7 +127,7 @@ class UndocumentedMessage(FramedMessage, abstract=True):
 
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
-        """Make the message from the bytes of a whole frame, without any check."""
+        """Return the message in the bytes of a whole frame, without any check."""
         if raw[4] & DATA_FLAG:
             return cls.keep({"data": bytes(raw[HEADER_SIZE:]), "param1": 0, "param2": 0})
         return cls.keep({"data": None, "param1": raw[2], "param2": raw[3]})
@@ -135,7 +135,7 @@ class UndocumentedMessage(FramedMessage, abstract=True):
     def pack(self, dest: int, source: int) -> bytes:
         """Return the bytes of the frame that was received.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an address that is none.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an address out of range.
         """
         check_addresses(dest, source)
         if self.data is None:
@@ -147,9 +147,9 @@ class UndocumentedMessage(FramedMessage, abstract=True):
 def check_addresses(dest: object, source: object) -> None:
     """Raise unless ``dest`` is 0 to 0x7F and ``source`` is 0 to 0xFF.
 
-    The top bit of the destination byte says that a data packet follows; the encoder sets it.
-    Raises :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for
-    what is no integer.
+    The top bit of the destination byte announces a data packet; the encoder sets it. Raises
+    :class:`~stagewire.errors.OutOfRangeError`, or :class:`~stagewire.errors.BadValueError` for an address
+    that is not an integer.
     """
     for name, value, maximum in (("dest", dest, 0x7F), ("source", source, 0xFF)):
         if isinstance(value, bool) or not isinstance(value, int):

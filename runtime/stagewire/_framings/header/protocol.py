@@ -1,4 +1,4 @@
-"""A protocol of framed messages: how bytes find their message, and how its stream is cut into frames."""
+"""The class of protocols with framed messages: decoding, encoding by name, and the framer."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from stagewire.errors import (
     UnknownMessageError,
 )
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, Final
 
@@ -40,7 +40,7 @@ _DEST: Final = range(4, 5)
 
 
 class _Shapes:
-    """The layouts of one message id, ready for dispatch."""
+    """The layouts of one message id, ready for lookup by form and length."""
 
     __slots__ = (
         "by_length", "decided", "direction", "header", "name", "only_zero", "undocumented"
@@ -86,15 +86,14 @@ class FramedProtocol(Protocol):
     """A protocol of framed messages with a six-byte header.
 
     :param name: name in the registry, such as ``thorlabs_apt``.
-    :param title: for people.
+    :param title: name for people.
     :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
-    :param messages: every message class.
+    :param messages: all message classes.
     :param host: address of the host.
-    :param devices: addresses that controllers have.
-    :param nameless: messages that the document names without an id, and why they cannot be used.
-    :param channel: the field that says which channel of a controller a message is about; None: a
-        controller has no channels.
-    :param faults: message id -> where that message reports a fault.
+    :param devices: addresses of controllers.
+    :param nameless: messages that the document names without an id -> why they cannot be used.
+    :param channel: the field with the channel that a message concerns; None: controllers have no channels.
+    :param faults: message id -> the offsets of the fault report in that message.
     """
 
     def __init__(
@@ -116,8 +115,8 @@ class FramedProtocol(Protocol):
         self.channel = channel
         self.faults = faults
         self._shapes: dict[int, _Shapes] = {}
-        # What a header alone decides -> unpack, size, destination, source. A controller says the same
-        # few things again and again. No more than _REMEMBERED_HEADERS, whatever comes.
+        # What a header alone decides -> unpack, size, destination, source. Controllers repeat the same
+        # few headers. The number of entries is limited to _REMEMBERED_HEADERS.
         self._headers: dict[bytes, tuple[Callable[[bytes], FramedMessage], int, int, int]] = {}
         for cls in self.messages:
             layout = cls.layout
@@ -144,12 +143,12 @@ class FramedProtocol(Protocol):
     def decode(self, raw: bytes, context: Mapping[str, str] | None = None) -> Frame:
         """Decode the bytes of exactly one frame.
 
-        ``context`` decides between layouts that bytes cannot tell apart, such as
-        ``{"status": "dc"}``; without it such a frame gives the message's ``…Undecided`` class.
+        ``context`` selects between layouts that bytes alone cannot distinguish, such as
+        ``{"status": "dc"}``; without it such a frame decodes to the message's ``…Undecided`` class.
 
         Raises :class:`~stagewire.errors.TruncatedError`, :class:`~stagewire.errors.TrailingBytesError`,
-        :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
-        and :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
+        :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`, and
+        :class:`~stagewire.errors.BadValueError` if ``raw`` is not bytes, such as hex text.
         """
         if raw.__class__ is not bytes:
             raw = as_bytes(raw)
@@ -166,7 +165,7 @@ class FramedProtocol(Protocol):
         size = len(raw)
         if size < HEADER_SIZE:
             raise TruncatedError(
-                f"a frame has at least {HEADER_SIZE} bytes, here are {size}", range(size, size + 1)
+                f"a frame has at least {HEADER_SIZE} bytes, not {size}", range(size, size + 1)
             )
         id = raw[0] | raw[1] << 8
         shapes = self._shapes.get(id)
@@ -193,13 +192,13 @@ class FramedProtocol(Protocol):
                 extra = raw[HEADER_SIZE + cls.layout.length :]
         else:
             if size != HEADER_SIZE:
-                # What declares just the bytes that follow lacks the bit that announces them.
+                # A packet length that matches the size means that the data flag was lost.
                 declared = raw[2] | raw[3] << 8
                 at = _DEST if HEADER_SIZE + declared == size else range(HEADER_SIZE, size)
                 raise TrailingBytesError(
                     f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, so the frame ends "
-                    f"after {HEADER_SIZE} bytes; {size - HEADER_SIZE} more follow from byte "
-                    f"{HEADER_SIZE} on",
+                    f"after {HEADER_SIZE} bytes, but {size - HEADER_SIZE} more follow from byte "
+                    f"{HEADER_SIZE}",
                     at,
                 )
             cls = shapes.header or shapes.undocumented
@@ -217,7 +216,7 @@ class FramedProtocol(Protocol):
     def _wrong_size(shapes: _Shapes, length: int, size: int) -> TruncatedError | TrailingBytesError:
         text = (
             f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, "
-            f"{size - HEADER_SIZE} follow the header"
+            f"but {size - HEADER_SIZE} follow the header"
         )
         end = HEADER_SIZE + length
         if size < end:
@@ -227,25 +226,25 @@ class FramedProtocol(Protocol):
     @staticmethod
     def _bad_length(shapes: _Shapes, length: int) -> BadLengthError:
         forms = _list(shapes.lengths())
-        wanted = f"a packet has {forms} bytes" if forms else "it is a header without a packet"
+        wanted = f"a packet has {forms} bytes" if forms else "the message has no packet"
         return BadLengthError(
             f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, but {wanted}",
             _LENGTH,
         )
 
     def framer(self, end: End = End.NONE) -> Framer:
-        """Return a new framer for one stream; ``end`` says which end of the line this is.
+        """Return a new framer for one stream; ``end`` is the end of the line that receives it.
 
-        Raises :class:`~stagewire.errors.BadValueError` for an end that is none.
+        Raises :class:`~stagewire.errors.BadValueError` if ``end`` is not an :class:`.End`.
         """
         return Framer(self.framing, end, self.decode)
 
     # Encoding by name
 
     def message_class(self, message: str, form: str | None = None) -> type[FramedMessage]:
-        """Return the class of a message by its name in the registry and, if it has several, its form.
+        """Return the class of a message by its registry name and, if it has several forms, its form.
 
-        Raises as :meth:`Protocol.message_class <stagewire.protocols.Protocol.message_class>` does.
+        Raises the errors of :meth:`Protocol.message_class <stagewire.protocols.Protocol.message_class>`.
         """
         found: Any = super().message_class(message, form)
         cls: type[FramedMessage] = found
@@ -261,26 +260,28 @@ class FramedProtocol(Protocol):
         form: str | None = None,
         data: bytes | None = None,
     ) -> FramedMessage:
-        """Make a message from its name and a mapping of fields; all are checked.
+        """Return a message by its name, with these fields. All fields are checked.
 
-        ``data`` is the whole packet of a message whose layout is undecided or undocumented. Fields
-        given beside the data of an undecided one have to say the same.
+        ``data`` is the whole packet of a message with an undecided or undocumented layout. If fields are
+        given in addition to the data of an undecided layout, both must agree.
 
-        Raises what :meth:`message_class` raises, and an :class:`~stagewire.errors.EncodeError`:
+        Raises the errors of :meth:`message_class`; an :class:`~stagewire.errors.EncodeError`:
         :class:`~stagewire.errors.UnknownFieldError`, :class:`~stagewire.errors.MissingFieldError`,
         :class:`~stagewire.errors.OutOfRangeError` or :class:`~stagewire.errors.BadValueError`; and
-        :class:`~stagewire.errors.UnsupportedError` where there is no layout and no data.
+        :class:`~stagewire.errors.UnsupportedError` for an undocumented layout without data.
         """
         cls = self.message_class(message, form)
         layout = cls.layout
         if "data" in fields and issubclass(cls, (UndecidedMessage, UndocumentedMessage)):
             raise UnknownFieldError(
-                f"{message} ({layout.form}): data is the packet and no field; give it as data=…"
+                f"{message} ({layout.form}): data is the packet, not a field; pass it as data=…"
             )
         if issubclass(cls, UndecidedMessage):
             check_fields(layout, fields, {*layout.fields, *cls.shared})
             if data is None:
-                raise MissingFieldError(f"{message} ({layout.form}) is made from its data alone")
+                raise MissingFieldError(
+                    f"{message} ({layout.form}) requires data=…, its whole packet"
+                )
             undecided = cls(data)
             for name, value in fields.items():
                 if isinstance(value, (bool, float)) or getattr(undecided, name) != value:
@@ -293,7 +294,7 @@ class FramedProtocol(Protocol):
             return cls(data, **fields)
         check_fields(layout, fields, layout.fields)
         if data is not None:
-            raise BadValueError(f"{message} ({layout.form}) is made from its fields, not from data")
+            raise BadValueError(f"{message} ({layout.form}) takes fields, not data")
         made: Any = super().build(message, fields, form)
         framed: FramedMessage = made
         return framed

@@ -1,9 +1,9 @@
-"""What framing has to know of a protocol: which end receives what, ids, forms, addresses and fault reports.
+"""The facts of a protocol that framing needs: ids with directions and forms, addresses, and fault reports.
 
-A fault report is a message by which a controller says, unsolicited, that something went wrong. Which messages
-report a fault, and where in their frames the code and the text are, is a fact of the protocol
-(:attr:`stagewire.protocols.FramedProtocol.faults`). It is given in offsets into the frame and not in fields,
-because an issue of a document may name such a message without a layout.
+A fault report is an unsolicited message in which a controller reports that something went wrong. Which
+messages are fault reports, and the offsets of code and text in their frames, are facts of the protocol
+(:attr:`stagewire.protocols.FramedProtocol.faults`). They are offsets into the frame, not fields, because a
+document may name such a message without its layout.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from stagewire._codec.message import Direction
 from stagewire._framings.header.message import DATA_FLAG, MAXIMUM_PACKET
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Final
 
@@ -22,12 +22,12 @@ _WORD = 2  # bytes
 
 
 class Fault:
-    """What a controller reported.
+    """A fault that a controller reported.
 
-    :param code: the controller's own fault code; 0: the report carries none.
-    :param text: the controller's own words; empty: the report carries none. Bytes that are not printable
-        ASCII are given in hex.
-    :param request: id of the message that brought the fault about; 0: the report names none.
+    :param code: the controller's own fault code; 0: the report has none.
+    :param text: the controller's own text; empty: the report has none. Hex if the bytes are not printable
+        ASCII.
+    :param request: id of the message that caused the fault; 0: the report names none.
     """
 
     __slots__ = ("code", "request", "text")
@@ -38,7 +38,7 @@ class Fault:
         self.request = request
 
     def __str__(self) -> str:
-        """Return code and text for people."""
+        """Return the code and the text for people."""
         parts = [f"code {self.code}"] if self.code else []
         if self.text:
             parts.append(repr(self.text))
@@ -46,11 +46,11 @@ class Fault:
 
 
 class FaultPlaces:
-    """Where a message that reports a fault says what; offsets into the frame, numbers of two bytes.
+    """Offsets, in the frame of a fault report, of the reported values. Numbers have two bytes.
 
-    :param code: of the fault code.
-    :param text: of the text, which ends with the frame or at a zero byte; None: the message has none.
-    :param request: of the id of the message that brought the fault about; None: the message has none.
+    :param code: offset of the fault code.
+    :param text: offset of the text, which ends at a zero byte or with the frame; None: no text.
+    :param request: offset of the id of the message that caused the fault; None: no id.
     """
 
     __slots__ = ("code", "request", "text")
@@ -61,7 +61,7 @@ class FaultPlaces:
         self.request = request
 
     def read(self, raw: bytes) -> Fault:
-        """Read the report from the bytes of a frame; what a short frame leaves out is not reported."""
+        """Return the fault in a frame. Values missing from a short frame are 0 or empty."""
         text = b"" if self.text is None else raw[self.text :].split(b"\0")[0]
         shown = text.decode("ascii") if _is_printable(text) else text.hex(" ")
         request = 0 if self.request is None else _word(raw, self.request)
@@ -77,10 +77,10 @@ def _is_printable(text: bytes) -> bool:
 
 
 class End(enum.Enum):
-    """Which end of the line a framer sits on, hence which messages reach it.
+    """The end of the line that a framer is at. It determines which messages reach the framer.
 
-    ``HOST`` receives what controllers send, ``DEVICE`` what the host sends, ``NONE`` listens to
-    both.
+    ``HOST`` receives messages from controllers, ``DEVICE`` messages from the host, and ``NONE``, a listener,
+    receives both.
     """
 
     HOST = "host"
@@ -101,14 +101,14 @@ _RECEIVES: Final = {
 
 
 class Forms:
-    """What framing has to know of one message id. Not to be modified.
+    """The facts of one message id that framing needs. Do not modify them.
 
     :param name: name of the message, for people.
-    :param direction: which way it travels.
+    :param direction: the direction in which it travels.
     :param header: whether it has a form without a packet.
-    :param lengths: packet lengths of its data forms; empty when it has none.
+    :param lengths: packet lengths of its data forms; empty if it has none.
     :param documented: False for an id that is known without a layout.
-    :param only_zero_parameters: the header form counts only with both parameter bytes zero.
+    :param only_zero_parameters: the header form is valid only if both parameter bytes are zero.
     """
 
     __slots__ = ("direction", "documented", "header", "lengths", "name", "only_zero_parameters")
@@ -131,13 +131,13 @@ class Forms:
 
 
 class FramingTable:
-    """Everything that framing has to know of a protocol. Not to be modified.
+    """The facts of a protocol that framing needs. Do not modify them.
 
     :param forms: message id -> its forms.
     :param host: address of the host.
-    :param devices: addresses that controllers have.
+    :param devices: addresses of controllers.
 
-    Raises :class:`ValueError` for numbers that no frame can carry.
+    Raises :class:`ValueError` for numbers that no frame can hold.
     """
 
     __slots__ = ("devices", "forms", "host")
@@ -145,10 +145,10 @@ class FramingTable:
     def __init__(self, forms: Mapping[int, Forms], host: int, devices: frozenset[int]) -> None:
         for address in (host, *devices):
             if not 0 <= address <= 0xFF or address & DATA_FLAG:
-                raise ValueError(f"{address:#x} is no address: it has to leave the data flag free")
+                raise ValueError(f"{address:#x} is not an address: bit 7, the data flag, must be 0")
         for id, known in forms.items():
             if not 0 <= id <= 0xFFFF:
-                raise ValueError(f"{known.name}: a message id has 16 bits, {id:#x} has more")
+                raise ValueError(f"{known.name}: the id {id:#x} does not fit into 16 bits")
             for length in known.lengths:
                 if not 0 < length <= MAXIMUM_PACKET:
                     raise ValueError(

@@ -1,6 +1,6 @@
-"""The framer of packets: bytes in, events out. The rule is stated in :mod:`stagewire._framings.packet`.
+"""The framer of packets: bytes in, events out. :mod:`stagewire._framings.packet` states the rule.
 
-The class of a payload depends on the id of its packet, then on its length.
+The class of a payload depends on the id of its packet, and then on its length.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from stagewire._framings.packet.shape import Shape
 class Layouts:
     """The layouts of one message id.
 
-    :param name: of the message.
+    :param name: name of the message.
     """
 
     __slots__ = ("_by_length", "name")
@@ -31,7 +31,7 @@ class Layouts:
         self._by_length: list[tuple[int, type[PacketMessage]]] = []  # the longest first
 
     def add(self, cls: type[PacketMessage]) -> None:
-        """Add a class; raise :class:`ValueError` where nothing would tell it from another one."""
+        """Add a class; raise :class:`ValueError` if another class has the same length."""
         length = cls.layout.length
         if length in dict(self._by_length):
             raise ValueError(f"{self.name} has two layouts of {length} bytes")
@@ -41,7 +41,7 @@ class Layouts:
     def of(self, length: int) -> type[PacketMessage] | None:
         """Return the class of a payload of ``length`` bytes: the longest layout that it fills.
 
-        A message without payload is sent with none: bytes are no extra of it.
+        A message without payload matches only an empty payload; it never has extra bytes.
         """
         for size, cls in self._by_length:
             if size <= length:
@@ -49,20 +49,20 @@ class Layouts:
         return None
 
     def lengths(self) -> str:
-        """Return the lengths that a payload may have, for people."""
+        """Return the possible lengths of a payload, for people."""
         return " or ".join(str(size) for size, _ in reversed(self._by_length))
 
 
 def layouts_by_id(shape: Shape, classes: Iterable[type[PacketMessage]]) -> dict[int, Layouts]:
-    """Return the layouts of every message by its id.
+    """Return the layouts of each message by its id.
 
-    Raises :class:`ValueError` for classes that packets of this shape cannot carry or tell apart.
+    Raises :class:`ValueError` for classes that packets of this shape cannot hold or cannot distinguish.
     """
     known: dict[int, Layouts] = {}
     for cls in classes:
         layout = cls.layout
         if not 0 <= layout.id < 1 << 8 * shape.id:
-            raise ValueError(f"{layout.message}: no packet holds the id {layout.id:#x}")
+            raise ValueError(f"{layout.message}: the id {layout.id:#x} does not fit into a packet")
         if layout.length > shape.maximum:
             raise ValueError(
                 f"{layout.message}: a payload has at most {shape.maximum} bytes, not {layout.length}"
@@ -77,14 +77,14 @@ def layouts_by_id(shape: Shape, classes: Iterable[type[PacketMessage]]) -> dict[
 
 
 class PacketFramer:
-    """Cuts one stream into events, whichever end of the line it sits on.
+    """A framer that cuts one stream into events, for either end of the line.
 
-    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
-    Nothing that comes from outside makes it raise.
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed. No input makes
+    it raise.
 
-    :param shape: how packets look.
+    :param shape: the shape of the packets.
     :param layouts: id -> the layouts of its message.
-    :param decode: makes a packet of its bytes, for ``event.packet``.
+    :param decode: returns a packet for its bytes, for ``event.packet``.
     """
 
     __slots__ = ("_buffer", "_decode", "_layouts", "_needed", "_shape")
@@ -101,38 +101,38 @@ class PacketFramer:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what is pending, as at the beginning of a stream."""
+        """Discard pending bytes, as at the beginning of a stream."""
         self._buffer = bytearray()
-        self._needed = 1  # bytes that have to be there before anything more can be decided
+        self._needed = 1  # bytes required for the next decision
 
     @property
     def pending(self) -> bytes:
-        """The bytes that wait for more to come: the beginning of a packet."""
+        """The bytes that wait for more: the beginning of a packet."""
         return bytes(self._buffer)
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
-        """Take the next bytes of the stream and return what they complete.
+        """Take the next bytes of the stream and return the events that they complete.
 
-        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) if ``data`` is not bytes.
         """
         self._buffer += fed(data)
         return self._cut(waits=True) if len(self._buffer) >= self._needed else []
 
     def abandon(self) -> list[Event]:
-        """Give up waiting: the packet that is pending is garbage, and nothing is pending any more.
+        """Give up waiting for the rest of a packet. Afterwards nothing is pending.
 
-        The session calls this after a silence in which the rest of a packet would have come. Its
-        length may be what was damaged: whole packets behind its first bytes are given out.
+        The session calls this after a silence in which the rest would have arrived. The length may be
+        damaged, so whole packets after the start bytes are returned; everything else is garbage.
         """
         return self._cut(waits=False)
 
     def _cut(self, waits: bool) -> list[Event]:
-        """Take events from the front of the buffer; what is not all there is waited for, or garbage."""
+        """Cut events from the front of the buffer. Wait for an incomplete packet, or make it garbage."""
         shape, start = self._shape, self._shape.start
         data = bytes(self._buffer)
         available = len(data)
         events: list[Event] = []
-        position = garbage = 0  # what is before `garbage` is given out; up to position is garbage
+        position = garbage = 0  # returned up to `garbage`, then garbage up to `position`
         needed = 1
         while True:
             position = data.find(start, position)
@@ -161,9 +161,9 @@ class PacketFramer:
         return events
 
     def _size(self, data: bytes, start: int) -> int:
-        """Return how many bytes the packet has that begins at ``start``, 0 for a length that none has.
+        """Return the size of the packet that begins at ``start``, 0 if its length is invalid.
 
-        As long as its length is not there it is what would have to be there for a look at it.
+        If its length has not arrived, return the size of the part up to the end of the length.
         """
         shape = self._shape
         if len(data) - start < shape.head:
@@ -181,6 +181,6 @@ class PacketFramer:
 
 
 def _begun(data: bytes, start: bytes, garbage: int) -> int:
-    """Return how many bytes at the end of ``data`` may be the first of the start bytes."""
+    """Return how many bytes at the end of ``data`` may be the beginning of the start bytes."""
     room = min(len(start) - 1, len(data) - garbage)
     return next((size for size in range(room, 0, -1) if data.endswith(start[:size])), 0)

@@ -1,4 +1,4 @@
-"""Packets, their messages and their events: a payload, its address, and bytes beyond the registry."""
+"""Packets with their messages and events: a payload, an address, and any bytes beyond the layout."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stagewire._codec.events import Event, Frozen
 from stagewire._codec.message import Message
 from stagewire.errors import BadValueError, OutOfRangeError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, ClassVar, Self
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class PacketMessage(Message, abstract=True):
     """Base of messages that a packet carries.
 
-    Messages without a payload need nothing more; those with one bring ``unpack`` and ``pack``.
+    Messages without a payload need no methods; the others define ``unpack`` and ``pack``.
     """
 
     __slots__ = ()
@@ -27,7 +27,7 @@ class PacketMessage(Message, abstract=True):
 
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
-        """Make the message from its payload, without any check; what follows its layout is left."""
+        """Return the message in a payload, without any check; ignore bytes after its layout."""
         return cls()
 
     def pack(self) -> bytes:
@@ -36,10 +36,10 @@ class PacketMessage(Message, abstract=True):
 
 
 class Packet(Frozen):
-    """A message on its way; immutable.
+    """A message with its address; immutable.
 
-    :param message: what is said.
-    :param address: of the controller; None in a protocol whose packets have none.
+    :param message: the message.
+    :param address: address of the controller; None in a protocol without addresses.
     :param extra: bytes of the payload beyond the layout, as newer controllers send them.
     """
 
@@ -52,11 +52,11 @@ class Packet(Frozen):
     def __new__(
         cls, message: PacketMessage, address: int | None = None, extra: bytes = b""
     ) -> Packet:
-        """Put a message on its way.
+        """Make a packet.
 
         Raises :class:`~stagewire.errors.OutOfRangeError` for an address that does not fit, and
-        :class:`~stagewire.errors.BadValueError` for a part of the wrong kind, for an address where
-        packets have none, and for extra bytes where there is no layout that they could follow.
+        :class:`~stagewire.errors.BadValueError` for an argument of the wrong type, for an address if packets
+        have none, and for extra bytes with a message that has no payload.
         """
         if not isinstance(message, PacketMessage):
             raise BadValueError(f"a packet carries a message of its protocol, not {message!r}")
@@ -66,7 +66,7 @@ class Packet(Frozen):
                 raise BadValueError(f"extra takes bytes, not {extra!r}")
             extra = bytes(extra)
         if extra and not message.layout.length:
-            raise BadValueError(f"{message.layout.message} has no payload that could be longer")
+            raise BadValueError(f"{message.layout.message} has no payload to add extra bytes to")
         return make_packet(message, address, extra)
 
     def encode(self) -> bytes:
@@ -98,10 +98,12 @@ class Packet(Frozen):
 
 
 def _checked_address(shape: Shape, address: object) -> int | None:
-    """Return the address as a plain integer; raise unless packets of this shape can have it."""
+    """Return the address as a plain integer; raise if packets of this shape cannot hold it."""
     if not shape.address:
         if address is not None:
-            raise BadValueError(f"packets of this protocol have no address, so not {address!r}")
+            raise BadValueError(
+                f"packets of this protocol have no address: {address!r} is not None"
+            )
         return None
     most = (1 << 8 * shape.address) - 1
     if isinstance(address, bool) or not isinstance(address, int):
@@ -112,7 +114,7 @@ def _checked_address(shape: Shape, address: object) -> int | None:
 
 
 class _Draft(Frozen):
-    """A packet that is still being filled; see :mod:`stagewire._codec.events` for why."""
+    """A packet while it is being filled; :mod:`stagewire._codec.events` explains why."""
 
     __slots__ = Packet.__slots__
     __setattr__ = object.__setattr__
@@ -123,7 +125,7 @@ class _Draft(Frozen):
 
 
 def make_packet(message: PacketMessage, address: int | None, extra: bytes = b"") -> Packet:
-    """Make a packet from parts that are known to be right."""
+    """Return a packet of parts that are known to be valid."""
     draft: Any = _Draft()
     draft.message = message
     draft.address = address
@@ -134,7 +136,7 @@ def make_packet(message: PacketMessage, address: int | None, extra: bytes = b"")
 
 
 class PacketReceived(Event):
-    """A message of a known layout, perhaps with extra bytes."""
+    """A message with a known layout, perhaps with extra bytes."""
 
     __slots__ = ("decoder",)
 
@@ -146,12 +148,12 @@ class PacketReceived(Event):
 
     @property
     def packet(self) -> Packet:
-        """The decoded packet, made anew each time that it is asked for."""
+        """The decoded packet, decoded again on each access."""
         return self.decoder(self.raw)
 
 
 class UnknownPacket(Event):
-    """A whole packet with an id that no message has."""
+    """A whole packet with an unknown id."""
 
     __slots__ = ()
 

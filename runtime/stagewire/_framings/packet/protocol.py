@@ -1,6 +1,6 @@
-"""A protocol of packets: how bytes find their message, and how its stream is cut into packets.
+"""The class of protocols with packets: decoding and the framer.
 
-Bytes that are not exactly one packet are refused part by part, with the first one that is wrong.
+If bytes are not exactly one packet, the error names the first part that is wrong.
 """
 
 from __future__ import annotations
@@ -20,60 +20,60 @@ from stagewire.errors import (
     UnknownMessageError,
 )
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any
 
 
 def refusal(shape: Shape, raw: bytes) -> DecodeError:
-    """Return what is wrong with bytes that are not exactly one packet of this shape."""
+    """Return the error for bytes that are not exactly one packet of this shape."""
     size = len(raw)
     for at, (came, wanted) in enumerate(zip(raw, shape.start, strict=False)):
         if came != wanted:
-            text = f"a packet begins with {_hex(shape.start)}; byte {at} is {came:02X}"
+            text = f"a packet begins with {_hex(shape.start)}, but byte {at} is {came:02X}"
             return DamagedError(text, range(at, at + 1))
     if size < shape.least:
-        text = f"a packet has at least {shape.least} bytes, here are {size}"
+        text = f"a packet has at least {shape.least} bytes, not {size}"
         return TruncatedError(text, range(size, size + 1))
     declared, place = shape.declared(raw), shape.place("length", 0)
     payload = declared - shape.counted
-    says = f"{named(place)} give{'s' if len(place) == 1 else ''} the length {declared}"
+    says = f"{named(place)} contain{'s' if len(place) == 1 else ''} the length {declared}"
     if payload < 0:
         text = f"{says}, but {_and(shape.counts)} have at least {shape.counted} bytes"
         return BadLengthError(text, place)
     if payload > shape.maximum:
-        text = f"{says}, a payload of {payload} bytes; none has more than {shape.maximum}"
+        text = f"{says}, a payload of {payload} bytes; the maximum is {shape.maximum}"
         return BadLengthError(text, place)
     end = shape.least + payload
     if size < end:
-        text = f"{says}, so that the packet has {end} bytes; it ends before byte {size}"
+        text = f"{says}, so the packet has {end} bytes, but it ends before byte {size}"
         return TruncatedError(text, place)
     if size > end:
-        more = f"{size - end} byte{'s' if size > end + 1 else ''} more"
-        text = f"{says}, so that the packet ends before byte {end}; {more}"
+        more = f"{size - end} more byte{'s' if size > end + 1 else ''}"
+        text = f"{says}, so the packet ends before byte {end}; found {more}"
         return TrailingBytesError(text, range(end, size))
     return _damage(shape, raw, payload)
 
 
 def _damage(shape: Shape, raw: bytes, payload: int) -> DecodeError:
-    """Return what is wrong with the end or the check of bytes that are as long as they say."""
+    """Return the error for bytes of the right length with wrong end bytes or a wrong check."""
     if not raw.endswith(shape.end):
         place = shape.place("end", payload)
         came = raw[place.start : place.stop]
-        text = f"a packet ends with {_hex(shape.end)}; {_are(place)} {_hex(came)}"
+        text = f"a packet ends with {_hex(shape.end)}, but {_are(place)} {_hex(came)}"
         return DamagedError(text, place)
     place = shape.place("check", payload)
     wanted = shape.check_of(raw).to_bytes(len(place), "little")
     came = raw[place.start : place.stop]
     text = (
         f"{_are(place)} {_hex(came)}, the check of {_and(shape.covers)}; "
-        f"of the bytes that came it is {_hex(wanted)}"
+        f"computed from the received bytes it is {_hex(wanted)}"
     )
     return DamagedError(text, place)
 
 
 def named(place: range) -> str:
-    """Return how bytes are named: ``byte 2``, ``bytes 2 and 3``, ``bytes 2 to 5``."""
+    """Return a description of bytes: ``byte 2``, ``bytes 2 and 3``, ``bytes 2 to 5``."""
     if len(place) == 1:
         return f"byte {place.start}"
     return f"bytes {place.start} {'and' if len(place) == 2 else 'to'} {place.stop - 1}"
@@ -92,18 +92,18 @@ def _hex(raw: bytes) -> str:
 
 
 class PacketProtocol(Protocol):
-    """A protocol of packets: start bytes, a length, an id, a payload, and what else its shape says.
+    """A protocol of packets: start bytes, a length, an id, a payload, and the other parts of its shape.
 
-    A class belongs to the one protocol that lists it, which tells it the shape.
+    A message class belongs to the one protocol that lists it. The protocol sets its shape.
 
     :param name: name in the registry.
-    :param title: for people.
+    :param title: name for people.
     :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
-    :param messages: every message class.
-    :param shape: how packets look.
-    :param nameless: messages that the document names without an id, and why they cannot be used.
+    :param messages: all message classes.
+    :param shape: the shape of the packets.
+    :param nameless: messages that the document names without an id -> why they cannot be used.
 
-    Raises :class:`ValueError` for messages that packets cannot carry or tell apart.
+    Raises :class:`ValueError` for messages that packets cannot hold or cannot distinguish.
     """
 
     def __init__(
@@ -131,7 +131,7 @@ class PacketProtocol(Protocol):
         Raises :class:`~stagewire.errors.TruncatedError`, :class:`~stagewire.errors.TrailingBytesError`,
         :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
         :class:`~stagewire.errors.DamagedError` for wrong start bytes, end bytes or a wrong check, and
-        :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
+        :class:`~stagewire.errors.BadValueError` if ``raw`` is not bytes, such as hex text.
         """
         if raw.__class__ is not bytes:
             raw = as_bytes(raw)
@@ -167,13 +167,13 @@ class PacketProtocol(Protocol):
         )
 
     def framer(self) -> PacketFramer:
-        """Return a new framer for one stream; packets look alike at both ends of a line."""
+        """Return a new framer for one stream; it works at either end of a line."""
         return PacketFramer(self.shape, self._layouts, self.decode)
 
     def message_class(self, message: str, form: str | None = None) -> type[PacketMessage]:
-        """Return the class of a message by its name in the registry and, if it has several, its form.
+        """Return the class of a message by its registry name and, if it has several forms, its form.
 
-        Raises as :meth:`Protocol.message_class <stagewire.protocols.Protocol.message_class>` does.
+        Raises the errors of :meth:`Protocol.message_class <stagewire.protocols.Protocol.message_class>`.
         """
         found: Any = super().message_class(message, form)
         cls: type[PacketMessage] = found

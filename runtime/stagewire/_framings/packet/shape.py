@@ -1,7 +1,7 @@
-"""The shape of packets: which parts they have, in which order, what the length counts, and the check.
+"""The shape of packets: their parts, the order of the parts, what the length counts, and the check.
 
-A check is a sum, an exclusive or, or a cyclic redundancy check. A receiver computes it again; a packet whose
-check is another was damaged on the way.
+A check is a sum, an exclusive or, or a cyclic redundancy check. The receiver computes it again. If the result
+differs, the packet was damaged.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from operator import xor
 
 from stagewire._codec.events import Frozen
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, Final
 
 
 _COMPLEMENTS: Final = ("none", "ones", "twos")
-_LARGEST: Final = 8  # bytes; CRC-64 is the longest that is in use
+_LARGEST: Final = 8  # bytes; the longest check in use is CRC-64
 
 
 class Check(Frozen):
-    """Base of the checks: equal by what they were made with.
+    """Base of the checks. Checks with the same parameters are equal.
 
-    ``size`` is how many bytes of a packet hold the result.
+    ``size`` is the size of the result in bytes.
     """
 
     __slots__ = ("size",)
     size: int
 
     def of(self, data: bytes) -> int:
-        """Return the check of ``data``, from 0 to what ``size`` bytes hold."""
+        """Return the check of ``data``, a number of ``size`` bytes."""
         raise NotImplementedError
 
     def _set(self, **parts: object) -> None:
@@ -46,13 +46,13 @@ class Check(Frozen):
 
 
 class Sum(Check):
-    """The sum of all bytes, without what goes beyond ``size`` bytes.
+    """The sum of all bytes, cut to ``size`` bytes.
 
     :param size: bytes of the result.
-    :param complement: ``none``; ``ones``: every bit turned; ``twos``: the negative, so that the
-        bytes and their check add up to zero.
+    :param complement: ``none``; ``ones``: all bits inverted; ``twos``: the negative, so that the bytes and
+        their check add up to zero.
 
-    Raises :class:`ValueError` for another size or complement.
+    Raises :class:`ValueError` for an invalid size or complement.
     """
 
     __slots__ = ("complement",)
@@ -61,7 +61,9 @@ class Sum(Check):
     def __new__(cls, size: int, complement: str = "none") -> Sum:
         """Make the check."""
         if complement not in _COMPLEMENTS:
-            raise ValueError(f"a complement is one of {', '.join(_COMPLEMENTS)}, not {complement}")
+            raise ValueError(
+                f"complement must be one of {', '.join(_COMPLEMENTS)}, not {complement}"
+            )
         check = object.__new__(cls)
         check._set(size=_checked_size(size), complement=complement)
         return check
@@ -80,7 +82,7 @@ class Sum(Check):
 
 
 class Xor(Check):
-    """The exclusive or of all bytes, in one byte."""
+    """The exclusive or of all bytes; one byte."""
 
     __slots__ = ()
 
@@ -99,13 +101,13 @@ class Xor(Check):
 
 
 class Crc(Check):
-    """A cyclic redundancy check, in the terms of the Rocksoft model; its width is 8 bits a byte.
+    """A cyclic redundancy check, in the terms of the Rocksoft model; its width is 8 bits per byte.
 
     :param size: bytes of the result.
-    :param polynomial: without its highest term, the other high terms in the high bits.
+    :param polynomial: the polynomial without its highest term, higher terms in higher bits.
     :param initial: the register before the first byte, in the same order of bits.
-    :param reflected: whether bytes go in with their low bit first and the result comes out likewise.
-    :param final: what the result is combined with by exclusive or at the end.
+    :param reflected: whether bytes are processed low bit first and the result is reflected.
+    :param final: the value that the result is combined with by exclusive or.
 
     Raises :class:`ValueError` for a number that does not fit the width.
     """
@@ -146,7 +148,7 @@ class Crc(Check):
 
 @cache
 def _table(size: int, polynomial: int, reflected: bool) -> tuple[int, ...]:
-    """Return what each byte adds to the register; made when a first packet is read or sent."""
+    """Return the change of the register for each byte; computed when the first packet is read or sent."""
     width, most = 8 * size, _mask(size)
     turned = _reflected(polynomial, width)
     entries = []
@@ -176,28 +178,28 @@ def _checked_size(size: int) -> int:
 
 
 PARTS: Final = ("start", "length", "address", "id", "payload", "check", "end")
-"""What a packet may consist of."""
+"""The possible parts of a packet."""
 
 _NUMBER: Final = 4  # bytes of the longest length, id or address
 
 
 class Shape(Frozen):
-    """How the packets of one protocol look; immutable.
+    """The shape of the packets of one protocol; immutable.
 
-    Numbers are sent low byte first. A payload is sent as it is: no byte of it is escaped.
+    Numbers are sent low byte first. Payload bytes are not escaped.
 
-    :param order: the parts as they are sent; the start is the first, the end, if there is one, the last.
+    :param order: the parts in the order sent; the start comes first, the end (if any) last.
     :param start: the bytes that every packet begins with.
     :param length: bytes of the length.
     :param counts: the parts whose bytes the length counts; the payload is among them.
     :param id: bytes of the message id.
     :param maximum: bytes of the longest payload.
-    :param address: bytes of the controller's address; 0 where packets have none.
-    :param check: how the check is computed; None where packets have none.
-    :param covers: the parts that the check is computed of, in the order in which they are sent.
-    :param end: the bytes that every packet ends with; empty where there are none.
+    :param address: bytes of the controller's address; 0 if packets have none.
+    :param check: how the check is computed; None if packets have none.
+    :param covers: the parts that the check covers, in the order sent.
+    :param end: the bytes that every packet ends with; empty if there are none.
 
-    Raises :class:`ValueError` for what no packet can look like, or no receiver can read.
+    Raises :class:`ValueError` for a shape that no packet can have or no receiver can read.
     """
 
     __slots__ = (
@@ -215,15 +217,15 @@ class Shape(Frozen):
     covers: tuple[str, ...]
     end: bytes
     sizes: dict[str, int]
-    """Part -> its bytes; the payload's are 0."""
+    """Part -> its bytes; 0 for the payload."""
     head: int
-    """Bytes from the first one to the end of the length: what says how long a packet is."""
+    """Bytes up to the end of the length: the part that contains the length of the packet."""
     tail: int
-    """Bytes behind the payload."""
+    """Bytes after the payload."""
     least: int
     """Bytes of a packet without payload."""
     counted: int
-    """What the length says of a packet without payload."""
+    """The length in a packet without payload."""
     _offsets: dict[str, int]  # of each part in a packet without payload
     _covered: tuple[slice, ...]
 
@@ -267,7 +269,7 @@ class Shape(Frozen):
         return shape
 
     def _runs(self) -> Iterable[slice]:
-        """Yield the bytes that the check covers: parts that follow one another are one run."""
+        """Yield the bytes that the check covers. Consecutive parts form one run."""
         run: list[str] = []
         for part in (*self.order, ""):
             if part in self.covers:
@@ -277,14 +279,14 @@ class Shape(Frozen):
                 run.clear()
 
     def _edge(self, part: str, behind: bool = False) -> int | None:
-        """Return where a part begins, or ends; behind the payload counted from the end of the packet."""
+        """Return where a part begins or ends; after the payload, counted from the end of the packet."""
         place = self._offsets[part] + (self.sizes[part] if behind else 0)
         if self.order.index(part) + behind > self.order.index("payload"):
             return place - self.least or None  # None: the end itself
         return place
 
     def place(self, part: str, payload: int) -> range:
-        """Return which bytes of a packet are a part, when its payload has ``payload`` bytes."""
+        """Return the bytes of a part in a packet whose payload has ``payload`` bytes."""
         size = payload if part == "payload" else self.sizes[part]
         start = self._offsets[part]
         if self.order.index(part) > self.order.index("payload"):
@@ -292,12 +294,12 @@ class Shape(Frozen):
         return range(start, start + size)
 
     def declared(self, data: bytes, at: int = 0) -> int:
-        """Return the length that the packet at ``at`` says; :attr:`head` bytes of it have to be there."""
+        """Return the length in the packet at ``at``, of which :attr:`head` bytes must be available."""
         end = at + self.head
         return int.from_bytes(data[end - self.length : end], "little")
 
     def number(self, part: str, packet: bytes) -> int:
-        """Return the number that a part of a whole packet holds."""
+        """Return the number in a part of a whole packet."""
         place = self.place(part, len(packet) - self.least)
         return int.from_bytes(packet[place.start : place.stop], "little")
 
@@ -306,7 +308,7 @@ class Shape(Frozen):
         return packet[self._offsets["payload"] : len(packet) - self.tail]
 
     def check_of(self, packet: bytes) -> int:
-        """Return what the check of a whole packet has to be; 0 where there is none."""
+        """Return the right check of a whole packet; 0 if packets have none."""
         if self.check is None:
             return 0
         if len(self._covered) == 1:
@@ -314,13 +316,13 @@ class Shape(Frozen):
         return self.check.of(b"".join([packet[run] for run in self._covered]))
 
     def is_whole(self, packet: bytes) -> bool:
-        """Whether bytes that begin and are as long as they say end right and have the right check."""
+        """Whether a packet of the right length has the right end bytes and the right check."""
         if not packet.endswith(self.end):
             return False
         return self.check is None or self.number("check", packet) == self.check_of(packet)
 
     def pack(self, id: int, address: int | None, payload: bytes) -> bytes:
-        """Return the bytes of a packet, from parts that are known to be right."""
+        """Return the bytes of a packet, from parts that are known to be valid."""
         sizes = self.sizes
         contents = {
             "start": self.start,
@@ -362,22 +364,22 @@ def _check_order(order: tuple[str, ...], sizes: dict[str, int]) -> None:
         if part not in PARTS:
             raise ValueError(f"a packet has no part {part} ({', '.join(PARTS)})")
         if order.count(part) > 1:
-            raise ValueError(f"{part} stands twice in the order")
+            raise ValueError(f"{part} is in the order twice")
         if not sizes[part] and part != "payload":
-            raise ValueError(f"{part} stands in the order and has no bytes")
+            raise ValueError(f"{part} is in the order but has no bytes")
     for part in PARTS:
         if part not in order and (sizes[part] or part == "payload"):
-            raise ValueError(f"{part} does not stand in the order")
+            raise ValueError(f"{part} is missing from the order")
     if order[0] != "start":
-        raise ValueError(f"start comes first, not {order[0]}")
+        raise ValueError(f"start must come first, not {order[0]}")
     if "end" in order and order[-1] != "end":
-        raise ValueError(f"end comes last, not {order[-1]}")
+        raise ValueError(f"end must come last, not {order[-1]}")
     payload = order.index("payload")
     for part in ("length", "id"):
         if order.index(part) > payload:
-            raise ValueError(f"{part} comes before the payload")
+            raise ValueError(f"{part} must come before the payload")
     if "check" in order and order.index("check") < payload:
-        raise ValueError("check comes after the payload")
+        raise ValueError("check must come after the payload")
 
 
 def _check_counting(
@@ -385,7 +387,7 @@ def _check_counting(
 ) -> None:
     _check_parts("the length counts", counts, order)
     if "payload" not in counts:
-        raise ValueError("the length has to count the payload")
+        raise ValueError("the length must count the payload")
     most = (1 << 8 * sizes["length"]) - 1
     longest = maximum + sum(sizes[part] for part in counts)
     if maximum < 0 or longest > most:
@@ -397,7 +399,7 @@ def _check_counting(
 
 def _check_cover(order: tuple[str, ...], covers: tuple[str, ...], check: Check | None) -> None:
     if (check is None) != (not covers):
-        raise ValueError("a check covers something, and nothing is covered without a check")
+        raise ValueError("check and covers must be given together")
     _check_parts("the check covers", covers, order)
     for part in ("check", "end"):
         if part in covers:
@@ -407,6 +409,6 @@ def _check_cover(order: tuple[str, ...], covers: tuple[str, ...], check: Check |
 def _check_parts(what: str, named: tuple[str, ...], order: tuple[str, ...]) -> None:
     for part in named:
         if part not in order:
-            raise ValueError(f"{what} {part}, which does not stand in the order")
+            raise ValueError(f"{what} {part}, which is not in the order")
         if named.count(part) > 1:
             raise ValueError(f"{what} {part} twice")

@@ -1,8 +1,8 @@
-"""Commands, setup commands and replies, and the bytes that mean something by themselves.
+"""Commands, setup commands and replies, and the bytes with a fixed meaning.
 
-As every message they are content and nothing else: a command does not know its axis, which
-:class:`~stagewire.protocols.CommandFrame` adds, and a reply knows neither axis nor command, since
-neither is sent.
+Like all messages they hold only their content. A command does not contain its axis, which
+:class:`~stagewire.protocols.CommandFrame` adds. A reply contains neither axis nor command, because neither is
+sent.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from collections.abc import Mapping
 from stagewire._codec.message import Message
 from stagewire.errors import BadValueError, OutOfRangeError, UnsupportedError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import ClassVar, Final, Self
 
 
 class Marks:
-    """The marks of one protocol. Not to be modified.
+    """The bytes with a fixed meaning in one protocol. Do not modify them.
 
     :param prefix: the byte that begins a setup command.
     :param terminator: the byte that ends a command.
-    :param setup: the byte that follows the prefix -> the name of the setup command.
+    :param setup: the byte after the prefix -> the name of the setup command.
 
-    Raises :class:`ValueError` for marks that cannot be told apart.
+    Raises :class:`ValueError` for marks that cannot be distinguished.
     """
 
     __slots__ = ("axis_bytes", "prefix", "setup", "terminator")
@@ -32,7 +32,7 @@ class Marks:
     def __init__(self, prefix: int, terminator: int, setup: Mapping[int, str]) -> None:
         for byte in (prefix, terminator, *setup):
             if not 0 <= byte <= 0xFF:
-                raise ValueError(f"{byte:#x} is no byte")
+                raise ValueError(f"{byte:#x} is not a byte")
         if prefix == terminator:
             raise ValueError(f"{prefix:#04x} cannot be both the prefix and the terminator")
         if terminator in setup:
@@ -41,7 +41,7 @@ class Marks:
         self.terminator = terminator
         self.setup = dict(setup)
         self.axis_bytes = frozenset(range(0x100)) - {prefix, terminator}
-        """The bytes that can stand where an axis is due."""
+        """The bytes that are valid as an axis."""
 
     @property
     def pair(self) -> tuple[int, int]:
@@ -49,20 +49,20 @@ class Marks:
         return self.prefix, self.terminator
 
     def axis(self, axis: object) -> int:
-        """Return ``axis`` as a plain integer; raise unless it can stand where a command begins.
+        """Return ``axis`` as a plain integer if it is valid as an axis.
 
-        Any byte can but the two that mean something else there. Identifiers can be changed on a
-        controller, so that no other is refused. Raises :class:`~stagewire.errors.OutOfRangeError`, or
-        :class:`~stagewire.errors.BadValueError` for what is no integer (a bool is none).
+        Every byte is valid except the prefix and the terminator, because users can change the identifiers of
+        a controller. Raises :class:`~stagewire.errors.OutOfRangeError`, or
+        :class:`~stagewire.errors.BadValueError` if it is not an integer (a bool is not accepted).
         """
         if isinstance(axis, bool) or not isinstance(axis, int):
-            raise BadValueError(f"axis takes the identifier of an axis, an integer, not {axis!r}")
+            raise BadValueError(f"axis must be the identifier of an axis, an integer, not {axis!r}")
         if not 0 <= axis <= 0xFF:
-            raise OutOfRangeError(f"axis takes an identifier of one byte, not {int(axis)}")
+            raise OutOfRangeError(f"axis must be an identifier of one byte, not {int(axis)}")
         if axis == self.prefix:
             raise OutOfRangeError(f"axis cannot be {axis:#04x}, the prefix of setup commands")
         if axis == self.terminator:
-            raise OutOfRangeError(f"axis cannot be {axis:#04x}, which ends a command")
+            raise OutOfRangeError(f"axis cannot be {axis:#04x}, the terminator of commands")
         return int(axis)
 
 
@@ -71,17 +71,17 @@ SLOTS: Final = 3
 
 
 MAXIMUM_COMMAND: Final = SLOTS + 0xFF + 1
-"""Bytes of the longest command: a size slot cannot count further, and the terminator follows."""
+"""Bytes of the longest command: the three slots, the most data that a size slot can count, the terminator."""
 
 
 class Reply(Message, abstract=True):
-    """Base of replies: fields and nothing else, so that only the request says what they are."""
+    """Base of replies. They hold only fields; the request determines which reply it is."""
 
     __slots__ = ()
 
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
-        """Make the reply from all of its bytes, without any check."""
+        """Return the reply in these bytes, without any check."""
         raise NotImplementedError
 
     def pack(self) -> bytes:
@@ -90,27 +90,27 @@ class Reply(Message, abstract=True):
 
 
 class Command(Message, abstract=True):
-    """Base of commands: an axis, the command's byte, a size slot, data and the terminator.
+    """Base of commands: an axis, the command byte, a size slot, data and the terminator.
 
-    Commands without data need nothing more; those with data bring ``unpack`` and ``_pack``.
+    Commands without data need no methods; the others define ``unpack`` and ``_pack``.
     """
 
     __slots__ = ()
     reply: ClassVar[type[Reply] | None] = None
-    """What the controller answers; None when it stays silent."""
+    """The class of the reply; None if the controller does not reply."""
     if TYPE_CHECKING:
         marks: ClassVar[Marks]  # set by the protocol that lists the class
 
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
-        """Make the command from the bytes of a whole one, size slot included, without any check."""
+        """Return the command in the bytes of a whole one, including the size slot, without any check."""
         return cls()
 
     def pack(self, axis: int, *, allow_dummy: bool = False) -> bytes:
         """Return the bytes of the command for ``axis``, in the form that the document prints.
 
         Raises :class:`~stagewire.errors.OutOfRangeError` or
-        :class:`~stagewire.errors.BadValueError` for what is no axis identifier, and
+        :class:`~stagewire.errors.BadValueError` for an invalid axis, and
         :class:`~stagewire.errors.UnsupportedError` for a dummy unless ``allow_dummy`` is set.
         """
         marks = self.marks
@@ -119,12 +119,12 @@ class Command(Message, abstract=True):
         if self.layout.dummy and not allow_dummy:
             raise UnsupportedError(
                 f"{self.layout.message} is a dummy that the document says not to use; "
-                "allow_dummy encodes it all the same"
+                "pass allow_dummy to encode it anyway"
             )
         return self._pack(axis)
 
     def _pack(self, axis: int) -> bytes:
-        """Return the bytes of the command for an axis that was checked."""
+        """Return the bytes of the command for an axis that was already checked."""
         layout, end = self.layout, self.marks.terminator
         if layout.size is None:
             return bytes((axis, layout.id, end))
@@ -132,7 +132,7 @@ class Command(Message, abstract=True):
 
 
 class SetupCommand(Message, abstract=True):
-    """Base of setup commands: two bytes, the prefix and the command's own, for the whole controller."""
+    """Base of setup commands: the prefix and the command byte, for the whole controller."""
 
     __slots__ = ()
     reply: ClassVar[type[Reply] | None] = None
@@ -141,7 +141,7 @@ class SetupCommand(Message, abstract=True):
 
     @classmethod
     def unpack(cls, raw: bytes) -> Self:
-        """Make the command from its two bytes, without any check."""
+        """Return the command in its two bytes, without any check."""
         return cls()
 
     def pack(self) -> bytes:

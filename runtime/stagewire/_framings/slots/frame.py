@@ -1,9 +1,9 @@
-"""A command on its way: its axis, whether it says its size, and bytes that a controller ignores; its events.
+"""Commands with their axis, an optional size slot and ignored bytes; their events; and the prefix check.
 
-A value may look like a setup command, and is refused on request. A controller that looks for the prefix
-anywhere, and not only where a command is due, takes the prefix and the byte of a setup command inside a value
-for that setup command: it could reset in the middle of a move. One count more or less does not always help,
-since the two bytes may be the upper ones.
+A value may contain the bytes of a setup command. On request such a value is refused: a controller that looks
+for the prefix anywhere, not only at the beginning of a command, would execute the setup command, for example
+a reset in the middle of a move. Changing the value by one count does not always help, because the two bytes
+may be the upper ones.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from stagewire._codec.events import Event, Frozen
 from stagewire._framings.slots.command import MAXIMUM_COMMAND, SLOTS, Command, Marks, SetupCommand
 from stagewire.errors import BadValueError, OutOfRangeError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, Final
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 Encode = Callable[[Command], bytes]
 
 _BLOCKS: Final = tuple(1 << bits for bits in range(64, -1, -8))
-"""Numbers of values that share their upper bytes, the largest first."""
+"""Sizes of ranges of values that share their upper bytes, the largest first."""
 
 
 def _find_prefix(raw: bytes, marks: Marks) -> int | None:
-    """Return where the prefix and the byte of a setup command stand, None when they do not."""
+    """Return the position of the prefix and the byte of a setup command; None if there is none."""
     at = raw.find(marks.prefix)
     while 0 <= at < len(raw) - 1:
         if raw[at + 1] in marks.setup:
@@ -36,12 +36,12 @@ def _find_prefix(raw: bytes, marks: Marks) -> int | None:
 
 
 def refuse_prefix(message: Command, raw: bytes, encode: Encode) -> None:
-    """Raise :class:`~stagewire.errors.OutOfRangeError` when ``raw`` looks like a setup command.
+    """Raise :class:`~stagewire.errors.OutOfRangeError` if ``raw`` contains a setup command.
 
-    The text names the nearest safe values of the field that is to blame.
+    The message names the nearest safe values of the field that causes it.
 
-    :param message: the command that ``raw`` is.
-    :param encode: makes such bytes of another command of the same class.
+    :param message: the command with these bytes.
+    :param encode: returns the bytes of another command of the same class.
     """
     marks = message.marks
     at = _find_prefix(raw, marks)
@@ -50,7 +50,9 @@ def refuse_prefix(message: Command, raw: bytes, encode: Encode) -> None:
     layout = message.layout
     name = layout.message
     advice = "no value nearby avoids it"
-    fields = message.values() if at < SLOTS + layout.length else {}  # else it is among extra bytes
+    fields = (
+        message.values() if at < SLOTS + layout.length else {}
+    )  # otherwise it is in the extra bytes
     for field, value in fields.items():
         if isinstance(value, bool) or not isinstance(value, int):
             continue
@@ -84,8 +86,9 @@ def _safe(message: Command, field: str, step: int, encode: Encode) -> int | None
         at = _find_prefix(raw, marks)
         if at is None:
             return value
-        # What stands in upper bytes stays for all values below them: 65536 of them, or worse. Where the
-        # lower bytes may be all zeros or all ones and the two bytes are the same, they always are.
+        # Bytes in the upper part are the same for all values that differ only below them: 65536 of
+        # them, or more. Where the same pair results from lower bytes of all zeros and of all ones,
+        # it results from every value between.
         pair = raw[at : at + 2]
         for block in _BLOCKS:
             low, high = value & -block, value | block - 1
@@ -101,16 +104,16 @@ FORMS: Final[dict[str, bool | None]] = {
     "request:with_size": True,
     "request:without_size": False,
 }
-"""The forms of a command -> what :class:`CommandFrame` takes as ``sized`` for it."""
+"""The forms of a command -> the ``sized`` argument of :class:`CommandFrame`."""
 
 
 class CommandFrame(Frozen):
     """A command to an axis, or a setup command to the controller; immutable.
 
-    :param message: what is said.
+    :param message: the command.
     :param axis: identifier of the axis; None for a setup command.
     :param extra: bytes between the data and the terminator, which a controller ignores.
-    :param sized: whether the size slot is there; None: as the document prints the command.
+    :param sized: whether to send the size slot; None: as the document prints the command.
     """
 
     __slots__ = ("axis", "extra", "message", "sized")
@@ -127,11 +130,11 @@ class CommandFrame(Frozen):
         extra: bytes = b"",
         sized: bool | None = None,
     ) -> CommandFrame:
-        """Put a command on its way.
+        """Make a frame.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an axis that is none and for more extra
-        bytes than a command has room for, and :class:`~stagewire.errors.BadValueError` for a part of
-        the wrong kind or one that the command cannot have.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid axis or too many extra bytes, and
+        :class:`~stagewire.errors.BadValueError` for an argument of the wrong type or one that the command
+        cannot have.
         """
         if extra.__class__ is not bytes:
             if not isinstance(extra, (bytes, bytearray, memoryview)):
@@ -151,11 +154,11 @@ class CommandFrame(Frozen):
         if sized is None:
             sized = layout.size is not None
         elif layout.length and not sized:
-            raise BadValueError(f"{layout.message} has data, so that its size cannot be left out")
+            raise BadValueError(f"{layout.message} has data, so its size cannot be omitted")
         if extra:
             if not sized:
                 raise BadValueError(
-                    f"{layout.message} without its size ends there: it has no extra bytes"
+                    f"{layout.message} without its size slot cannot have extra bytes"
                 )
             if marks.terminator in extra:
                 raise BadValueError(
@@ -163,12 +166,12 @@ class CommandFrame(Frozen):
                 )
             room = MAXIMUM_COMMAND - SLOTS - layout.length - 1
             if len(extra) > room:
-                raise OutOfRangeError(f"extra takes at most {room} bytes here, not {len(extra)}")
+                raise OutOfRangeError(f"extra takes at most {room} bytes, not {len(extra)}")
         return make_command_frame(message, axis, extra, sized)
 
     @property
     def form(self) -> str:
-        """``request`` as the document prints the command, or that with or without its size."""
+        """``request`` as the document prints the command, or the form with or without its size."""
         if isinstance(self.message, SetupCommand) or self.sized is _is_sized(self.message):
             return "request"
         return "request:with_size" if self.sized else "request:without_size"
@@ -176,12 +179,12 @@ class CommandFrame(Frozen):
     def encode(self, *, allow_dummy: bool = False, refuse_prefix_bytes: bool = False) -> bytes:
         """Return the bytes of the command.
 
-        ``refuse_prefix_bytes`` is for controllers that look for setup commands anywhere in the stream:
-        a value whose bytes would hold the prefix and then the byte of a setup command is not sent.
+        ``refuse_prefix_bytes`` is for controllers that look for setup commands anywhere in the stream. With
+        it, a value whose bytes contain the prefix and the byte of a setup command is refused.
 
-        Raises :class:`~stagewire.errors.UnsupportedError` for a dummy unless ``allow_dummy`` is set,
-        and :class:`~stagewire.errors.OutOfRangeError` for a value that is refused so; the text names the
-        nearest values that are safe.
+        Raises :class:`~stagewire.errors.UnsupportedError` for a dummy unless ``allow_dummy`` is set, and
+        :class:`~stagewire.errors.OutOfRangeError` for a value that is refused; the message names the nearest
+        safe values.
         """
         message = self.message
         if isinstance(message, SetupCommand):
@@ -222,7 +225,7 @@ def _is_sized(message: Command) -> bool:
 
 
 class _Draft(Frozen):
-    """A frame that is still being filled; see :mod:`stagewire._codec.events` for why."""
+    """A frame while it is being filled; :mod:`stagewire._codec.events` explains why."""
 
     __slots__ = CommandFrame.__slots__
     __setattr__ = object.__setattr__
@@ -236,7 +239,7 @@ class _Draft(Frozen):
 def make_command_frame(
     message: Command | SetupCommand, axis: int | None, extra: bytes, sized: bool
 ) -> CommandFrame:
-    """Make a frame from parts that are known to be right."""
+    """Return a frame of parts that are known to be valid."""
     draft: Any = _Draft()
     draft.message = message
     draft.axis = axis
@@ -260,18 +263,18 @@ class CommandReceived(Event):
 
     @property
     def frame(self) -> CommandFrame:
-        """The decoded command, made anew each time that it is asked for."""
+        """The decoded command, decoded again on each access."""
         return self.decoder(self.raw)
 
 
 class UnknownCommand(Event):
-    """Up to a terminator, but byte 1 is the byte of no command."""
+    """Bytes up to a terminator whose command byte is unknown."""
 
     __slots__ = ()
 
 
 class TextReceived(Event):
-    """A line of text with its end, of either side; only who follows both formats gives it out.
+    """A line of text with its end, in either direction; only for listeners that follow both formats.
 
     See :mod:`stagewire._framings.slots.streams`.
     """
@@ -280,6 +283,6 @@ class TextReceived(Event):
 
 
 class BadCommandLength(Event):
-    """Up to a terminator, but the size slot does not say what the command has to say there."""
+    """Bytes up to a terminator whose size slot is wrong for the command."""
 
     __slots__ = ()

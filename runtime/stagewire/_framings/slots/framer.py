@@ -1,4 +1,4 @@
-"""The framer of commands: bytes in, events out. The rule is stated in :mod:`stagewire._framings.slots`."""
+"""The framer of commands: bytes in, events out. :mod:`stagewire._framings.slots` states the rule."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from stagewire._framings.slots.frame import (
     UnknownCommand,
 )
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Final
 
 
 MORE: Final = -1
-"""The end of what is not all there yet."""
+"""Stands for the end of an incomplete event."""
 
 
 class Request:
-    """What framing has to know of one command.
+    """The facts of one command that framing needs.
 
-    :param name: for people.
+    :param name: name of the command, for people.
     :param length: bytes of data that the host sends with it.
-    :param size: the number in the size slot when the slot is there.
+    :param size: the number in the size slot if the slot is sent.
     """
 
     __slots__ = ("length", "name", "size")
@@ -39,12 +39,12 @@ class Request:
 
 
 class Rule:
-    """What begins with given bytes, for one protocol.
+    """The rule of one protocol by which a stream is cut.
 
-    :param marks: the bytes that mean something by themselves.
-    :param requests: command byte -> what framing has to know of the command.
+    :param marks: the bytes with a fixed meaning.
+    :param requests: command byte -> the facts of the command.
 
-    Raises :class:`ValueError` for a command that no stream can carry.
+    Raises :class:`ValueError` for a command that no stream can hold.
     """
 
     __slots__ = ("_end", "marks", "requests", "usual")
@@ -53,33 +53,33 @@ class Rule:
         end = marks.terminator
         for byte, request in requests.items():
             if not 0 <= byte <= 0xFF or byte == end:
-                raise ValueError(f"{request.name}: no command has the byte {byte:#04x}")
+                raise ValueError(f"{request.name}: a command cannot have the byte {byte:#04x}")
             if not 0 <= request.size <= 0xFF or request.size == end:
-                raise ValueError(f"{request.name}: no size slot holds {request.size}")
+                raise ValueError(f"{request.name}: a size slot cannot hold {request.size}")
             if request.length not in (0, request.size):
                 raise ValueError(
-                    f"{request.name}: {request.length} bytes of data cannot go with the size {request.size}"
+                    f"{request.name}: {request.length} bytes of data do not match the size {request.size}"
                 )
         self.marks = marks
         self.requests = dict(requests)
         self._end = bytes((end,))
         self.usual: dict[bytes, int] = {}
-        """Command byte and size slot -> bytes of the whole command when nothing ignored follows."""
+        """Command byte and size slot -> bytes of the whole command without ignored bytes."""
         for byte, request in requests.items():
             self.usual[bytes((byte, request.size))] = SLOTS + request.length + 1
             if not request.length:
                 self.usual[bytes((byte, end))] = SLOTS
 
     def find_end(self, data: bytes, start: int) -> int:
-        """Return the position behind the first terminator from ``start`` on, or :data:`MORE`."""
+        """Return the position after the first terminator at or after ``start``, or :data:`MORE`."""
         return data.find(self._end, start) + 1 or MORE
 
     def begins(self, data: bytes, start: int) -> tuple[type[Event], int]:
-        """Return what begins at ``start``, where a command is due, and the position behind it.
+        """Return the kind of event that begins at ``start``, where a command is expected, and its end.
 
-        Without the bytes that decide, the position is :data:`MORE`, and the kind is
-        :class:`~stagewire.framing.Event` if that is open, too. The end of garbage is not
-        waited for: with :data:`MORE` it reaches to the end of ``data`` and on to the next terminator.
+        If the deciding bytes are missing, the end is :data:`MORE`; if the kind is also undecided, it is
+        :class:`~stagewire.framing.Event`. Garbage with the end :data:`MORE` extends to the end of ``data``
+        and on to the next terminator.
         """
         marks = self.marks
         end = marks.terminator
@@ -120,17 +120,17 @@ class Rule:
         return Garbage, self.find_end(data, limit)
 
 
-_NEVER: Final = 1 << 62  # the size of a command that no buffer will ever hold
+_NEVER: Final = 1 << 62  # larger than any command
 
 
 class CommandFramer:
-    """Cuts what a host sends into events, as the controller at the other end reads it.
+    """A framer that cuts the bytes from a host into events, as a controller reads them.
 
-    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
-    Nothing that comes from outside makes it raise.
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed. No input makes
+    it raise.
 
-    :param rule: what framing has to know of the protocol.
-    :param decode: makes a frame of the bytes of one command, for ``event.frame``.
+    :param rule: the rule of the protocol.
+    :param decode: returns a frame for the bytes of one command, for ``event.frame``.
     """
 
     __slots__ = ("_decode", "_in_garbage", "_pending", "_rule")
@@ -141,19 +141,19 @@ class CommandFramer:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what is pending; a command is due, as at the beginning of a stream."""
+        """Discard pending bytes and expect a command, as at the beginning of a stream."""
         self._pending = b""
         self._in_garbage = False
 
     @property
     def pending(self) -> bytes:
-        """The bytes that wait for more to come: the beginning of a command."""
+        """The bytes that wait for more: the beginning of a command."""
         return self._pending
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
-        """Take the next bytes of the stream and return what they complete.
+        """Take the next bytes of the stream and return the events that they complete.
 
-        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) if ``data`` is not bytes.
         """
         data = fed(data)
         if self._pending:
@@ -164,13 +164,13 @@ class CommandFramer:
         rule = self._rule
         size_of, marks = rule.usual.get, rule.marks
         terminator, no_axes = marks.terminator, (marks.prefix, marks.terminator)
-        position = garbage = 0  # what is before `garbage` is given out; up to position is garbage
+        position = garbage = 0  # returned up to `garbage`, then garbage up to `position`
         if self._in_garbage:
             end = rule.find_end(data, 0)
             position = available if end == MORE else end
             self._in_garbage = end == MORE
         while position < available:
-            # The commands that most streams consist of: nothing ignored follows their data.
+            # Fast path for commands without ignored bytes, which are most of a stream.
             while (
                 end := position + size_of(data[position + 1 : position + 3], _NEVER)
             ) <= available and data[end - 1] == terminator:

@@ -1,6 +1,6 @@
-"""A protocol of commands: how bytes find their command, and how its stream is read.
+"""The class of protocols with commands: decoding, the framer and the decoder of replies.
 
-Bytes that are not exactly one command are refused slot by slot, with the first one that is wrong.
+If bytes are not exactly one command, the error names the first slot that is wrong.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from stagewire.errors import (
 
 
 def refusal(title: str, rule: Rule, raw: bytes) -> DecodeError | UnknownMessageError:
-    """Return what is wrong with bytes that are not exactly one command or setup command.
+    """Return the error for bytes that are not exactly one command or setup command.
 
-    :param title: of the protocol, for people.
+    :param title: name of the protocol, for people.
     """
     marks = rule.marks
     end = marks.terminator
@@ -58,7 +58,7 @@ def refusal(title: str, rule: Rule, raw: bytes) -> DecodeError | UnknownMessageE
 
 
 def _behind_the_byte(rule: Rule, raw: bytes) -> DecodeError:
-    """Return what is wrong with the size of a command, its data or its end."""
+    """Return the error for a command with a wrong size, wrong data or a wrong end."""
     end = rule.marks.terminator
     request = rule.requests[raw[1]]
     name, length = request.name, request.length
@@ -74,9 +74,9 @@ def _behind_the_byte(rule: Rule, raw: bytes) -> DecodeError:
     if found >= 0:
         return _trailing(raw, name, found + 1)
     if len(raw) >= MAXIMUM_COMMAND:
-        text = f"{name}: {end:#04x} has to come within {MAXIMUM_COMMAND} bytes"
+        text = f"{name}: {end:#04x} must follow within {MAXIMUM_COMMAND} bytes"
         return BadLengthError(text, range(MAXIMUM_COMMAND - 1, MAXIMUM_COMMAND))
-    due = f"{length} bytes of data and {end:#04x} are due" if length else f"{end:#04x} is due"
+    due = f"expected {length} bytes of data and {end:#04x}" if length else f"expected {end:#04x}"
     return _missing(raw, f"{name}: {due}")
 
 
@@ -87,11 +87,11 @@ def _missing(raw: bytes, text: str) -> TruncatedError:
 
 def _trailing(raw: bytes, name: str, end: int) -> TrailingBytesError:
     more = len(raw) - end
-    text = f"{name} ends before byte {end}; {more} byte{'s' if more > 1 else ''} more"
+    text = f"{name} ends before byte {end}; found {more} more byte{'s' if more > 1 else ''}"
     return TrailingBytesError(text, range(end, len(raw)))
 
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import TypeVar
 
@@ -102,19 +102,19 @@ Unpack = Callable[[bytes], Command]
 
 
 class CommandProtocol(Protocol):
-    """A protocol of commands without a header and of replies without a frame.
+    """A protocol of commands without a header and replies without a frame.
 
-    A class belongs to the one protocol that lists it, which tells it the marks.
+    A command class belongs to the one protocol that lists it. The protocol sets its marks.
 
     :param name: name in the registry.
-    :param title: for people.
+    :param title: name for people.
     :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
-    :param messages: every class of a command, a setup command and a reply.
+    :param messages: all classes of commands, setup commands and replies.
     :param prefix: the byte that begins a setup command.
     :param terminator: the byte that ends a command.
-    :param axes: the documented identifiers of axes by name; others are accepted, too.
+    :param axes: the documented identifiers of axes by name; others are also accepted.
 
-    Raises :class:`ValueError` for commands that a stream cannot carry or tell apart.
+    Raises :class:`ValueError` for commands that a stream cannot hold or cannot distinguish.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class CommandProtocol(Protocol):
             if taken is not None and taken.pair != self.marks.pair:
                 raise ValueError(f"{command.__name__} belongs to a protocol with other marks")
             command.marks = self.marks
-        # Command byte and size slot -> unpack, bytes when nothing ignored follows, size slot there.
+        # Command byte and size slot -> unpack, bytes without ignored ones, whether it has the slot.
         self._usual: dict[bytes, tuple[Unpack, int, bool]] = {
             slots: (self._commands[slots[0]].unpack, size, slots[1] != terminator)
             for slots, size in self.rule.usual.items()
@@ -162,7 +162,7 @@ class CommandProtocol(Protocol):
 
         Raises :class:`~stagewire.errors.TruncatedError`, :class:`~stagewire.errors.TrailingBytesError`,
         :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`,
-        and :class:`~stagewire.errors.BadValueError` for what is not bytes, such as hex text.
+        and :class:`~stagewire.errors.BadValueError` if ``raw`` is not bytes, such as hex text.
         """
         if raw.__class__ is not bytes:
             raw = as_bytes(raw)
@@ -188,13 +188,13 @@ class CommandProtocol(Protocol):
     def decode_reply(
         self, raw: bytes, command: str | type[Message] | Message | CommandFrame
     ) -> Reply:
-        """Decode all the bytes of the reply to ``command``, given by its name or itself.
+        """Decode all the bytes of the reply to ``command``, a name, a class or an object.
 
         Raises :class:`~stagewire.errors.TruncatedError` or
         :class:`~stagewire.errors.TrailingBytesError` for another number of bytes,
         :class:`~stagewire.errors.BadLengthError` for a command that has no reply,
-        :class:`~stagewire.errors.UnknownMessageError` for a name that no command has, and
-        :class:`~stagewire.errors.BadValueError` for what is not bytes or no command.
+        :class:`~stagewire.errors.UnknownMessageError` for an unknown name, and
+        :class:`~stagewire.errors.BadValueError` if ``raw`` is not bytes or ``command`` is not a command.
         """
         if isinstance(command, str):
             cls = self.message_class(command)
@@ -203,17 +203,17 @@ class CommandProtocol(Protocol):
         else:
             cls = type(command.message if isinstance(command, CommandFrame) else command)
         if not issubclass(cls, (Command, SetupCommand)):
-            raise BadValueError(f"a reply is decoded by its command, not by {command!r}")
+            raise BadValueError(f"decode_reply takes the command of the reply, not {command!r}")
         return decode_reply(as_bytes(raw), cls)
 
     # Streams
 
     def framer(self) -> CommandFramer:
-        """Return a new framer of what a host sends."""
+        """Return a new framer for the bytes from a host."""
         return CommandFramer(self.rule, self.decode)
 
     def replies(self) -> ReplyDecoder:
-        """Return a new decoder of what a controller sends."""
+        """Return a new decoder for the bytes from a controller."""
         return ReplyDecoder()
 
     def _certain(self, forms: Iterable[str]) -> list[str]:
@@ -234,7 +234,7 @@ def _request(cls: type[Command]) -> Request:
 
 
 def _other_form(cls: type[Command]) -> str | None:
-    """Return the form that the document does not print, None when there is no other."""
+    """Return the form that the document does not print; None if there is no other."""
     if cls.layout.length:
         return None
     return "request:with_size" if cls.layout.size is None else "request:without_size"

@@ -1,10 +1,10 @@
-"""Replies: bytes without a frame, so that the one request that is outstanding says what they are.
+"""Replies: bytes without a frame, which only the outstanding request identifies.
 
-Neither axis nor command comes back, and many replies are equally long. Whoever asks twice before the
-first answer came, or goes on after one that did not come in time, takes the answer to one question for
-the answer to another. So one request is outstanding at most, and a line on which a reply is overdue, or
-on which bytes came that nobody asked for, is *poisoned* until it was silent for long enough. What
-has no reply, such as a command that stops, can be sent at any time.
+A reply contains neither its axis nor its command, and many replies have the same length. A host that sends a
+second request before the first reply, or after a reply that timed out, may match a reply to the wrong
+request. Therefore at most one request is outstanding. A line on which a reply is overdue, or unexpected bytes
+arrived, is *poisoned* until it was silent for long enough. Commands without a reply, such as a stop, can be
+sent at any time.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def decode_reply(raw: bytes, command: type[Command | SetupCommand]) -> Reply:
         size = len(raw)
         text = (
             f"the reply to {command.layout.message} has {length} byte{'s' if length > 1 else ''}, "
-            f"here {'are' if size != 1 else 'is'} {size}"
+            f"not {size}"
         )
         if size < length:
             raise TruncatedError(text, range(size, size + 1))
@@ -58,7 +58,7 @@ class ReplyReceived(Event):
 
     @property
     def reply(self) -> Reply:
-        """The decoded reply, made anew each time that it is asked for."""
+        """The decoded reply, decoded again on each access."""
         return decode_reply(self.raw, type(self.request.message))
 
     def __eq__(self, other: object) -> bool:
@@ -74,10 +74,10 @@ class ReplyReceived(Event):
 
 
 class ReplyDecoder:
-    """Reads what one controller sends to the host, without any input or output.
+    """A decoder of the bytes that one controller sends to the host; sans-I/O.
 
-    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
-    Nothing that comes from outside makes :meth:`feed` raise.
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed. No input makes
+    :meth:`feed` raise.
     """
 
     __slots__ = ("_length", "_outstanding", "_pending", "_poisoned")
@@ -90,12 +90,12 @@ class ReplyDecoder:
 
     @property
     def outstanding(self) -> CommandFrame | None:
-        """The request whose reply has not come, or not all of it."""
+        """The request whose reply has not arrived completely."""
         return self._outstanding
 
     @property
     def poisoned(self) -> bool:
-        """Whether bytes may come that belong to no outstanding request."""
+        """Whether bytes may arrive that do not belong to an outstanding request."""
         return self._poisoned
 
     @property
@@ -104,15 +104,15 @@ class ReplyDecoder:
         return self._pending
 
     def sent(self, frame: CommandFrame) -> None:
-        """Note a command; to be called just before its bytes are written.
+        """Note that a command is about to be written.
 
-        A command that has no reply, such as one that stops a motor, can be sent at any time and changes
-        nothing here. Raises :class:`~stagewire.errors.OutstandingReplyError` for a request while
-        another one is outstanding or the line is poisoned; its bytes are not to be written then.
-        Raises :class:`~stagewire.errors.BadValueError` for what is no frame.
+        Commands without a reply, such as a stop, change nothing and are always allowed. Raises
+        :class:`~stagewire.errors.OutstandingReplyError` for a request while another one is outstanding or the
+        line is poisoned; do not write it then. Raises :class:`~stagewire.errors.BadValueError` if ``frame``
+        is not a :class:`.CommandFrame`.
         """
         if not isinstance(frame, CommandFrame):
-            raise BadValueError(f"a line carries frames of commands, not {frame!r}")
+            raise BadValueError(f"sent takes a CommandFrame, not {frame!r}")
         reply = frame.message.reply
         if reply is None:
             return
@@ -120,21 +120,22 @@ class ReplyDecoder:
         if self._outstanding is not None:
             raise OutstandingReplyError(
                 f"{name} has to wait: the reply to {self._outstanding.message.layout.message} "
-                "is outstanding, and nothing in a reply says what it answers"
+                "is outstanding, and a reply does not say which request it answers"
             )
         if self._poisoned:
             raise OutstandingReplyError(
-                f"{name} has to wait: a reply was given up, or bytes came that nobody asked for; read "
-                "until the line is silent and call drained()"
+                f"{name} has to wait: a reply was given up, or unexpected bytes arrived; read until "
+                "the line is silent, then call drained()"
             )
         self._outstanding = frame
         self._length = reply.layout.length
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
-        """Take the next bytes of the stream and return what they complete.
+        """Take the next bytes of the stream and return the events that they complete.
 
-        What nobody asked for, or was given up, is garbage, and poisons the line: more of it may be on its
-        way. Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        Unexpected bytes, and the rest of a reply that was given up, are garbage and poison the line, because
+        more of them may follow. Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) if ``data``
+        is not bytes.
         """
         data = fed(data)
         request = self._outstanding
@@ -154,9 +155,9 @@ class ReplyDecoder:
         return events
 
     def abandon(self) -> list[Event]:
-        """Give up waiting for the outstanding reply: what came of it is garbage, the line poisoned.
+        """Give up waiting for the outstanding reply. Return its bytes so far as garbage; poison the line.
 
-        With nothing outstanding nothing changes.
+        Without an outstanding request, do nothing.
         """
         if self._outstanding is None:
             return []
@@ -167,5 +168,5 @@ class ReplyDecoder:
         return [Garbage(pending)] if pending else []
 
     def drained(self) -> None:
-        """Say that the line was silent for so long that no reply can be on its way any more."""
+        """Note that the line was silent for so long that no late reply can arrive."""
         self._poisoned = False

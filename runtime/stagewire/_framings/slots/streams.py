@@ -1,17 +1,18 @@
-"""What a host sends to a controller that takes lines of text beside commands, cut in either format.
+"""Framers for hosts that send both commands and lines of text, and for listeners on such a line.
 
-Setup commands switch, and two bytes alone cannot tell which format they are in. So the format is followed,
-as the registry has it in ``switches_to`` of a setup command:
+Setup commands switch the format. Single bytes do not show the format, so the framer follows it, using
+``switches_to`` of the setup commands in the registry:
 
-1. ``low_level``: what comes is commands, cut by a :class:`~stagewire.framing.CommandFramer`.
-2. ``high_level``: what comes is text. A line ends with a carriage return; a line feed where a line is due is
-   an empty line. The prefix and the byte of a setup command are one anywhere; a line that it interrupts is
-   garbage, and so is one of more than 4096 bytes.
-3. ``power_on``, which is that of the beginning, too: nobody can say in which format a controller wakes. Text
-   is text until something is no text (neither printable ASCII, carriage return, line feed, tab nor
-   backspace; or a terminator where a line is due). From there on it is commands. No documented axis is text.
+1. ``low_level``: commands, cut by a :class:`~stagewire.framing.CommandFramer`.
+2. ``high_level``: text. A line ends with a carriage return; a line feed at the beginning of a line is an
+   empty line. The prefix and the byte of a setup command form one at any position. A line that a setup
+   command interrupts is garbage, and so is a line of more than 4096 bytes.
+3. ``power_on``, also the initial format: the format of a controller after power-on is unknown. The input is
+   text until something that is not text: a byte that is not printable ASCII, carriage return, line feed, tab
+   or backspace, or a terminator at the beginning of a line. From there on it is commands. No documented axis
+   is a text byte.
 
-Any chunking gives the same after :func:`~stagewire.framing.join_garbage`, and less than one longest line is
+Chunking does not matter after :func:`~stagewire.framing.join_garbage`, and less than one longest line is
 pending between feeds.
 """
 
@@ -31,23 +32,23 @@ if TYPE_CHECKING:
     from stagewire._codec.message import CommandFormat
 
 LONGEST_LINE: Final = 4096
-"""Bytes of a line with its end; what is longer is no text."""
+"""Bytes of the longest line, including its end; longer input is not text."""
 
 _TEXT_BYTES: Final = rb" -~\r\n\t\b"  # for a set in a pattern
 
 
 def host_framer(protocol: CommandProtocol) -> CommandFramer | FormatFramer:
-    """Return what cuts everything that a host sends; where nothing switches, that is commands alone."""
+    """Return a framer for everything that a host sends; for commands only if no command switches."""
     return FormatFramer(protocol) if _switches(protocol) else protocol.framer()
 
 
 class FormatFramer:
-    """Cuts what a host sends into commands and lines of text.
+    """A framer that cuts the bytes from a host into commands and lines of text.
 
-    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
-    Nothing that comes from outside makes :meth:`feed` raise.
+    The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed. No input makes
+    :meth:`feed` raise.
 
-    :param protocol: of the commands; some of its setup commands switch the format.
+    :param protocol: the protocol of the commands; some of its setup commands switch the format.
     """
 
     def __init__(self, protocol: CommandProtocol) -> None:
@@ -57,7 +58,7 @@ class FormatFramer:
         self._format: CommandFormat = "power_on"
         self._switches = _switches(protocol)
         self._line = b""
-        self._too_long = False  # what comes up to the end of the line is garbage
+        self._too_long = False  # the rest of the line is garbage
         self._prefix, self._end = bytes((marks.prefix,)), bytes((marks.terminator,))
         prefix, setup = re.escape(self._prefix), re.escape(bytes(marks.setup))
         pair = rb"%b[%b]" % (prefix, setup)
@@ -75,9 +76,9 @@ class FormatFramer:
         return self._line or self._framer.pending
 
     def feed(self, data: bytes | bytearray | memoryview) -> list[Event]:
-        """Take the next bytes of the stream and return what they complete.
+        """Take the next bytes of the stream and return the events that they complete.
 
-        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) for what is not bytes.
+        Raises :class:`~stagewire.errors.BadValueError` (a ``TypeError``) if ``data`` is not bytes.
         """
         data = self._line + fed(data)
         self._line = b""
@@ -89,7 +90,7 @@ class FormatFramer:
         return events
 
     def _take_commands(self, data: bytes, at: int, events: list[Event]) -> int:
-        """Cut commands, up to one that may switch; return the place behind."""
+        """Cut commands, up to one that may switch the format; return the position after it."""
         framer = self._framer
         if framer.pending.endswith(self._prefix):  # the rest of a setup command may come first
             end = at + 1
@@ -103,7 +104,7 @@ class FormatFramer:
         return end
 
     def _take_text(self, data: bytes, at: int, events: list[Event]) -> int:
-        """Cut one line, or what interrupts it; return the place behind."""
+        """Cut one line, or the command that interrupts it; return the position after it."""
         first = data[at : at + 1]
         if not self._too_long:
             if first == b"\n":
@@ -133,7 +134,7 @@ class FormatFramer:
         return end
 
     def _wait(self, line: bytes, events: list[Event]) -> None:
-        """Keep the beginning of a line, as far as one can be long; else only what may be a setup command."""
+        """Keep an incomplete line; if it is too long, keep only the possible start of a setup command."""
         if not self._too_long and len(line) < LONGEST_LINE:
             self._line = line
             return
@@ -145,28 +146,28 @@ class FormatFramer:
             events.append(Garbage(line))
 
     def _switch(self, command: bytes) -> None:
-        """Follow a setup command that switches; others, and all that is none, change nothing."""
+        """Switch to the format of a setup command; ignore all other commands."""
         self._format = self._switches.get(command, self._format)
 
 
 def _switches(protocol: CommandProtocol) -> dict[bytes, CommandFormat]:
-    """Return the two bytes of each setup command that switches, and the format that it switches to."""
+    """Return the two bytes of each setup command that switches the format -> the new format."""
     prefix = protocol.marks.prefix
     layouts = (cls.layout for cls in protocol.messages)
     return {bytes((prefix, one.id)): one.switches_to for one in layouts if one.switches_to}
 
 
-_OUTSTANDING: Final = 64  # requests whose replies are awaited at once; older ones are forgotten
+_OUTSTANDING: Final = 64  # requests whose replies are awaited; older ones are dropped
 
 
 class ReplyListener:
-    """Cuts what a controller sends into the replies to what is outstanding, in their order.
+    """A listener that cuts the bytes from a controller into replies to the outstanding requests, in order.
 
-    For whoever listens and has no say in what is asked when, such as a log; a host has a
-    :class:`~stagewire.framing.ReplyDecoder`. What a host sends at once is asked together. A host that asks
-    again has given up what it asked before: a reply that was lost does not shift all that follow, and what
-    came of it is garbage. A line of text is answered by a line that ends with a line feed; by several, when
-    nothing was asked after it.
+    For listeners that do not control the requests, such as a log. A host uses a
+    :class:`~stagewire.framing.ReplyDecoder`. Requests that a host sends together are awaited together. If the
+    host sends again, it has given up its earlier requests. A lost reply therefore does not shift the later
+    ones, and the partial reply is garbage. The reply to a line of text is one line that ends with a line
+    feed, or several if no other request follows.
 
     The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
     """
@@ -176,14 +177,14 @@ class ReplyListener:
         self._asks_again = False
         self.pending = b""
         """The beginning of a reply."""
-        self._given_up = 0  # bytes of it that belong to a reply that nobody waits for any more
+        self._given_up = 0  # bytes of it that belong to an abandoned reply
 
     def turn(self) -> None:
-        """Note that the host begins to speak, or will be when it speaks next."""
+        """Note that the host begins a new turn with its next request."""
         self._asks_again = True
 
     def asked(self, request: CommandFrame | TextReceived) -> None:
-        """Note what was asked; what has no reply, such as a stop or an empty line, gives nothing up."""
+        """Note a request. Commands without a reply, such as a stop, and empty lines are ignored."""
         if isinstance(request, TextReceived):
             if not request.raw.strip():
                 return
@@ -219,12 +220,12 @@ class ReplyListener:
 
 
 class HostListener:
-    """Cuts what a host sends, in whichever format, and tells which replies it asks for.
+    """A listener that cuts the bytes from a host, in either format, and passes requests to a reply listener.
 
     The bytes of all events so far, followed by :attr:`pending`, are the bytes that were fed.
 
-    :param protocol: of the line.
-    :param replies: are told.
+    :param protocol: the protocol of the line.
+    :param replies: the listener for the replies.
     """
 
     def __init__(self, protocol: CommandProtocol, replies: ReplyListener) -> None:
@@ -237,9 +238,9 @@ class HostListener:
         return self._framer.pending
 
     def feed(self, data: bytes, *, goes_on: bool = False) -> list[Event]:
-        """Take what a host sends and return what it completes.
+        """Take the next bytes from the host and return the events that they complete.
 
-        :param goes_on: whether what is asked belongs together with what was sent before.
+        :param goes_on: whether these requests belong to the same turn as the previous ones.
         """
         if not goes_on:
             self._replies.turn()
@@ -253,7 +254,7 @@ class HostListener:
 
 
 def _reply(request: CommandFrame | TextReceived, data: bytes) -> Event | None:
-    """Return the reply that bytes begin with, None when it is not all there."""
+    """Return the reply at the beginning of ``data``; None if it is incomplete."""
     if isinstance(request, TextReceived):
         size = data.find(b"\n", 0, LONGEST_LINE) + 1
         if size:
