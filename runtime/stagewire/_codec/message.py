@@ -18,7 +18,7 @@ from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
 
 
 class Direction(enum.Flag):
-    """Which way a message travels."""
+    """The direction in which a message travels."""
 
     TO_CONTROLLER = 1
     TO_HOST = 2

@@ -1,1 +1,1 @@
-"""Links to controllers; public are the names of :mod:`stagewire.links`."""
+"""Links to controllers. The public names are in :mod:`stagewire.links`."""

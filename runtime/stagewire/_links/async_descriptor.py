@@ -1,6 +1,6 @@
-"""Links for asyncio: on a descriptor that an event loop can watch (a port of POSIX), and TCP.
+"""Links for asyncio: on a POSIX descriptor that the event loop can watch, and TCP.
 
-TCP uses asyncio's own transports, which every event loop of every platform has.
+TCP uses asyncio's own transports, which all event loops on all platforms have.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from stagewire.errors import TransportLostError
 
 
 class AsyncDescriptorLink(AsyncLink):
-    """A line on a descriptor that does not block; no thread, and nothing that looks again and again.
+    """A link on a non-blocking descriptor, without a thread and without polling.
 
-    :param url: for people.
-    :param descriptor: what the loop watches.
-    :param take: reads at most so many bytes; ``b""`` means that the other end is gone.
-    :param give: writes what is taken at once, and returns how much.
-    :param shut: gives the descriptor back; called once.
-    :param gone: what ``b""`` means, in words.
-    :param stall_timeout: seconds after which a line that takes nothing is gone.
+    :param url: the link, for people.
+    :param descriptor: the descriptor that the loop watches.
+    :param take: reads at most this many bytes; ``b""`` means that the other end has closed the link.
+    :param give: writes as much as possible without waiting, and returns how much.
+    :param shut: closes the descriptor; called once.
+    :param gone: the meaning of ``b""``, in words.
+    :param stall_timeout: seconds without progress in writing after which the link is lost.
     """
 
     def __init__(
@@ -55,8 +55,8 @@ class AsyncDescriptorLink(AsyncLink):
         self._gone = gone
         self._stall_timeout = stall_timeout
         self._loop = asyncio.get_running_loop()
-        self._kept = bytearray()  # what the system did not take yet
-        self._empty: asyncio.Future[None] | None = None  # somebody waits until nothing is kept
+        self._kept = bytearray()  # not accepted by the system yet
+        self._empty: asyncio.Future[None] | None = None  # done when nothing is kept
         self._stall: asyncio.TimerHandle | None = None
         self._why = ""
         self._received: Callable[[bytes], None] | None = None
@@ -65,7 +65,7 @@ class AsyncDescriptorLink(AsyncLink):
     def start(
         self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
-        """Call back from now on; see :meth:`.AsyncLink.start`."""
+        """Start the callbacks; see :meth:`.AsyncLink.start`."""
         self._received, self._lost = received, lost
         if self._why:
             self._loop.call_soon(self._say_lost)
@@ -88,17 +88,17 @@ class AsyncDescriptorLink(AsyncLink):
             self._watch()
 
     def write_now(self, data: bytes) -> None:
-        """Send what is taken at once; see :meth:`.AsyncLink.write_now`."""
+        """Send as much as possible without waiting; see :meth:`.AsyncLink.write_now`."""
         if not self._why and not self._kept:
             with contextlib.suppress(OSError):
                 self._give(data)
 
     def has_unread(self) -> bool:
-        """Say whether something came that was not passed on; see :meth:`.AsyncLink.has_unread`."""
+        """Return whether there are bytes that were not passed on; see :meth:`.AsyncLink.has_unread`."""
         return not self._why and has_input(self._descriptor)
 
     async def close(self) -> None:
-        """Send what is kept, and give the port back; see :meth:`.AsyncLink.close`."""
+        """Send the kept bytes and close the port; see :meth:`.AsyncLink.close`."""
         if self._why == CLOSED:
             return
         self._lost = None
@@ -110,7 +110,7 @@ class AsyncDescriptorLink(AsyncLink):
             self._end(CLOSED)
             await self._shut()
 
-    # As the loop calls it
+    # Called by the loop
 
     def _readable(self) -> None:
         try:
@@ -145,7 +145,7 @@ class AsyncDescriptorLink(AsyncLink):
             return 0
 
     def _watch(self) -> None:
-        """Give the line time anew: it took something."""
+        """Restart the stall timeout after progress in writing."""
         if self._stall is not None:
             self._stall.cancel()
         self._stall = self._loop.call_later(
@@ -161,7 +161,7 @@ class AsyncDescriptorLink(AsyncLink):
             self._empty.set_result(None)
 
     def _end(self, why: str) -> None:
-        """Use the descriptor no more, and say so, unless it was closed by this side."""
+        """Stop using the descriptor, and report the loss unless this side closed the link."""
         if self._why and why != CLOSED:
             return
         if not self._why:
@@ -188,7 +188,7 @@ async def open_async_tcp(url: str, settings: LinkSettings) -> AsyncTcpLink:
             connection = await _connect(host, port)
         try:
             set_options(connection, settings.stall_timeout)
-        except OSError:  # where the other end has hung up by now, macOS takes no options
+        except OSError:  # macOS refuses options if the other end has hung up
             connection.close()
             raise
     except socket.gaierror as error:
@@ -201,9 +201,9 @@ async def open_async_tcp(url: str, settings: LinkSettings) -> AsyncTcpLink:
 
 
 async def _connect(host: str, port: int) -> socket.socket:
-    """Return a socket that is connected, and does not block; raises what the last address raised."""
+    """Return a connected, non-blocking socket; raise the error of the last address."""
     loop = asyncio.get_running_loop()
-    try:  # a number needs nobody to ask, and so no thread of the loop's
+    try:  # a numeric address needs no lookup, hence no thread
         numeric = socket.AI_NUMERICHOST
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=numeric)
     except socket.gaierror:
@@ -226,10 +226,10 @@ async def _connect(host: str, port: int) -> socket.socket:
 
 
 class AsyncTcpLink(AsyncLink, asyncio.Protocol):
-    """A connection; it is also what asyncio calls when something happens on it.
+    """A TCP connection, which is also its asyncio protocol.
 
     :param connection: its socket, which the transport owns.
-    :param stall_timeout: seconds after which a line that takes nothing is gone.
+    :param stall_timeout: seconds without progress in writing after which the link is lost.
     """
 
     def __init__(self, url: str, connection: socket.socket, stall_timeout: float) -> None:
@@ -248,7 +248,7 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
     def start(
         self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
-        """Call back from now on; see :meth:`.AsyncLink.start`."""
+        """Start the callbacks; see :meth:`.AsyncLink.start`."""
         self._received, self._lost = received, lost
         if self._why:
             self._loop.call_soon(self._say_lost)
@@ -262,17 +262,17 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         self._transport.write(data)
 
     def write_now(self, data: bytes) -> None:
-        """Send what is taken at once; see :meth:`.AsyncLink.write_now`."""
+        """Send as much as possible without waiting; see :meth:`.AsyncLink.write_now`."""
         if not self._why and not self._transport.get_write_buffer_size():
             with contextlib.suppress(OSError, ValueError):
                 self._socket.send(data)
 
     def has_unread(self) -> bool:
-        """Say whether something came that was not passed on; see :meth:`.AsyncLink.has_unread`."""
+        """Return whether there are bytes that were not passed on; see :meth:`.AsyncLink.has_unread`."""
         return not self._why and has_input(self._socket.fileno())
 
     async def close(self) -> None:
-        """Send what is kept, and hang up; see :meth:`.AsyncLink.close`."""
+        """Send the kept bytes and hang up; see :meth:`.AsyncLink.close`."""
         self._why, self._lost = CLOSED, None
         self._transport.close()
         try:
@@ -280,26 +280,26 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         finally:
             if not self._ended.done():
                 self._transport.abort()
-        await self._ended  # set in the next round of the loop
+        await self._ended  # set in the next iteration of the loop
 
-    # As asyncio sees it
+    # Called by asyncio
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Keep what comes in the system until :meth:`start`, and hear at once when something is not taken."""
+        """Pause reading until :meth:`start`, and ask to be called as soon as anything stays unsent."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.pause_reading()
         self._transport.set_write_buffer_limits(high=0)
 
     def data_received(self, data: bytes) -> None:
-        """Pass on what came."""
+        """Pass on received bytes."""
         self._beginning.add(data)
         if self._received is not None and not self._why:
             self._received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Say that the line is gone, unless it was closed by this side."""
+        """Report the loss, unless this side closed the link."""
         self.resume_writing()
-        stop_sending(self._socket)  # which is closed when this returns
+        stop_sending(self._socket)  # asyncio closes it when this returns
         if not self._ended.done():
             self._ended.set_result(None)
         self._beginning.was_reset = isinstance(exc, ConnectionError)
@@ -307,11 +307,11 @@ class AsyncTcpLink(AsyncLink, asyncio.Protocol):
         self._say_lost()
 
     def pause_writing(self) -> None:
-        """Watch whether what is kept becomes less."""
+        """Start watching whether the amount of kept bytes decreases."""
         self._watch(self._transport.get_write_buffer_size())
 
     def resume_writing(self) -> None:
-        """Watch no more: everything was taken."""
+        """Stop watching: everything was sent."""
         if self._stall is not None:
             self._stall.cancel()
             self._stall = None

@@ -1,6 +1,6 @@
-"""A link for threads on a descriptor that the system can wait for: a socket, or a port of POSIX.
+"""A link for threads on a descriptor that the system can wait for: a socket or a POSIX port.
 
-One call of the system waits until a descriptor can be read or written, and can be woken from another thread.
+One system call waits until a descriptor is readable or writable. Another thread can interrupt the wait.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from collections.abc import Callable
 from stagewire._links.link import CLOSED, Link, because, lost, stalled
 from stagewire.errors import TransportLostError
 
-_LONGEST = 86_400.0  # seconds; the system counts milliseconds in 32 bits
+_LONGEST = 86_400.0  # seconds; the system uses milliseconds in 32 bits
 
-# Windows has no poll, and that of macOS does not work on every port.
+# Windows has no poll, and poll on macOS does not work for all ports.
 _HAS_POLL = hasattr(select, "poll") and sys.platform not in ("darwin", "win32")
 
 
 def has_input(descriptor: int) -> bool:
-    """Return at once whether there is something to read; not if the descriptor was closed meanwhile."""
+    """Return immediately whether bytes can be read; False if the descriptor was closed meanwhile."""
     if _HAS_POLL:
         poll = select.poll()
         poll.register(descriptor, select.POLLIN)
@@ -34,9 +34,9 @@ def has_input(descriptor: int) -> bool:
 
 
 class Readiness:
-    """Waits for one descriptor.
+    """A wait for one descriptor that another thread can interrupt.
 
-    :param descriptor: a socket or, where the system can wait for it, a port.
+    :param descriptor: a socket or, if the system can wait for it, a port.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -51,9 +51,9 @@ class Readiness:
             self._poll.register(self._wakened_descriptor, select.POLLIN)
 
     def readable(self, timeout: float) -> bool:
-        """Wait at most ``timeout`` seconds; return whether there is something to read.
+        """Wait at most ``timeout`` seconds, and return whether bytes can be read.
 
-        Being woken ends the waiting. A descriptor that is gone can be read: it says so then.
+        :meth:`wake` ends the wait. A lost descriptor counts as readable: reading it reports the loss.
         """
         timeout = min(timeout, _LONGEST)
         if _HAS_POLL:
@@ -64,17 +64,17 @@ class Readiness:
         if not ready:
             return False
         if self._descriptor in ready:
-            return True  # a waking stays for the next time
+            return True  # a wake-up is kept for the next call
         with contextlib.suppress(OSError):
             self._wakened.recv(4096)
         return False
 
     def has_input(self) -> bool:
-        """Return at once whether there is something to read, while another thread may wait for it."""
+        """Return immediately whether bytes can be read, even while another thread waits for them."""
         return has_input(self._descriptor)
 
     def writable(self, timeout: float) -> bool:
-        """Wait at most ``timeout`` seconds; return whether something can be written."""
+        """Wait at most ``timeout`` seconds, and return whether bytes can be written."""
         if _HAS_POLL:
             poll = select.poll()
             poll.register(self._descriptor, select.POLLOUT)
@@ -82,33 +82,33 @@ class Readiness:
         return bool(select.select((), (self._descriptor,), (), timeout)[1])
 
     def wake(self) -> None:
-        """End the waiting for something to read, or the next one."""
-        with contextlib.suppress(OSError):  # full: it is woken already; closed: nobody waits
+        """End the current :meth:`readable`, or the next one if none is waiting."""
+        with contextlib.suppress(OSError):  # full: already woken; closed: nothing waits
             self._wakes.send(b"!")
 
     def close(self) -> None:
-        """Wait no more."""
+        """Release the sockets; no call may be waiting."""
         self._wakes.close()
         self._wakened.close()
 
 
 CHUNK = 16_384
-"""Bytes that are read at once, at most."""
+"""Largest number of bytes per read."""
 
-_LOOK_UP = 0.1  # seconds: how often a write that is stalled looks whether the line was closed
+_LOOK_UP = 0.1  # seconds between checks of a stalled write whether the link was closed
 
 
 class DescriptorLink(Link):
-    """A line on a descriptor that does not block.
+    """A link on a non-blocking descriptor.
 
-    :param url: for people.
-    :param descriptor: what to wait for.
-    :param take: reads at most so many bytes; ``b""`` means that the other end is gone.
-    :param give: writes what is taken at once, and returns how much.
-    :param shut: gives the descriptor back; called once.
-    :param gone: what ``b""`` means, in words.
-    :param stall_timeout: seconds after which a line that takes nothing is gone.
-    :param lost: makes the error of a line that is gone, of its URL and the reason.
+    :param url: the link, for people.
+    :param descriptor: the descriptor to wait for.
+    :param take: reads at most this many bytes; ``b""`` means that the other end has closed the link.
+    :param give: writes as much as possible without waiting, and returns how much.
+    :param shut: closes the descriptor; called once.
+    :param gone: the meaning of ``b""``, in words.
+    :param stall_timeout: seconds without progress in writing after which the link is lost.
+    :param lost: returns the error of a lost link for its URL and the reason.
     """
 
     def __init__(
@@ -130,15 +130,15 @@ class DescriptorLink(Link):
         self._stall_timeout = stall_timeout
         self._lost = lost
         self._readiness = Readiness(descriptor)
-        self._why = ""  # why nothing can be done any more
-        self._is_taking = False  # bytes are on their way from the system to who has called read
-        # Reentrant, as a signal handler may close the line in the midst of a read or write of its thread.
+        self._why = ""  # why the link cannot be used any more
+        self._is_taking = False  # bytes were read that are not processed yet
+        # Reentrant, because a signal handler may close the link while its thread reads or writes.
         self._reading = threading.RLock()
         self._writing = threading.RLock()
         self._closing = threading.RLock()
 
     def read(self, timeout: float) -> bytes:
-        """Return what came; see :meth:`.Link.read`."""
+        """Return received bytes; see :meth:`.Link.read`."""
         with self._reading:
             self._is_taking = False
             if self._why:
@@ -166,23 +166,23 @@ class DescriptorLink(Link):
             if sent < len(data):
                 try:
                     self._write_rest(memoryview(data)[sent:])
-                except BaseException:  # what is written next would be taken for the rest
-                    self._lose("a write was interrupted in its midst")
+                except BaseException:  # the next write would be mistaken for the rest
+                    self._lose("a write was interrupted halfway")
                     raise
 
     def write_now(self, data: bytes) -> None:
-        """Send what is taken at once; see :meth:`.Link.write_now`."""
+        """Send as much as possible without waiting; see :meth:`.Link.write_now`."""
         if not self._why:
             with contextlib.suppress(OSError, ValueError):
                 self._give(data)
 
     def has_unread(self) -> bool:
-        """Say whether something came that was not dealt with; see :meth:`.Link.has_unread`."""
-        # In this order: what the system has no more is being taken.
+        """Return whether there are unprocessed bytes; see :meth:`.Link.has_unread`."""
+        # In this order: bytes that have left the system set _is_taking.
         return not self._why and (self._readiness.has_input() or self._is_taking)
 
     def note_dealt_with(self) -> None:
-        """Note that what was read was dealt with; see :meth:`.Link.note_dealt_with`."""
+        """Note that the bytes of the last read were processed; see :meth:`.Link.note_dealt_with`."""
         self._is_taking = False
 
     def wake(self) -> None:
@@ -190,7 +190,7 @@ class DescriptorLink(Link):
         self._readiness.wake()
 
     def close(self) -> None:
-        """Give the line back; see :meth:`.Link.close`."""
+        """Close the link; see :meth:`.Link.close`."""
         with self._closing:
             if self._why != CLOSED:
                 self._why = CLOSED
@@ -198,7 +198,7 @@ class DescriptorLink(Link):
                 with (
                     self._reading,
                     self._writing,
-                ):  # nobody is at the descriptor, which is soon another's
+                ):  # nothing uses the descriptor, whose number may be reused
                     self._readiness.close()
                     self._shut()
 
@@ -224,7 +224,7 @@ class DescriptorLink(Link):
                 raise self._lose(stalled(self._stall_timeout))
 
     def _lose(self, why: str) -> TransportLostError:
-        """Use the line no more; whoever waits elsewhere learns it, too."""
+        """Mark the link as lost, and end other waits so that they notice."""
         self._why = self._why or why
         self._readiness.wake()
         return self._lost(self.url, self._why)

@@ -1,7 +1,7 @@
-"""The interface of every link to a controller: bytes in, bytes out, until it is gone.
+"""The interface of all links to a controller: bytes in and bytes out until the link is lost.
 
-Also here: the options of opening one, the words for a link that is gone, which are the same for every kind,
-and the base of what users hold and close.
+Also here: the options for opening a link, the messages for a lost link, and the base of the context managers
+that users hold.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from typing import Self
 
 from stagewire.errors import BadValueError, OutOfRangeError, TransportLostError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from types import TracebackType
 
 
 class Closing:
-    """A context manager that closes itself."""
+    """A context manager that closes itself on exit."""
 
     def close(self) -> None:
-        """End it; harmless when done twice."""
+        """Close it. A second call has no effect."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:
@@ -39,10 +39,10 @@ class Closing:
 
 
 class AsyncClosing:
-    """An asynchronous context manager that closes itself."""
+    """An asynchronous context manager that closes itself on exit."""
 
     async def close(self) -> None:
-        """End it; harmless when done twice."""
+        """Close it. A second call has no effect."""
         raise NotImplementedError
 
     async def __aenter__(self) -> Self:
@@ -62,48 +62,48 @@ HUNG_UP = "the other end hung up, or the port was unplugged"
 
 
 def lost(url: str, why: str) -> TransportLostError:
-    """Return a new error; each that waits gets one of its own."""
+    """Return a new error, one for each caller that waits."""
     if why == CLOSED:
         return TransportLostError(f"{url}: {why}")
     return TransportLostError(
-        f"{url} is gone: {why}. What was under way may have been done or not; open the line again, and read "
-        "the state again"
+        f"{url} is lost: {why}. Commands in progress may or may not have been carried out: open the link "
+        "again, then read the state"
     )
 
 
 def because(error: Exception) -> str:
-    """Return what the system says is wrong."""
+    """Return the system's description of an error."""
     said = getattr(error, "strerror", None) or str(error) or type(error).__name__
     return f"the system says: {said}"
 
 
 def stalled(seconds: float) -> str:
-    """Return that nothing of what is to be sent was taken for so long."""
+    """Return the reason of a loss after ``seconds`` without progress in writing."""
     return (
-        f"for {seconds:g} s it took no byte of what is to be sent (the other end does not read, or holds "
-        "CTS; see rtscts and stall_timeout)"
+        f"it accepted no bytes for {seconds:g} s (the other end does not read, or holds CTS; see rtscts "
+        "and stall_timeout)"
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinkSettings:
-    """How a line is opened. What a kind of line does not have is not looked at, such as a baud rate of TCP.
+    """Settings for opening a link. Each kind of link ignores those it does not have: TCP has no baud rate.
 
-    Every line has 8 data bits, no parity, 1 stop bit, and no XON/XOFF: the bytes 0x11 and 0x13 are data.
+    Serial ports use 8 data bits, no parity, 1 stop bit, and no XON/XOFF: the bytes 0x11 and 0x13 are data.
 
-    :param baudrate: bits per second. Thorlabs APT has 115,200 (page 11), an ASI MS-2000 what its switches
-        say.
-    :param rtscts: whether RTS and CTS control the flow. None: as the port asks, on for a USB chip of FTDI
-        (vendor 0x0403; page 10), off for every other.
-    :param purge: whether to forget what the port holds, with a pause before and after, as page 10 does on
-        USB. None: where ``rtscts`` is on.
-    :param purge_dwell: each of these pauses, in seconds; 0 to 10.
-    :param open_timeout: how long opening may take, in seconds, where somebody has to answer; over 0 to 3600.
-    :param stall_timeout: when a line that takes no byte of what is to be sent is gone, in seconds; over 0 to
-        3600. RTS and CTS, and the other end of TCP, can stop a line for as long as they like.
+    :param baudrate: bits per second. Thorlabs APT uses 115,200 (page 11); an ASI MS-2000 uses the setting of
+        its switches.
+    :param rtscts: whether to use RTS/CTS flow control. None: depending on the port, on for USB chips by FTDI
+        (vendor 0x0403; page 10) and off for all others.
+    :param purge: whether to discard the buffers of the port, with a pause before and after, as page 10
+        describes for USB. None: same as ``rtscts``.
+    :param purge_dwell: duration of each of these pauses, in seconds; 0 to 10.
+    :param open_timeout: limit for opening a link whose other end must answer, in seconds; over 0 to 3600.
+    :param stall_timeout: how long no byte may be accepted before the link is lost, in seconds; over 0 to
+        3600. RTS/CTS and TCP flow control can block a link indefinitely.
 
-    Raises :class:`~stagewire.errors.BadValueError` and :class:`~stagewire.errors.OutOfRangeError` for a value
-    that is none.
+    Raises :class:`~stagewire.errors.BadValueError` and :class:`~stagewire.errors.OutOfRangeError` for invalid
+    values.
     """
 
     baudrate: int = 115200
@@ -126,26 +126,28 @@ class LinkSettings:
             value = getattr(self, name)
             if value is not None and not isinstance(value, bool):
                 raise BadValueError(
-                    f"{name} takes True, False, or None for as the port asks, not {value!r}"
+                    f"{name} takes True, False or None (depending on the port), not {value!r}"
                 )
         if not 0 <= self._seconds("purge_dwell") <= 10:
             raise OutOfRangeError(f"purge_dwell {self.purge_dwell} is outside 0 to 10 seconds")
         for name in ("open_timeout", "stall_timeout"):
             if not 0 < (value := self._seconds(name)) <= 3600:
-                raise OutOfRangeError(f"{name} {value} has to be over 0 and at most 3600 seconds")
+                raise OutOfRangeError(
+                    f"{name} must be over 0 and at most 3600 seconds, not {value}"
+                )
 
     @classmethod
     def of(cls, options: dict[str, object]) -> LinkSettings:
-        """Return the settings that options say.
+        """Return the settings with these options.
 
-        Raises :class:`~stagewire.errors.BadValueError` for one that there is not, too.
+        Raises :class:`~stagewire.errors.BadValueError` also for unknown options.
         """
         known = [field.name for field in fields(cls)]
         if unknown := [name for name in options if name not in known]:
             raise BadValueError(
-                f"a line has no option {', '.join(unknown)} (it has {', '.join(known)})"
+                f"unknown link option: {', '.join(unknown)} (known: {', '.join(known)})"
             )
-        return cls(**options)  # type: ignore[arg-type]  # checked when it is made
+        return cls(**options)  # type: ignore[arg-type]  # checked by the constructor
 
     def _seconds(self, name: str) -> float:
         value = getattr(self, name)
@@ -155,60 +157,61 @@ class LinkSettings:
 
 
 FLUSH = 1.0
-"""Seconds that closing a line waits, at most, for what is still to be sent."""
+"""Longest time, in seconds, that closing a link waits for unsent bytes."""
 
 
 class Link(ABC):
-    """A line that is open, for threads: one reads, others may write.
+    """An open link, for threads: one thread reads, others may write.
 
-    A link knows nothing of frames. It is used by one session; two that read would take each other's bytes.
+    A link does not interpret the bytes. Only one session may use it, because two readers would take each
+    other's bytes.
     """
 
     url: str
-    """What was opened, for people."""
+    """The URL or port that was opened, for people."""
 
     clock: Callable[[], float] | None = None
-    """A time of the line's own, in seconds, such as that of a test; None: the time of the machine."""
+    """The link's own time in seconds, such as that of a test; None: the machine's time."""
 
     @abstractmethod
     def read(self, timeout: float) -> bytes:
-        """Return what came, and wait at most ``timeout`` seconds for the first byte; ``b""``: nothing came.
+        """Return received bytes. Wait at most ``timeout`` seconds for the first; return ``b""`` if none came.
 
-        Raises :class:`~stagewire.errors.TransportLostError` when the line is gone or closed.
+        Raises :class:`~stagewire.errors.TransportLostError` if the link is lost or closed.
         """
 
     @abstractmethod
     def write(self, data: bytes) -> None:
-        """Send all bytes; may be called while another thread reads.
+        """Send all bytes. May be called while another thread reads.
 
-        Raises :class:`~stagewire.errors.TransportLostError` when the line is gone or closed, or takes
-        nothing.
+        Raises :class:`~stagewire.errors.TransportLostError` if the link is lost or closed, or accepts no
+        bytes.
         """
 
     @abstractmethod
     def write_now(self, data: bytes) -> None:
-        """Send what the system takes at once, without waiting for a lock; for a signal handler.
+        """Send as much as the system accepts immediately, without taking a lock; for signal handlers.
 
-        Raises nothing: there is nobody who could do better.
+        Never raises, because a signal handler could not recover.
         """
 
     def has_unread(self) -> bool:
-        """Say whether something came that was not dealt with; may be called while another thread reads.
+        """Return whether there are unprocessed bytes. May be called while another thread reads.
 
-        A link that cannot know says no.
+        A link that cannot tell returns False.
         """
         return False
 
-    def note_dealt_with(self) -> None:  # noqa: B027 - most links need not know
-        """Note that what :meth:`read` returned was dealt with; so it was when that is called again."""
+    def note_dealt_with(self) -> None:  # noqa: B027 - most links have no use for it
+        """Note that the bytes of the last :meth:`read` were processed. Calling :meth:`read` implies this."""
 
     @abstractmethod
     def wake(self) -> None:
-        """Let the read that waits in another thread return soon; if none does, the next one."""
+        """Make the :meth:`read` that waits in another thread return soon, or the next one if none waits."""
 
     @abstractmethod
     def close(self) -> None:
-        """Give the line back; a read that waits ends. Harmless twice, and when the line is gone."""
+        """Close the link and end a waiting read. Harmless if called twice or on a lost link."""
 
     def __enter__(self) -> Self:
         return self
@@ -218,42 +221,42 @@ class Link(ABC):
 
 
 class AsyncLink(ABC):
-    """A line that is open, for the event loop that runs when it is opened."""
+    """An open link, for the event loop that was running when it was opened."""
 
     url: str
-    """What was opened, for people."""
+    """The URL or port that was opened, for people."""
 
     clock: Callable[[], float] | None = None
-    """A time of the line's own, in seconds; None: that of the event loop."""
+    """The link's own time in seconds; None: the event loop's time."""
 
     @abstractmethod
     def start(
         self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
-        """Call back from now on, in the loop, and not before this has returned; to be called once.
+        """Start the callbacks. They run in the loop, after this method has returned. Call this once.
 
-        :param received: called with what came, what came before the start first.
-        :param lost: called once, and as the last, when the line is gone; not when :meth:`close` was called.
+        :param received: called with received bytes, including those received before the start.
+        :param lost: called once, as the last callback, if the link is lost; not after :meth:`close`.
         """
 
     @abstractmethod
     def write(self, data: bytes) -> None:
-        """Send bytes; what the system does not take at once is kept, and sent when it does.
+        """Send bytes. Bytes that the system does not accept immediately are kept and sent later.
 
-        Raises :class:`~stagewire.errors.TransportLostError` when the line is gone or closed.
+        Raises :class:`~stagewire.errors.TransportLostError` if the link is lost or closed.
         """
 
     @abstractmethod
     def write_now(self, data: bytes) -> None:
-        """Send what the system takes at once, if nothing is kept; for a signal handler. Raises nothing."""
+        """Send as much as the system accepts immediately, if nothing is kept; for signal handlers."""
 
     def has_unread(self) -> bool:
-        """Say whether something came that the loop has not passed on. A link that cannot know says no."""
+        """Return whether the loop has not passed on all bytes. A link that cannot tell returns False."""
         return False
 
     @abstractmethod
     async def close(self) -> None:
-        """Send what is kept, for a bounded time, and give the line back; harmless twice."""
+        """Send the kept bytes, for a limited time, and close the link. Harmless if called twice."""
 
     async def __aenter__(self) -> Self:
         return self

@@ -1,10 +1,11 @@
-"""From a URL to an open link: which kind of link opens it.
+"""From a URL to an open link: the kind of link for each scheme.
 
 =========================  ==================================================================================
-``socket://HOST:PORT``     TCP, of our own: :mod:`stagewire._links.tcp`
-a scheme of other          what a package names under the entry point group ``stagewire.links``: a module with
-packages                   ``open_link(url, settings)`` and ``async open_async_link(url, settings)``
-everything else            pyserial: ports by their name, ``rfc2217://``, ``loop://``, ``spy://`` …
+``socket://HOST:PORT``     TCP: :mod:`stagewire._links.tcp`
+a scheme of another        the module that the package registers under the entry point group
+package                    ``stagewire.links``, with ``open_link(url, settings)`` and
+                           ``async open_async_link(url, settings)``
+everything else            pyserial: ports by name, ``rfc2217://``, ``loop://``, ``spy://`` …
 =========================  ==================================================================================
 """
 
@@ -21,14 +22,14 @@ _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 
 
 def open_link(url: str | Link, **options: object) -> Link:
-    """Open a line for threads.
+    """Open a link for threads.
 
     :param url: a port such as ``/dev/ttyUSB0`` or ``COM3``, or a URL such as ``socket://127.0.0.1:4001``. A
-        line that was made already is returned as it is.
-    :param options: those of :class:`.LinkSettings`.
+        :class:`.Link` object is returned unchanged.
+    :param options: the settings of :class:`.LinkSettings`.
 
-    Raises :class:`~stagewire.errors.LinkOpenError`, which says why and what to do, and what
-    :class:`.LinkSettings` raises.
+    Raises :class:`~stagewire.errors.LinkOpenError`, with the reason and what to do, and the errors of
+    :class:`.LinkSettings`.
     """
     settings = LinkSettings.of(options)
     if isinstance(url, Link):
@@ -47,7 +48,7 @@ def open_link(url: str | Link, **options: object) -> Link:
 
 
 async def open_async_link(url: str | AsyncLink, **options: object) -> AsyncLink:
-    """Open a line for the event loop that is running; see :func:`open_link`."""
+    """Open a link for the running event loop; see :func:`open_link`."""
     settings = LinkSettings.of(options)
     if isinstance(url, AsyncLink):
         return url
@@ -65,17 +66,17 @@ async def open_async_link(url: str | AsyncLink, **options: object) -> AsyncLink:
 
 
 def _scheme_of(url: object, other: type) -> str:
-    """Return the scheme in small letters; nothing for the name of a port."""
+    """Return the scheme in lower case; an empty string for the name of a port."""
     if isinstance(url, other):
         theirs, ours = ("asyncio", "threads") if other is AsyncLink else ("threads", "asyncio")
-        raise BadValueError(f"{url!r} is a line for {theirs}; a line for {ours} is needed here")
+        raise BadValueError(f"{url!r} is a link for {theirs}; expected a link for {ours}")
     if not isinstance(url, str):
         raise BadValueError(
-            f"a line is opened by a URL or the name of a port, as text, not {url!r}"
+            f"a link is opened by a URL or the name of a port, a string, not {url!r}"
         )
     if not url.strip():
         raise LinkOpenError(
-            "an empty text names no line; give a port such as /dev/ttyUSB0 or COM3, "
+            "the URL is empty; give a port such as /dev/ttyUSB0 or COM3, "
             "or a URL such as socket://127.0.0.1:4001"
         )
     found = _SCHEME.match(url)
@@ -83,8 +84,8 @@ def _scheme_of(url: object, other: type) -> str:
 
 
 def _module_for(scheme: str, url: str) -> ModuleType | None:
-    """Return the module that opens lines of a scheme, or None if no installed package has one."""
-    from importlib import metadata  # slow to import, and not needed for ports and TCP
+    """Return the module that opens links of a scheme; None if no installed package has one."""
+    from importlib import metadata  # slow to import and not needed for ports and TCP
 
     entries = tuple(metadata.entry_points(group=_ENTRY_POINTS, name=scheme))
     if not entries:
@@ -92,14 +93,14 @@ def _module_for(scheme: str, url: str) -> ModuleType | None:
     if len({entry.value for entry in entries}) > 1:
         brought = ", ".join(sorted({entry.value for entry in entries}))
         raise LinkOpenError(
-            f"{url} cannot be opened: several packages bring lines {scheme}://: {brought}; "
+            f"{url} cannot be opened: several packages provide {scheme}:// links: {brought}; "
             "uninstall all but one"
         )
     try:
         module: ModuleType = entries[0].load()
-    except Exception as error:  # whatever the import of another package may raise
+    except Exception as error:  # importing a third-party package may raise anything
         raise LinkOpenError(
-            f"{url} cannot be opened: lines {scheme}:// are brought by {entries[0].value}, "
+            f"{url} cannot be opened: {scheme}:// links are provided by {entries[0].value}, "
             f"which cannot be imported: {error}"
         ) from error
     return module

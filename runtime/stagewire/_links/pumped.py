@@ -1,4 +1,4 @@
-"""Links on a port that the system cannot wait for: ``rfc2217://``, ``loop://``, COM ports. A thread reads."""
+"""Links on ports that the system cannot wait for: ``rfc2217://``, ``loop://``, COM ports. A thread reads."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from stagewire._links.link import CLOSED, FLUSH, HUNG_UP, AsyncLink, Link, becau
 from stagewire._links.serial_port import Port
 from stagewire.errors import TransportLostError
 
-_WRITTEN_AT_ONCE = 256  # bytes: so the time that a port has for a write is time for a few bytes
-_LONGEST_END = 10.0  # seconds; pyserial needs up to 7 to close a line over a network
+_WRITTEN_AT_ONCE = 256  # bytes; the write timeout of a port then covers few bytes
+_LONGEST_END = 10.0  # seconds; pyserial needs up to 7 to close a network port
 
 
 class Pump:
-    """Reads a port in a thread of its own, and waits there without a time limit.
+    """A thread that reads a port and waits without a time limit.
 
-    :param port: open.
-    :param received: called in the thread with what came.
-    :param lost: called in the thread, once, with why the port can be read no more; not after :meth:`stop`.
+    :param port: the open port.
+    :param received: called in the thread with received bytes.
+    :param lost: called in the thread, once, with the reason if reading fails; not after :meth:`stop`.
     """
 
     def __init__(
@@ -35,15 +35,13 @@ class Pump:
         self._thread = threading.Thread(target=self._run, name=f"reads {port.port}", daemon=True)
 
     def start(self) -> None:
-        """Begin to read."""
+        """Start reading."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Close the port, and wait for the thread to end, if it began."""
+        """Close the port, and wait for the thread to end if it was started."""
         self._stopping = True
-        with contextlib.suppress(
-            Exception
-        ):  # what can be cancelled, and what is gone, differs from port to port
+        with contextlib.suppress(Exception):  # ports differ in what they support and raise
             self._port.cancel_read()
         if not hasattr(self._port, "cancel_read"):
             self._close()
@@ -52,7 +50,7 @@ class Pump:
         self._close()
 
     def _close(self) -> None:
-        with contextlib.suppress(Exception):  # that of a port that is gone
+        with contextlib.suppress(Exception):  # the port may be lost
             self._port.close()
 
     def _run(self) -> None:
@@ -60,17 +58,15 @@ class Pump:
         try:
             while not self._stopping and self._pass_on():
                 pass
-        except (
-            Exception
-        ) as error:  # what pyserial raises for a port that is gone differs from port to port
+        except Exception as error:  # the errors for a lost port differ between ports
             why = because(error)
         if not self._stopping:
             self._lost(why)
 
     def _pass_on(self) -> bool:
-        """Pass on what comes next; return whether more can come.
+        """Pass on the next bytes, and return whether more can follow.
 
-        A read without a time limit that returns too little was cancelled, or its port is gone.
+        If a read without a time limit returns too few bytes, it was cancelled or the port is lost.
         """
         data = self._port.read(1)
         waiting = self._port.in_waiting if data else 0
@@ -83,24 +79,24 @@ class Pump:
 
 
 def write_all(port: Port, data: bytes) -> None:
-    """Write everything, or raise what the port raises."""
+    """Write everything, or raise the error of the port."""
     for start in range(0, len(data), _WRITTEN_AT_ONCE):
         port.write(data[start : start + _WRITTEN_AT_ONCE])
 
 
 class PumpedLink(Link):
-    """A line on a port of pyserial, whatever it is.
+    """A link on any port of pyserial.
 
-    :param url: for people.
-    :param port: open; reads without a time limit.
+    :param url: the link, for people.
+    :param port: the open port, with reads without a time limit.
     """
 
     def __init__(self, url: str, port: Port) -> None:
         self.url = url
         self._port = port
-        self._changed = threading.Condition()  # over all that follows
+        self._changed = threading.Condition()  # guards the attributes below
         self._waiting = bytearray()
-        self._is_taken = True  # what was read last was dealt with
+        self._is_taken = True  # the bytes of the last read were processed
         self._woken = False
         self._why = ""
         self._writing = threading.Lock()
@@ -109,7 +105,7 @@ class PumpedLink(Link):
         self._pump.start()
 
     def read(self, timeout: float) -> bytes:
-        """Return what came; see :meth:`.Link.read`."""
+        """Return received bytes; see :meth:`.Link.read`."""
         end = time.monotonic() + timeout
         with self._changed:
             self._is_taken = True
@@ -133,25 +129,25 @@ class PumpedLink(Link):
             self._writer = threading.get_ident()
             try:
                 write_all(self._port, data)
-            except Exception as error:  # what pyserial raises differs from port to port
+            except Exception as error:  # the errors of pyserial differ between ports
                 self._lose(because(error))
             finally:
                 self._writer = 0
             self._check()
 
     def write_now(self, data: bytes) -> None:
-        """Send what is taken at once, unless this very thread is in the midst of writing."""
+        """Send bytes without waiting, unless this very thread is writing."""
         if not self._why and self._writer != threading.get_ident():
             with contextlib.suppress(Exception):
                 self._port.write(data)
 
     def has_unread(self) -> bool:
-        """Say whether something came that was not dealt with; see :meth:`.Link.has_unread`."""
+        """Return whether there are unprocessed bytes; see :meth:`.Link.has_unread`."""
         with self._changed:
             return bool(self._waiting) or not self._is_taken
 
     def note_dealt_with(self) -> None:
-        """Note that what was read was dealt with; see :meth:`.Link.note_dealt_with`."""
+        """Note that the bytes of the last read were processed; see :meth:`.Link.note_dealt_with`."""
         self._is_taken = True
 
     def wake(self) -> None:
@@ -161,7 +157,7 @@ class PumpedLink(Link):
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Give the port back; see :meth:`.Link.close`."""
+        """Close the port; see :meth:`.Link.close`."""
         with self._changed:
             closed, self._why = self._why == CLOSED, CLOSED
             self._waiting.clear()
@@ -189,10 +185,10 @@ class PumpedLink(Link):
 
 
 class AsyncPumpedLink(AsyncLink):
-    """A line on a port of pyserial; one thread reads it, and one writes, as both may wait.
+    """A link on any port of pyserial. One thread reads and another writes, because both may wait.
 
-    :param url: for people.
-    :param port: open; reads without a time limit.
+    :param url: the link, for people.
+    :param port: the open port, with reads without a time limit.
     """
 
     def __init__(self, url: str, port: Port) -> None:
@@ -210,7 +206,7 @@ class AsyncPumpedLink(AsyncLink):
     def start(
         self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
-        """Call back from now on; see :meth:`.AsyncLink.start`."""
+        """Start the callbacks; see :meth:`.AsyncLink.start`."""
         self._received, self._lost = received, lost
         if self._why:
             self._loop.call_soon(self._say_lost)
@@ -224,14 +220,14 @@ class AsyncPumpedLink(AsyncLink):
         self._kept.put(data)
 
     def write_now(self, data: bytes) -> None:
-        """Send bytes behind what is kept, and wait a moment for it; see :meth:`.AsyncLink.write_now`."""
+        """Send bytes after the kept ones, and wait a moment for it; see :meth:`.AsyncLink.write_now`."""
         if not self._why:
             self._kept.put(data)
             self._kept.put(None)
             self._writer.join(FLUSH)
 
     async def close(self) -> None:
-        """Send what is kept, and give the port back; see :meth:`.AsyncLink.close`."""
+        """Send the kept bytes and close the port; see :meth:`.AsyncLink.close`."""
         if self._why == CLOSED:
             return
         self._why, self._lost = CLOSED, None
@@ -241,7 +237,7 @@ class AsyncPumpedLink(AsyncLink):
         self._kept.put(None)
         self._writer.join(FLUSH)
         self._pump.stop()
-        self._writer.join(FLUSH)  # a write that waited has failed now
+        self._writer.join(FLUSH)  # a write that was waiting has failed now
 
     # In the threads
 
@@ -249,7 +245,7 @@ class AsyncPumpedLink(AsyncLink):
         while (data := self._kept.get()) is not None:
             try:
                 write_all(self._port, data)
-            except Exception as error:  # what pyserial raises differs from port to port
+            except Exception as error:  # the errors of pyserial differ between ports
                 self._lost_in_thread(because(error))
                 return
 
@@ -260,9 +256,7 @@ class AsyncPumpedLink(AsyncLink):
         self._in_loop(self._lose, why)
 
     def _in_loop(self, call: Callable[..., None], argument: object) -> None:
-        with contextlib.suppress(
-            RuntimeError
-        ):  # the loop was closed, and nobody is there to hear it
+        with contextlib.suppress(RuntimeError):  # the loop was closed
             self._loop.call_soon_threadsafe(call, argument)
 
     # In the loop

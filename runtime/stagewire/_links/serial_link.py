@@ -1,4 +1,4 @@
-"""Links through pyserial, which is imported here, when the first one is opened."""
+"""Links through pyserial. This module, and with it pyserial, is imported when the first one is opened."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def open_serial(url: str, settings: LinkSettings) -> Link:
 
 
 async def open_async_serial(url: str, settings: LinkSettings) -> AsyncLink:
-    """Open a port, or a URL of pyserial, for the event loop that is running.
+    """Open a port, or a URL of pyserial, for the running event loop.
 
     Raises :class:`~stagewire.errors.LinkOpenError`.
     """
-    if "://" in url:  # over a network, opening waits for answers
+    if "://" in url:  # over a network, opening waits for the other end
         from stagewire._links.pumped import AsyncPumpedLink
 
         return AsyncPumpedLink(url, await _opened_in_thread(url, settings))
@@ -77,6 +77,6 @@ async def _opened_in_thread(url: str, settings: LinkSettings) -> Port:
 
 
 def _close_unwanted(thread: asyncio.Future[Port]) -> None:
-    """Close a port that was opened when nobody wanted it any more."""
+    """Close a port that was opened after the caller was cancelled."""
     if not thread.cancelled() and thread.exception() is None:
         thread.result().close()

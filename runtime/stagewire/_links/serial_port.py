@@ -1,7 +1,7 @@
-"""The serial ports of this computer: listing, opening, closing, and why one cannot be opened.
+"""The serial ports of this computer: listing, opening, closing, and the reasons if one cannot be opened.
 
-Opening a port of pyserial is written as steps, which threads and asyncio share. A step that has to wait
-yields how many seconds; :func:`at_once` and :func:`in_loop` wait.
+Opening a port of pyserial is a generator of steps that threads and asyncio share. A step that has to wait
+yields the number of seconds; :func:`at_once` and :func:`in_loop` wait.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ PortFacts: TypeAlias = Any  # pyserial's ListPortInfo: device, vid, pid, serial_
 
 
 def ports_there_are() -> list[PortFacts]:
-    """Return every port, by name; nothing where the system does not tell."""
+    """Return all ports, by name; an empty list if the system cannot list them."""
     from serial.tools.list_ports import comports  # type: ignore[import-untyped]
 
     with contextlib.suppress(
         Exception
-    ):  # it asks drivers and registries, and these fail in many ways
+    ):  # it queries drivers and registries, which fail in many ways
         return sorted(comports())
     return []
 
 
 def port_called(name: str) -> PortFacts | None:
-    """Return what is known of a port by its name, or by a link to it."""
+    """Return the facts of a port by its name, or by a symbolic link to it."""
     names = {name.casefold(), os.path.realpath(name).casefold()}
     return next((port for port in ports_there_are() if port.device.casefold() in names), None)
 
@@ -49,37 +49,37 @@ _NO_PORT = (errno.ENOTTY, errno.EISDIR)
 
 
 def refusal(url: str, error: Exception, settings: LinkSettings) -> LinkOpenError:
-    """Return what is said when pyserial cannot open a port."""
+    """Return the error for a port that pyserial cannot open."""
     if "://" in url:
         return _refusal_of_url(url, error, settings)
     number = _number_of(error)
     if number in _ABSENT:
-        why = f"there is no such port{_those_there_are()}"
+        why = f"no such port{_those_there_are()}"
     elif number in _FORBIDDEN:
         why = f"no permission. {permission_advice(url)}"
     elif number in _BUSY:
-        why = f"it is in use by {_holder_of(url)}. Close it there: a port is for one program at a time"
+        why = f"it is in use by {_holder_of(url)}. Close it there: one program at a time can use a port"
     elif number in _NO_PORT:
-        why = f"it is no serial port{_those_there_are()}"
+        why = f"it is not a serial port{_those_there_are()}"
     elif isinstance(error, ValueError) or number == errno.EINVAL:
-        why = f"it does not take {settings.baudrate} bits per second ({error}). Give another baudrate="
+        why = f"it does not support {settings.baudrate} bits per second ({error}). Try another baudrate"
     else:
         why = f"the system says: {error}"
     return LinkOpenError(f"{url} cannot be opened: {why}")
 
 
 def permission_advice(name: str) -> str:
-    """Return how a user gets the permission to open a port."""
+    """Return how a user gets permission to open a port."""
     group = _group_of(name)
     return (
-        f'The port belongs to the group {group}: "sudo usermod -aG {group} $USER", then log in again. Or put '
-        'this line into /etc/udev/rules.d/70-stagewire.rules, say "sudo udevadm control --reload", and plug '
-        f"it in again: {udev_line(name, group)}"
+        f'The port belongs to the group {group}: run "sudo usermod -aG {group} $USER", then log in again. Or '
+        'add this line to /etc/udev/rules.d/70-stagewire.rules, run "sudo udevadm control --reload", and '
+        f"plug the device in again: {udev_line(name, group)}"
     )
 
 
 def udev_line(name: str, group: str = "dialout") -> str:
-    """Return the rule that lets the group, and whoever sits at the computer, open this port."""
+    """Return the udev rule that lets the group, and the user at the computer, open this port."""
     port = port_called(name)
     if port is None or port.vid is None:
         which = f'KERNEL=="{os.path.basename(os.path.realpath(name))}"'
@@ -89,7 +89,7 @@ def udev_line(name: str, group: str = "dialout") -> str:
 
 
 def _refusal_of_url(url: str, error: Exception, settings: LinkSettings) -> LinkOpenError:
-    """Return what is said of a line over a network; the cause is under what pyserial made of it."""
+    """Return the error for a network port; its cause is hidden in pyserial's error."""
     for cause in _causes(error):
         if isinstance(cause, socket.gaierror):
             host = url.partition("://")[2].rpartition(":")[0]
@@ -109,14 +109,12 @@ def _number_of(error: Exception) -> int | None:
     """Return the system's number of an error, which pyserial hides in three ways."""
     for cause in _causes(error):
         number = getattr(cause, "errno", None)
-        if number is None and type(cause).__name__ == "error":  # that of termios
+        if number is None and type(cause).__name__ == "error":  # an error of termios
             number = cause.args[0]
         if isinstance(number, int):
             return number
     text = str(error)
-    if (
-        sys.platform == "win32"
-    ):  # there only the text has it; who may not open a port there is too late
+    if sys.platform == "win32":  # only the text has it; no permission means that it is in use
         if "FileNotFoundError" in text:
             return errno.ENOENT
         if "PermissionError" in text:
@@ -130,8 +128,8 @@ def _those_there_are() -> str:
         for port in ports_there_are()
     ]
     if not ports:
-        return ". This computer has no serial port; is the controller plugged in, and its driver there?"
-    return f"; there are: {', '.join(ports)}"
+        return ". This computer has no serial port: is the controller plugged in and its driver installed?"
+    return f" (available: {', '.join(ports)})"
 
 
 def _group_of(name: str) -> str:
@@ -139,13 +137,13 @@ def _group_of(name: str) -> str:
         import grp
 
         group = grp.getgrgid(os.stat(name).st_gid).gr_name
-        if group not in ("root", "wheel"):  # these are nothing to be joined for a port
+        if group not in ("root", "wheel"):  # users should not join these for a port
             return group
     return "dialout"
 
 
 def _holder_of(name: str) -> str:
-    """Return which processes have a port open, as far as Linux tells this user."""
+    """Return the processes that have a port open, as far as Linux shows them to this user."""
     path = os.path.realpath(name)
     holders = set()
     for link in iglob("/proc/[0-9]*/fd/*"):
@@ -166,17 +164,17 @@ Steps: TypeAlias = Generator[float, None, _T]
 Port: TypeAlias = Any  # an object of pyserial, which has no types
 
 _FTDI = 0x0403  # the vendor of the USB chip; page 9
-_NO_SUCH_LINE = (errno.ENOTTY, errno.EINVAL)  # a pty has no RTS
-_LOOKS = 100  # at what is still to be sent, 10 ms apart
+_NO_SUCH_LINE = (errno.ENOTTY, errno.EINVAL)  # a pty has no RTS line
+_LOOKS = 100  # checks for unsent bytes, 10 ms apart
 
 _log = logging.getLogger("stagewire")
 
 
 def opening(url: str, settings: LinkSettings) -> Steps[Port]:
-    """Open a port as pages 9 to 11 do, and return it.
+    """Open a port as pages 9 to 11 describe, and return it.
 
-    Baud rate, 8 data bits, no parity, 1 stop bit; a pause, purge, a pause; then RTS/CTS, and RTS set. A port
-    without flow control, such as one of RS-232, is opened without the pauses.
+    Set the baud rate, 8 data bits, no parity and 1 stop bit; pause, purge, pause; then enable RTS/CTS and set
+    RTS. A port without flow control, such as RS-232, is opened without the pauses.
 
     Raises :class:`~stagewire.errors.LinkOpenError`.
     """
@@ -187,10 +185,10 @@ def opening(url: str, settings: LinkSettings) -> Steps[Port]:
         port.exclusive = True
         port.write_timeout = settings.stall_timeout
     else:
-        port.rtscts = rtscts  # over a network each change costs an answer
+        port.rtscts = rtscts  # over a network, each change costs a round trip
     try:
         port.open()
-    except Exception as error:  # pyserial's own, ValueError, NotImplementedError, termios.error
+    except Exception as error:  # of pyserial, ValueError, NotImplementedError, termios.error
         raise refusal(url, error, settings) from error
     try:
         if rtscts if settings.purge is None else settings.purge:
@@ -214,21 +212,21 @@ def opening(url: str, settings: LinkSettings) -> Steps[Port]:
 
 
 def forgetting(port: Port) -> Steps[None]:
-    """Give a port back; wait until everything is sent, but not for a line that takes nothing."""
+    """Close a port after everything is sent; give up on a port that does not send."""
     try:
         with contextlib.suppress(*_all_that_ports_raise()):
             looks = _LOOKS
             while port.out_waiting and looks:
                 looks -= 1
                 yield 0.010
-            if not looks:  # else the system would wait for half a minute
+            if not looks:  # otherwise the system would wait for half a minute
                 port.reset_output_buffer()
     finally:
         port.close()
 
 
 def at_once(steps: Steps[_T]) -> _T:
-    """Take all steps, sleeping."""
+    """Run all steps, sleeping in between."""
     while True:
         try:
             time.sleep(next(steps))
@@ -238,7 +236,7 @@ def at_once(steps: Steps[_T]) -> _T:
 
 
 async def in_loop(steps: Steps[_T]) -> _T:
-    """Take all steps; the loop goes on meanwhile."""
+    """Run all steps without blocking the loop."""
     with contextlib.closing(steps):
         while True:
             try:
@@ -250,14 +248,14 @@ async def in_loop(steps: Steps[_T]) -> _T:
 
 
 def is_native(port: Port) -> bool:
-    """Return whether it is a port of this computer, and nothing that pyserial lays over one."""
+    """Return whether it is a port of this computer, not one of pyserial's wrappers."""
     import serial  # type: ignore[import-untyped]
 
     return type(port) is serial.Serial
 
 
 def has_descriptor(port: Port) -> bool:
-    """Return whether the system can wait for the port as for a socket."""
+    """Return whether the system can wait for the port like for a socket."""
     return os.name == "posix" and is_native(port)
 
 
@@ -279,9 +277,9 @@ def _made(url: str, settings: LinkSettings) -> Port:
         scheme, colon, _ = url.partition("://")
         if colon and "not known" in str(error):
             raise LinkOpenError(
-                f"{url} cannot be opened: there are no lines {scheme}://. There are socket://HOST:PORT, "
-                "rfc2217://HOST:PORT, loop://, what installed packages bring (stagewire brings "
-                "virtual://UNIT), and ports by their name, such as /dev/ttyUSB0 or COM3"
+                f"{url} cannot be opened: unknown scheme {scheme}://. Available are socket://HOST:PORT, "
+                "rfc2217://HOST:PORT, loop://, the schemes of installed packages (stagewire has "
+                "virtual://UNIT), and ports by name, such as /dev/ttyUSB0 or COM3"
             ) from error
         raise LinkOpenError(f"{url} cannot be opened: {error}") from error
 
@@ -292,7 +290,7 @@ def _is_ftdi(url: str) -> bool:
 
 
 def _hurry(port: Port) -> None:
-    """Ask the driver not to collect bytes for some milliseconds, where it does, and lets us ask."""
+    """Ask the driver not to collect bytes for some milliseconds, if it supports that."""
     if hasattr(port, "set_low_latency_mode"):
         try:
             port.set_low_latency_mode(True)
@@ -311,7 +309,7 @@ def _control_flow(port: Port) -> None:
 
 
 def _tell_nothing_from_the_end(port: Port) -> None:
-    """Let a read that finds nothing fail; else it would look like one of a port that is gone."""
+    """Make a read that finds nothing fail; otherwise it would look like a read from a lost port."""
     import termios
 
     attributes = termios.tcgetattr(port.fileno())

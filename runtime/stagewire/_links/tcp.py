@@ -1,4 +1,4 @@
-"""TCP for threads; and what TCP has in common for threads and asyncio: addresses, options, refusals."""
+"""TCP for threads, and the parts shared with asyncio: addresses, socket options and errors."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from stagewire.errors import LinkOpenError, TransportLostError, TurnedAwayError
 HUNG_UP = "the other end closed the connection"
 
 _PROBES: Final = (
-    # Where the platform has them: the first after 1 s without a byte, one a second, three at most.
+    # If supported: the first after 1 s without a byte, then one per second, three at most.
     ("TCP_KEEPIDLE", 1),
-    ("TCP_KEEPALIVE", 1),  # what macOS calls the one above
+    ("TCP_KEEPALIVE", 1),  # the name on macOS
     ("TCP_KEEPINTVL", 1),
     ("TCP_KEEPCNT", 3),
 )
-_LEAST_UNANSWERED = 4.0  # seconds: what the probes above need
+_LEAST_UNANSWERED = 4.0  # seconds; what the probes above need
 
 
 _LONGEST_TEXT: Final = 256
-"""Bytes; what is longer is not the notice of a server that turns a host away."""
+"""Bytes; a longer text is not the notice of a server that turns a host away."""
 
 
 class Beginning:
     """The first bytes of a connection, which may be all that the other end ever sends.
 
-    A serial line has one host, so a server closes the connection of a second one at once; some servers send
-    a line of text first.
+    A serial line has one host, so a server closes the connection of a second one immediately. Some servers
+    send a line of text first.
     """
 
     __slots__ = ("_data", "was_reset")
@@ -40,18 +40,18 @@ class Beginning:
     def __init__(self) -> None:
         self._data = b""
         self.was_reset = False
-        """Whether the system has said that the other end reset the connection."""
+        """Whether the system reported that the other end reset the connection."""
 
     def add(self, data: bytes) -> None:
-        """Note bytes that came."""
+        """Note received bytes."""
         if len(self._data) <= _LONGEST_TEXT:
             self._data += data[: _LONGEST_TEXT + 1]
 
     def lost(self, url: str, why: str) -> TransportLostError:
         """Return a new error for the loss of the connection.
 
-        Whether text is the notice of a server or an answer depends on the protocol, which the line does not
-        know.
+        Only the protocol, which a link does not know, decides whether text is the notice of a server or a
+        reply.
         """
         text = self._data.decode("ascii", "replace").strip()
         is_text = len(self._data) <= _LONGEST_TEXT and all(
@@ -62,9 +62,8 @@ class Beginning:
             return lost(url, why)
         when = f"after the text {text!r}" if text else "before it sent anything"
         turned_away = TurnedAwayError(
-            f"{url}: the other end closed the connection {when}. Another host may be connected to it, and a "
-            "line has one host at a time: close that connection or wait until it ends, then open this one "
-            "again"
+            f"{url}: the other end closed the connection {when}. Another host may be connected, and a line "
+            "has one host at a time: close that connection or wait until it ends, then open this one again"
         )
         if not text:
             return turned_away
@@ -76,7 +75,7 @@ class Beginning:
 def address_of(url: str) -> tuple[str, int]:
     """Return host and port of ``socket://HOST:PORT``.
 
-    Raises :class:`~stagewire.errors.LinkOpenError` when the URL is not so.
+    Raises :class:`~stagewire.errors.LinkOpenError` for another URL.
     """
     expected = "expected socket://HOST:PORT, such as socket://127.0.0.1:4001"
     try:
@@ -87,30 +86,28 @@ def address_of(url: str) -> tuple[str, int]:
     if not host or not port or parts.path not in ("", "/"):
         raise LinkOpenError(f"{url} cannot be opened: {expected}, with a port of 1 to 65535")
     if parts.query or parts.fragment or parts.username is not None:
-        raise LinkOpenError(
-            f"{url} cannot be opened: a TCP line has no options in its URL; {expected}"
-        )
+        raise LinkOpenError(f"{url} cannot be opened: a TCP URL has no options; {expected}")
     return host, port
 
 
 def set_options(connection: socket.socket, stall_timeout: float) -> None:
-    """Send every frame at once, and find out when the other end is there no more."""
+    """Send every frame immediately, and detect when the other end disappears."""
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in _PROBES:
         if (option := getattr(socket, name, None)) is not None:
             connection.setsockopt(socket.IPPROTO_TCP, option, value)
     if (option := getattr(socket, "TCP_USER_TIMEOUT", None)) is not None:
-        # There is no probe while something that was sent is unanswered; Linux has another bound for that. It
-        # holds for an end that is there and takes nothing, too, and so may not be below the user's.
+        # No probes are sent while sent data is unacknowledged; Linux has another limit for that. It also
+        # applies to an end that is alive but accepts nothing, and so may not be below the user's limit.
         unanswered = round(max(_LEAST_UNANSWERED, stall_timeout) * 1000)
         connection.setsockopt(socket.IPPROTO_TCP, option, unanswered)
 
 
 def stop_sending(connection: socket.socket) -> None:
-    """Let the system send what it holds, after the connection is closed; the last may be a stop.
+    """Let the system send what it holds after the connection is closed; the last bytes may be a stop.
 
-    It forgets all that when a socket is closed with bytes unread, so they are read.
+    The system discards them if a socket is closed with unread bytes, so read those.
     """
     with contextlib.suppress(OSError):
         connection.shutdown(socket.SHUT_WR)
@@ -119,29 +116,29 @@ def stop_sending(connection: socket.socket) -> None:
 
 
 def connect_refusal(url: str, error: OSError, open_timeout: float) -> LinkOpenError:
-    """Return what is said when nobody could be reached."""
+    """Return the error for a host that could not be reached."""
     if isinstance(error, ConnectionRefusedError):
         why = (
-            "the connection was refused: the host is there, and nothing listens on that port. "
-            "Check the port, and that the server of the line runs"
+            "the connection was refused: the host is reachable, but nothing listens on that port. "
+            "Check the port, and that the server is running"
         )
     elif isinstance(error, TimeoutError):
         why = (
             f"no answer within {open_timeout:g} s (open_timeout). Check the address, "
-            "that the host is switched on, and that no firewall is between"
+            "that the host is switched on, and that no firewall blocks the connection"
         )
     elif error.errno in (errno.EHOSTUNREACH, errno.ENETUNREACH):
-        why = f"there is no way to that host ({error.strerror}). Check the address and the network"
+        why = f"no route to that host ({error.strerror}). Check the address and the network"
     else:
         why = f"the system says: {error.strerror or error}"
     return LinkOpenError(f"{url} cannot be opened: {why}")
 
 
 def unknown_host(url: str, host: str, error: socket.gaierror) -> LinkOpenError:
-    """Return what is said of a name without an address."""
+    """Return the error for a host name without an address."""
     return LinkOpenError(
-        f"{url} cannot be opened: there is no host called {host!r} ({error.strerror}). Check the name, "
-        "or give the number of its address"
+        f"{url} cannot be opened: unknown host {host!r} ({error.strerror}). Check the name, "
+        "or give the numeric address"
     )
 
 
@@ -155,7 +152,7 @@ def open_tcp(url: str, settings: LinkSettings) -> DescriptorLink:
         connection = socket.create_connection((host, port), settings.open_timeout)
         try:
             set_options(connection, settings.stall_timeout)
-        except OSError:  # where the other end has hung up by now, macOS takes no options
+        except OSError:  # macOS refuses options if the other end has hung up
             connection.close()
             raise
     except socket.gaierror as error:
@@ -177,7 +174,7 @@ def open_tcp(url: str, settings: LinkSettings) -> DescriptorLink:
 
 
 class _Connection:
-    """A socket, and how its conversation began."""
+    """A socket, and how its connection began."""
 
     def __init__(self, connection: socket.socket) -> None:
         self.socket = connection

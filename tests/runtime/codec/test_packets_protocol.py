@@ -336,7 +336,7 @@ def shape(**changes: Any) -> Shape:
         ({"counts": ("payload", "end")}, "the length counts end, which is not in the order"),
         ({"counts": ("payload", "payload")}, "the length counts payload twice"),
         ({"covers": ()}, "check and covers must be given together"),
-        ({"order": ("start", "length", "id", "payload"), "check": None}, "check and covers must be given together"),
+        ({"order": ("start", "length", "id", "payload"), "check": None}, "covers must be given together"),
         ({"covers": ("payload", "check")}, "cannot cover the check"),
         ({"covers": ("address",)}, "the check covers address, which is not in the order"),
         ({"order": ("start", "length", "id", "payload", "check", "end"), "end": b"\3",

@@ -1,4 +1,4 @@
-"""Far ends and hosts of every kind, and a look at what a test leaves behind."""
+"""Far ends and hosts of every kind, and a check that a test leaves no threads or descriptors open."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _descriptors() -> int:
 
 @pytest.fixture(autouse=True)
 def _pyserial_in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Shorten the pauses of ``rfc2217://``: 50 ms between two looks at an answer, 300 ms after closing."""
+    """Shorten the pauses of ``rfc2217://``: 50 ms between checks for an answer, 300 ms after closing."""
     hurried = types.SimpleNamespace(**vars(time))
     hurried.sleep = lambda _: time.sleep(0.001)
     monkeypatch.setattr("serial.rfc2217.time", hurried)

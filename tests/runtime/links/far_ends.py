@@ -1,4 +1,4 @@
-"""Far ends of lines that say again what they hear: one of each kind."""
+"""Far ends of lines that echo what they receive, one of each kind."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ FAR_ENDS = {"loop": loop, "socket": tcp, "rfc2217": rfc2217, "pty": pty}
 
 
 class _Served:
-    """A server on TCP whose connections are served by a function, each in a thread."""
+    """A TCP server that runs a function for each connection, in a thread."""
 
     def __init__(self, serve: Callable[[socket.socket], None]) -> None:
         self._serve = serve
@@ -121,7 +121,7 @@ def _say_again(connection: socket.socket) -> None:
 
 
 def _serve_rfc2217(connection: socket.socket) -> None:
-    """Be the server of a line whose far end says again what it hears, as pyserial's ``loop://`` does."""
+    """Serve a line whose far end echoes, using pyserial's ``loop://``."""
     import serial
     import serial.rfc2217
 

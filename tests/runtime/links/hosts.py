@@ -1,4 +1,4 @@
-"""Two ways to use a line, threads and asyncio, under the same names: so that one test covers both."""
+"""Two ways to use a link, threads and asyncio, with the same methods, so that one test covers both."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import pytest
 from stagewire.errors import TransportLostError
 from stagewire.links import AsyncLink, Link, open_async_link, open_link
 
-PATIENCE = 10.0  # seconds; a test that waits so long fails
+PATIENCE = 10.0  # seconds; a test that waits this long fails
 
 
 class Threads:
-    """A line that one thread reads while the test writes."""
+    """A link that one thread reads while the test writes."""
 
     def __init__(self, url: str, **options: object) -> None:
         self.link: Link = open_link(url, **options)
@@ -51,7 +51,7 @@ class Threads:
 
 
 class Loop:
-    """A line in an event loop, which runs while the test waits."""
+    """A link in an event loop that runs while the test waits."""
 
     def __init__(self, url: str, **options: object) -> None:
         self.heard = bytearray()
@@ -104,7 +104,7 @@ class Loop:
         try:
             self._runner.run(asyncio.wait_for(waiting, PATIENCE))  # type: ignore[arg-type]
         except TimeoutError:
-            pytest.fail("nothing came")
+            pytest.fail("nothing arrived in time")
 
     def close(self) -> None:
         self._runner.run(self.link.close())

@@ -1,4 +1,4 @@
-"""Lines that cannot be opened: the error says why, and what to do."""
+"""Links that cannot be opened: the error states the reason and what to do."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated"),
     pytest.mark.parametrize("way", HOSTS),
 ]
-posix = pytest.mark.skipif(os.name != "posix", reason="ports that are files are those of POSIX")
+posix = pytest.mark.skipif(os.name != "posix", reason="only POSIX ports are files")
 Open = Callable[..., Any]
 PORT = types.SimpleNamespace(
     device="/dev/ttyUSB7", description="APT Stepper Motor Controller", vid=0x0403, pid=0xFAF0
@@ -60,7 +60,7 @@ def pty() -> Iterator[str]:
 
 @pytest.fixture
 def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[[OSError], None]:
-    """Let the system refuse whatever port is opened."""
+    """Make the system refuse to open any port."""
 
     def fail(error: OSError) -> None:
         def refuse(*_: object, **__: object) -> int:
@@ -73,14 +73,16 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[[OSError], None]:
 
 class TestPorts:
     @posix
-    def test_no_such_port_and_those_there_are(self, refused: Open, one_port: None) -> None:
+    def test_a_missing_port_is_reported_with_the_available_ports(
+        self, refused: Open, one_port: None
+    ) -> None:
         said = refused("/dev/ttyUSB9")
-        assert "there is no such port" in said
-        assert "there are: /dev/ttyUSB7 (APT Stepper Motor Controller)" in said
+        assert "no such port" in said
+        assert "available: /dev/ttyUSB7 (APT Stepper Motor Controller)" in said
 
     @posix
-    def test_no_port_at_all(self, refused: Open, no_port: None) -> None:
-        assert "has no serial port; is the controller plugged in" in refused("/dev/ttyUSB9")
+    def test_no_ports_are_available(self, refused: Open, no_port: None) -> None:
+        assert "has no serial port: is the controller plugged in" in refused("/dev/ttyUSB9")
 
     @posix
     def test_no_permission(self, refused: Open, failing: Open, one_port: None) -> None:
@@ -95,28 +97,28 @@ class TestPorts:
         assert 'SUBSYSTEM=="tty", KERNEL=="ttyS99"' in refused("/dev/ttyS99")
 
     @posix
-    def test_open_in_this_program(self, refused: Open, way: str, pty: str) -> None:
+    def test_a_port_open_in_this_program(self, refused: Open, way: str, pty: str) -> None:
         with closing(HOSTS[way](pty)):
             said = refused(pty)
         assert "it is in use by this program itself. Close it there" in said
 
     @posix
-    def test_open_elsewhere(self, refused: Open, failing: Open) -> None:
+    def test_a_port_open_in_another_program(self, refused: Open, failing: Open) -> None:
         failing(OSError(errno.EBUSY, "Device or resource busy"))
         assert "it is in use by another program. Close it there" in refused("/dev/ttyUSB7")
 
     @posix
     @pytest.mark.parametrize("name", ["/dev/null", "/dev", __file__])
-    def test_no_port_but_something_else(self, refused: Open, name: str) -> None:
-        assert "it is no serial port" in refused(name)
+    def test_a_file_that_is_not_a_port(self, refused: Open, name: str) -> None:
+        assert "it is not a serial port" in refused(name)
 
     @posix
-    def test_anything_else_in_the_system_s_words(self, refused: Open, failing: Open) -> None:
+    def test_other_errors_are_quoted_from_the_system(self, refused: Open, failing: Open) -> None:
         failing(OSError(errno.EIO, "Input/output error"))
         assert "the system says" in refused("/dev/ttyUSB7")
 
     @posix
-    def test_nothing_stays_open(self, refused: Open, way: str, pty: str) -> None:
+    def test_a_refused_port_is_not_left_open(self, refused: Open, way: str, pty: str) -> None:
         with closing(HOSTS[way](pty)):
             refused(pty)
         HOSTS[way](pty).close()
@@ -124,7 +126,7 @@ class TestPorts:
 
 class TestNetworks:
     @pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
-    def test_nobody_listens(self, refused: Open, scheme: str) -> None:
+    def test_nothing_listens(self, refused: Open, scheme: str) -> None:
         with socket.socket() as unused:
             unused.bind(("127.0.0.1", 0))
             port = unused.getsockname()[1]
@@ -133,7 +135,7 @@ class TestNetworks:
         assert "nothing listens on that port" in said
 
     @pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
-    def test_no_such_host(
+    def test_an_unknown_host(
         self, refused: Open, scheme: str, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         def unknown(*_: object, **__: object) -> None:
@@ -141,10 +143,10 @@ class TestNetworks:
 
         monkeypatch.setattr(socket, "getaddrinfo", unknown)
         said = refused(f"{scheme}://stage.invalid:4001")
-        assert "there is no host called 'stage.invalid' (Name or service not known)" in said
+        assert "unknown host 'stage.invalid' (Name or service not known)" in said
 
     def test_no_answer(self, refused: Open) -> None:
-        """A listener whose queue is full answers nobody."""
+        """A listener whose queue is full does not answer."""
         with socket.socket() as full, socket.socket() as first, socket.socket() as second:
             full.bind(("127.0.0.1", 0))
             full.listen(0)
@@ -169,32 +171,32 @@ class TestNetworks:
             "socket://me@127.0.0.1:1",
         ],
     )
-    def test_no_url(self, refused: Open, url: str) -> None:
+    def test_an_invalid_url(self, refused: Open, url: str) -> None:
         assert "expected socket://HOST:PORT" in refused(url)
 
-    def test_no_url_of_pyserial(self, refused: Open) -> None:
+    def test_an_invalid_url_of_pyserial(self, refused: Open) -> None:
         assert "expected a string in the form" in refused("rfc2217://127.0.0.1:x")
 
 
 class TestSchemes:
-    def test_unknown(self, refused: Open) -> None:
+    def test_an_unknown_scheme(self, refused: Open) -> None:
         said = refused("tcp://127.0.0.1:4001")
-        assert "there are no lines tcp://. There are socket://HOST:PORT" in said
+        assert "unknown scheme tcp://. Available are socket://HOST:PORT" in said
 
     @pytest.mark.parametrize("url", ["", "  "])
-    def test_empty(self, refused: Open, url: str) -> None:
-        assert "an empty text names no line" in refused(url)
+    def test_an_empty_url(self, refused: Open, url: str) -> None:
+        assert "the URL is empty" in refused(url)
 
-    def test_no_text(self, way: str) -> None:
-        with pytest.raises(BadValueError, match="as text, not 4001"):
+    def test_a_url_that_is_not_a_string(self, way: str) -> None:
+        with pytest.raises(BadValueError, match="a string, not 4001"):
             HOSTS[way](4001)
 
-    def test_brought_by_two_packages(self, refused: Open, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_a_scheme_of_two_packages(self, refused: Open, monkeypatch: pytest.MonkeyPatch) -> None:
         brought = [metadata.EntryPoint("x", value, "stagewire.links") for value in ("one", "two")]
         monkeypatch.setattr(metadata, "entry_points", lambda **_: brought)
-        assert "several packages bring lines x://: one, two; uninstall" in refused("x://1")
+        assert "several packages provide x:// links: one, two; uninstall" in refused("x://1")
 
-    def test_brought_by_a_broken_package(
+    def test_a_scheme_of_a_broken_package(
         self, refused: Open, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         broken = metadata.EntryPoint("x", "no_such_module_at_all", "stagewire.links")

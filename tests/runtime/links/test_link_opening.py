@@ -1,4 +1,4 @@
-"""How a line is opened: by which module, in which steps, with which flow control."""
+"""How a link is opened: by which module, in which steps, with which flow control."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from stagewire.errors import BadValueError
 from stagewire.links import AsyncLink, Link, LinkSettings, open_async_link, open_link
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
-posix = pytest.mark.skipif(os.name != "posix", reason="ports that are files are those of POSIX")
+posix = pytest.mark.skipif(os.name != "posix", reason="only POSIX ports are files")
 Open = Callable[..., Threads | Loop]
 
 
@@ -36,7 +36,7 @@ def pty() -> Iterator[str]:
 
 @pytest.fixture
 def steps(monkeypatch: pytest.MonkeyPatch) -> list[object]:
-    """Return what happens to a port while it is opened, in order; no pause takes time."""
+    """Return the operations on a port while it is opened, in order; pauses take no time."""
     import serial
 
     happened: list[object] = []
@@ -78,7 +78,7 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> list[object]:
 
 @pytest.fixture
 def usb_chip(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
-    """Let the port be one of a USB chip of this vendor."""
+    """Make the port a USB chip of the given vendor."""
 
     def of(vendor: int) -> None:
         chip = types.SimpleNamespace(vid=vendor)
@@ -94,7 +94,7 @@ FLOW = ["rtscts True", "rts True"]
 @posix
 @pytest.mark.parametrize("way", HOSTS)
 class TestSteps:
-    """A pty has no RTS; that the line works is survival of ENOTTY."""
+    """A pty has no RTS; the link works if it survives ENOTTY."""
 
     def opened(self, way: str, url: str, steps: list[object], **options: object) -> list[object]:
         with closing(HOSTS[way](url, **options)) as host:
@@ -103,7 +103,7 @@ class TestSteps:
             assert host.read(5) == b"hello"
         return done
 
-    def test_usb_chip_of_ftdi_as_on_page_10(
+    def test_an_ftdi_chip_is_opened_as_on_page_10(
         self, way: str, pty: str, steps: list[object], usb_chip: Callable[[int], None]
     ) -> None:
         usb_chip(0x0403)
@@ -118,7 +118,7 @@ class TestSteps:
             ({"purge_dwell": 0.2}, [0.2, *PURGED[1:3], 0.2, *FLOW]),
         ],
     )
-    def test_usb_chip_of_ftdi_as_told(
+    def test_an_ftdi_chip_with_options(
         self,
         way: str,
         pty: str,
@@ -130,14 +130,14 @@ class TestSteps:
         usb_chip(0x0403)
         assert self.opened(way, pty, steps, **options) == ["open", *expected]
 
-    def test_any_other_port(
+    def test_other_ports_have_no_flow_control_and_no_pauses(
         self, way: str, pty: str, steps: list[object], usb_chip: Callable[[int], None]
     ) -> None:
         assert self.opened(way, pty, steps) == ["open"]
         usb_chip(0x067B)
         assert self.opened(way, pty, steps)[-1:] == ["open"]
 
-    def test_any_other_port_as_told(self, way: str, pty: str, steps: list[object]) -> None:
+    def test_other_ports_with_flow_control(self, way: str, pty: str, steps: list[object]) -> None:
         assert self.opened(way, pty, steps, rtscts=True) == ["open", *PURGED, *FLOW]
 
 
@@ -146,7 +146,9 @@ class TestSteps:
 class TestPort:
     @pytest.mark.parametrize("rtscts", [False, True])
     @pytest.mark.parametrize("baudrate", [9600, 115200])
-    def test_as_it_is_set(self, way: str, pty: str, baudrate: int, rtscts: bool) -> None:
+    def test_the_settings_of_the_port(
+        self, way: str, pty: str, baudrate: int, rtscts: bool
+    ) -> None:
         import termios
 
         options = {"baudrate": baudrate, "rtscts": rtscts, "purge_dwell": 0}
@@ -163,7 +165,7 @@ class TestPort:
         assert not iflag & (termios.IXON | termios.IXOFF | termios.ICRNL | termios.INLCR)
         assert not lflag & (termios.ICANON | termios.ECHO | termios.ISIG)
 
-    def test_by_a_link_to_it(self, way: str, pty: str, tmp_path: Any) -> None:
+    def test_opened_by_a_symbolic_link(self, way: str, pty: str, tmp_path: Any) -> None:
         link = tmp_path / "by-serial"
         link.symlink_to(pty)
         with closing(HOSTS[way](str(link))) as host:
@@ -172,8 +174,8 @@ class TestPort:
 
 
 @posix
-def test_cancelled_while_it_is_opened(pty: str) -> None:
-    """The port is free again."""
+def test_cancelled_during_opening(pty: str) -> None:
+    """The port can be opened again."""
 
     async def main() -> None:
         opening = asyncio.create_task(open_async_link(pty, rtscts=True, purge_dwell=10))
@@ -186,8 +188,8 @@ def test_cancelled_while_it_is_opened(pty: str) -> None:
     open_link(pty).close()
 
 
-def test_cancelled_while_it_connects() -> None:
-    """Nobody answers as RFC 2217 has it; what was begun is put away."""
+def test_cancelled_while_connecting() -> None:
+    """The other end does not answer as RFC 2217 requires; the half-open connection is closed."""
 
     async def main(url: str) -> None:
         opening = asyncio.create_task(open_async_link(url))
@@ -201,8 +203,8 @@ def test_cancelled_while_it_connects() -> None:
         listener.accept()[0].close()
 
 
-def test_cancelled_when_it_was_opened() -> None:
-    """A line over a network that nobody wants any more is closed."""
+def test_cancelled_when_already_open() -> None:
+    """A network link that opened after the cancellation is closed."""
 
     async def main(url: str) -> None:
         opening = asyncio.create_task(open_async_link(url))
@@ -250,29 +252,33 @@ class TestOtherSchemes:
         assert asked == [("acme://1", LinkSettings())]
 
 
-class TestMadeAlready:
-    def test_returned_as_it_is(self) -> None:
+class TestOpenLinks:
+    def test_an_open_link_is_returned_unchanged(self) -> None:
         async def main() -> None:
             link = await open_async_link("loop://")
             assert await open_async_link(link, baudrate=9600) is link
-            with pytest.raises(BadValueError, match="a line for asyncio; a line for threads"):
+            with pytest.raises(
+                BadValueError, match="a link for asyncio; expected a link for threads"
+            ):
                 open_link(link)  # type: ignore[arg-type]
             await link.close()
 
         asyncio.run(main())
         with open_link("loop://") as link:
             assert open_link(link) is link
-            with pytest.raises(BadValueError, match="a line for threads; a line for asyncio"):
+            with pytest.raises(
+                BadValueError, match="a link for threads; expected a link for asyncio"
+            ):
                 asyncio.run(open_async_link(link))  # type: ignore[arg-type]
 
-    def test_what_a_line_has_to_have(self) -> None:
+    def test_the_bases_of_links_are_abstract_and_have_no_clock(self) -> None:
         for base in (Link, AsyncLink):
             with pytest.raises(TypeError, match="abstract"):
                 base()  # type: ignore[abstract]
             assert base.clock is None
 
 
-def test_tcp_sends_at_once_and_finds_out_that_nobody_is_there() -> None:
+def test_tcp_sends_immediately_and_probes_the_other_end() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
         with open_link(url) as link:
@@ -286,9 +292,11 @@ def test_tcp_sends_at_once_and_finds_out_that_nobody_is_there() -> None:
 
 
 @pytest.mark.matrix  # the system needs seconds to notice
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux can make a connection deaf")
-def test_a_cable_that_is_pulled() -> None:
-    """The other end neither answers nor hangs up; whoever only listens learns it, and whoever writes."""
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="only Linux can make a connection drop its input"
+)
+def test_a_disconnected_cable() -> None:
+    """The other end neither answers nor hangs up. Both a listening and a writing host detect it."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         url = f"socket://127.0.0.1:{listener.getsockname()[1]}"
         hosts, far = [], []
@@ -298,14 +306,14 @@ def test_a_cable_that_is_pulled() -> None:
             deafen(far[-1])
         hosts[0].write(b"move")
         for host in hosts:
-            assert "is gone" in str(host.wait_lost())
+            assert "is lost" in str(host.wait_lost())
             host.close()
         for connection in far:
             connection.close()
 
 
 def deafen(connection: socket.socket) -> None:
-    """Let the system drop whatever comes on a connection: a filter of one instruction, "keep 0 bytes"."""
+    """Make the system drop all input of a connection: a filter of one instruction, "keep 0 bytes"."""
     attach_filter = 26
     instruction = ctypes.create_string_buffer(struct.pack("HBBI", 0x06, 0, 0, 0))
     program = struct.pack("HL", 1, ctypes.addressof(instruction))

@@ -1,4 +1,4 @@
-"""Options of lines: what is taken, and what is refused in plain sentences."""
+"""Options of links: accepted values, and the errors for invalid ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire.errors import BadValueError, OutOfRangeError, StagewireError
 from stagewire.links import LinkSettings, open_async_link, open_link
 
 
-def test_the_document_s_line_is_the_default() -> None:
+def test_the_defaults_are_those_of_the_document() -> None:
     settings = LinkSettings()
     assert (settings.baudrate, settings.purge_dwell) == (115200, 0.05)
     assert settings.rtscts is None
@@ -25,17 +25,21 @@ def test_the_document_s_line_is_the_default() -> None:
         ({"baudrate": "9600"}, BadValueError, "whole number of bits per second, not '9600'"),
         ({"baudrate": True}, BadValueError, "not True"),
         ({"baudrate": 0}, OutOfRangeError, "baudrate 0 is outside 50 to 12000000"),
-        ({"rtscts": 1}, BadValueError, "rtscts takes True, False, or None"),
-        ({"purge": "yes"}, BadValueError, "purge takes True, False, or None"),
+        ({"rtscts": 1}, BadValueError, "rtscts takes True, False or None"),
+        ({"purge": "yes"}, BadValueError, "purge takes True, False or None"),
         ({"purge_dwell": -0.1}, OutOfRangeError, "outside 0 to 10 seconds"),
         ({"purge_dwell": "1"}, BadValueError, "purge_dwell takes seconds, not '1'"),
-        ({"open_timeout": 0}, OutOfRangeError, "open_timeout 0 has to be over 0"),
+        (
+            {"open_timeout": 0},
+            OutOfRangeError,
+            "open_timeout must be over 0 and at most 3600 seconds, not 0",
+        ),
         ({"open_timeout": float("nan")}, BadValueError, "takes seconds, not nan"),
         ({"stall_timeout": float("inf")}, OutOfRangeError, "at most 3600 seconds"),
-        ({"baud": 9600}, BadValueError, "no option baud (it has baudrate, rtscts,"),
+        ({"baud": 9600}, BadValueError, "unknown link option: baud (known: baudrate, rtscts,"),
     ],
 )
-def test_refused(options: dict[str, object], kind: type[StagewireError], says: str) -> None:
+def test_invalid_options(options: dict[str, object], kind: type[StagewireError], says: str) -> None:
     with pytest.raises(kind) as refused:
         open_link("loop://", **options)
     assert says in str(refused.value)

@@ -1,4 +1,4 @@
-"""What lines for asyncio do beside what all lines do: callbacks, no threads, what is kept."""
+"""Behaviour of links for asyncio only: callbacks, no threads, bytes kept for later."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WITHOUT_THREADS = [kind for kind in KINDS if kind in ("socket", "pty")]
 
 
 class Hearing:
-    """What a line calls back."""
+    """The callbacks of a link, recorded."""
 
     def __init__(self) -> None:
         self.heard = bytearray()
@@ -56,19 +56,19 @@ def run(url: str, test: Callable[[AsyncLink], Awaitable[None]], **options: objec
 
 @pytest.mark.parametrize("kind", KINDS)
 class TestCallbacks:
-    def test_what_came_before_the_start(self, far_end: FarEnd) -> None:
+    def test_bytes_received_before_the_start(self, far_end: FarEnd) -> None:
         async def test(link: AsyncLink) -> None:
             hearing = Hearing()
             link.write(b"early")
             await asyncio.sleep(0.02)
             hearing.start(link)
-            assert not hearing.heard  # not before it returns
+            assert not hearing.heard  # only after start has returned
             await hearing.until(lambda: len(hearing.heard) == 5)
             assert hearing.heard == b"early"
 
         run(far_end.url, test)
 
-    def test_closing_is_no_loss(self, far_end: FarEnd) -> None:
+    def test_closing_is_not_a_loss(self, far_end: FarEnd) -> None:
         async def test(link: AsyncLink) -> None:
             hearing = Hearing()
             hearing.start(link)
@@ -79,13 +79,13 @@ class TestCallbacks:
 
         run(far_end.url, test)
 
-    def test_closed_although_it_never_started(self, far_end: FarEnd) -> None:
+    def test_closed_without_being_started(self, far_end: FarEnd) -> None:
         async def test(link: AsyncLink) -> None:
             await link.close()
 
         run(far_end.url, test)
 
-    def test_written_now(self, far_end: FarEnd) -> None:
+    def test_write_now(self, far_end: FarEnd) -> None:
         async def test(link: AsyncLink) -> None:
             hearing = Hearing()
             hearing.start(link)
@@ -97,7 +97,7 @@ class TestCallbacks:
 
 
 @pytest.mark.parametrize("kind", CAN_BE_LOST)
-def test_a_loss_before_the_start_is_told_once(far_end: FarEnd) -> None:
+def test_a_loss_before_the_start_is_reported_once(far_end: FarEnd) -> None:
     async def test(link: AsyncLink) -> None:
         hearing = Hearing()
         await asyncio.to_thread(far_end.hang_up)
@@ -122,31 +122,31 @@ def test_no_thread(far_end: FarEnd) -> None:
         await hearing.until(lambda: len(hearing.heard) == 5)
         at_work = threading.active_count()
         await link.close()
-        # the far end has a thread more, for the connection
+        # the far end has one more thread, for the connection
         assert at_work <= before + ("socket" in far_end.url)
 
     run(far_end.url, test)
 
 
 class TestKept:
-    """What the far end does not take at once."""
+    """Bytes that the far end does not accept immediately."""
 
     @pytest.fixture
     def deaf(self) -> Iterator[tuple[str, socket.socket]]:
         with socket.create_server(("127.0.0.1", 0)) as listener:
             yield f"socket://127.0.0.1:{listener.getsockname()[1]}", listener
 
-    def test_gone_after_a_while(self, deaf: tuple[str, socket.socket]) -> None:
+    def test_lost_after_the_stall_timeout(self, deaf: tuple[str, socket.socket]) -> None:
         async def test(link: AsyncLink) -> None:
             hearing = Hearing()
             hearing.start(link)
             link.write(bytes(50_000_000))
             await hearing.until(lambda: bool(hearing.losses))
-            assert "for 0.05 s it took no byte" in str(hearing.losses[0])
+            assert "it accepted no bytes for 0.05 s" in str(hearing.losses[0])
 
         run(deaf[0], test, stall_timeout=0.05)
 
-    def test_closing_does_not_wait_for_ever(self, deaf: tuple[str, socket.socket]) -> None:
+    def test_closing_does_not_wait_indefinitely(self, deaf: tuple[str, socket.socket]) -> None:
         async def test(link: AsyncLink) -> None:
             link.write(bytes(50_000_000))
             async with asyncio.timeout(PATIENCE):
@@ -154,7 +154,7 @@ class TestKept:
 
         run(deaf[0], test, stall_timeout=3600)
 
-    def test_closing_sends_what_is_kept(self, deaf: tuple[str, socket.socket]) -> None:
+    def test_closing_sends_kept_bytes(self, deaf: tuple[str, socket.socket]) -> None:
         size = 10_000_000
         heard = []
 
@@ -173,7 +173,7 @@ class TestKept:
         assert sum(heard) == size
 
     def test_a_stop_written_before_closing_arrives(self, deaf: tuple[str, socket.socket]) -> None:
-        """Although nobody reads what the controller said, and the controller has much to read first."""
+        """The host has unread bytes, and the controller has much to read before the stop."""
         far: list[socket.socket] = []
 
         async def test(link: AsyncLink) -> None:
@@ -189,9 +189,9 @@ class TestKept:
         assert heard.endswith(b"stop")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="ports that are files are those of POSIX")
+@pytest.mark.skipif(os.name != "posix", reason="only POSIX ports are files")
 class TestKeptOnPort:
-    """A port whose far end takes nothing, such as one that holds CTS."""
+    """A port whose far end accepts nothing, such as one that holds CTS."""
 
     @pytest.fixture
     def deaf(self) -> Iterator[tuple[str, int]]:
@@ -200,20 +200,20 @@ class TestKeptOnPort:
         os.close(master)
         os.close(slave)
 
-    def test_gone_after_a_while(self, deaf: tuple[str, int]) -> None:
+    def test_lost_after_the_stall_timeout(self, deaf: tuple[str, int]) -> None:
         async def test(link: AsyncLink) -> None:
             hearing = Hearing()
             hearing.start(link)
             link.write(bytes(1_000_000))
             await hearing.until(lambda: bool(hearing.losses))
-            assert "for 0.05 s it took no byte" in str(hearing.losses[0])
+            assert "it accepted no bytes for 0.05 s" in str(hearing.losses[0])
 
         run(deaf[0], test, stall_timeout=0.05)
 
-    def test_sent_in_order_when_it_is_taken(self, deaf: tuple[str, int]) -> None:
+    def test_kept_bytes_are_sent_in_order(self, deaf: tuple[str, int]) -> None:
         data = bytes(range(256)) * 400
         heard = bytearray()
-        os.set_blocking(deaf[1], False)  # a read that blocks would keep the loop from writing more
+        os.set_blocking(deaf[1], False)  # a blocking read would keep the loop from writing
 
         async def test(link: AsyncLink) -> None:
             for at in range(0, len(data), 1000):
@@ -226,7 +226,7 @@ class TestKeptOnPort:
         run(deaf[0], test)
         assert heard == data
 
-    def test_closing_sends_what_is_kept(self, deaf: tuple[str, int]) -> None:
+    def test_closing_sends_kept_bytes(self, deaf: tuple[str, int]) -> None:
         data = bytes(range(256)) * 400
         heard = bytearray()
 
@@ -243,7 +243,7 @@ class TestKeptOnPort:
         listening.join(PATIENCE)
         assert heard == data
 
-    def test_closing_does_not_wait_for_ever(self, deaf: tuple[str, int]) -> None:
+    def test_closing_does_not_wait_indefinitely(self, deaf: tuple[str, int]) -> None:
         async def test(link: AsyncLink) -> None:
             link.write(bytes(1_000_000))
             async with asyncio.timeout(PATIENCE):

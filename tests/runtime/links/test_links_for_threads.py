@@ -1,4 +1,4 @@
-"""What lines for threads do beside what all lines do: time limits, waking, threads, lines that stall."""
+"""Behaviour of links for threads only: timeouts, waking, several threads, stalled links."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stagewire.errors import TransportLostError
 from stagewire.links import Link, open_link
 
 pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name)\\(\\) is deprecated")
-_SOON = 0.02  # seconds that a read waits in a test, where nothing comes
+_SOON = 0.02  # seconds that a read waits when nothing arrives
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def link(far_end: FarEnd) -> Iterator[Link]:
 
 @contextmanager
 def thread(call: Callable[[], Any]) -> Iterator[list[Any]]:
-    """Run a call beside; the list has what it returned or raised when the block is left."""
+    """Run a call in another thread; the list holds its result or error after the block."""
     ended: list[Any] = []
 
     def run() -> None:
@@ -45,7 +45,7 @@ def thread(call: Callable[[], Any]) -> Iterator[list[Any]]:
     yield ended
     beside.join(PATIENCE)
     assert not beside.is_alive()
-    assert time.monotonic() - begun < PATIENCE / 2, "it ended because its time did"
+    assert time.monotonic() - begun < PATIENCE / 2, "it ended by its timeout"
 
 
 def heard_more(link: Link) -> bytes:
@@ -63,29 +63,29 @@ def until(condition: Callable[[], bool]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 class TestReading:
-    def test_nothing_comes(self, link: Link) -> None:
+    def test_nothing_arrives(self, link: Link) -> None:
         assert link.read(_SOON) == b""
         assert link.read(0) == b""
         assert link.read(-1) == b""
 
-    def test_what_came_is_there_without_waiting(self, link: Link) -> None:
+    def test_available_bytes_are_read_without_waiting(self, link: Link) -> None:
         heard = bytearray()
         link.write(b"heard")
         until(lambda: len(heard.__iadd__(link.read(0))) == 5)
         assert heard == b"heard"
 
-    def test_woken_in_the_midst(self, link: Link) -> None:
+    def test_woken_while_reading(self, link: Link) -> None:
         with thread(lambda: link.read(PATIENCE)) as ended:
             link.wake()
         assert ended == [b""]
 
-    def test_woken_before(self, link: Link) -> None:
+    def test_woken_before_reading(self, link: Link) -> None:
         link.wake()
         link.wake()
         assert link.read(PATIENCE) == b""
         assert link.read(_SOON) == b""
 
-    def test_a_waking_takes_nothing_away(self, link: Link) -> None:
+    def test_waking_loses_no_bytes(self, link: Link) -> None:
         heard = b""
         link.write(b"whole")
         for _ in range(1000):
@@ -96,17 +96,17 @@ class TestReading:
             time.sleep(0.001)
         assert heard == b"whole"
 
-    def test_another_thread_writes_meanwhile(self, link: Link) -> None:
+    def test_another_thread_writes_during_a_read(self, link: Link) -> None:
         with thread(lambda: link.read(PATIENCE)) as ended:
             link.write(b"!")
         assert ended == [b"!"]
 
-    def test_another_thread_closes_meanwhile(self, link: Link) -> None:
+    def test_another_thread_closes_during_a_read(self, link: Link) -> None:
         with thread(lambda: link.read(PATIENCE)) as ended:
             link.close()
         assert "closed by this side" in str(ended[0])
 
-    def test_read_when_closed(self, link: Link) -> None:
+    def test_read_after_closing(self, link: Link) -> None:
         link.close()
         for timeout in (0, PATIENCE):
             with pytest.raises(TransportLostError, match="closed by this side"):
@@ -115,7 +115,7 @@ class TestReading:
         link.write_now(b"x")
 
     def test_written_from_many_threads(self, link: Link) -> None:
-        """Each write goes out whole."""
+        """The bytes of each write stay together."""
         heard = b""
         words = [bytes([letter]) * 50 for letter in b"abcd"]
 
@@ -132,7 +132,7 @@ class TestReading:
             one.join()
         assert sorted(heard[at : at + 50] for at in range(0, len(heard), 50)) == sorted(words * 20)
 
-    def test_written_now(self, link: Link) -> None:
+    def test_write_now(self, link: Link) -> None:
         link.write_now(b"stop")
         heard = b""
         while len(heard) < 4:
@@ -141,31 +141,31 @@ class TestReading:
 
 
 class TestStalled:
-    """The far end is there, and takes nothing."""
+    """The far end is connected but reads nothing."""
 
     @pytest.fixture
     def deaf(self) -> Iterator[tuple[str, socket.socket]]:
         with socket.create_server(("127.0.0.1", 0)) as listener:
             yield f"socket://127.0.0.1:{listener.getsockname()[1]}", listener
 
-    def test_gone_after_a_while(self, deaf: tuple[str, socket.socket]) -> None:
+    def test_lost_after_the_stall_timeout(self, deaf: tuple[str, socket.socket]) -> None:
         with open_link(deaf[0], stall_timeout=0.05) as link:
-            with pytest.raises(TransportLostError, match=r"for 0.05 s it took no byte"):
+            with pytest.raises(TransportLostError, match=r"it accepted no bytes for 0.05 s"):
                 link.write(bytes(50_000_000))
-            with pytest.raises(TransportLostError, match="took no byte"):
+            with pytest.raises(TransportLostError, match="accepted no bytes"):
                 link.read(PATIENCE)
 
-    def test_closed_meanwhile(self, deaf: tuple[str, socket.socket]) -> None:
+    def test_closed_during_a_write(self, deaf: tuple[str, socket.socket]) -> None:
         with open_link(deaf[0], stall_timeout=3600) as link:
             with thread(lambda: link.write(bytes(50_000_000))) as ended:
-                time.sleep(0.05)  # so that it is in the midst
+                time.sleep(0.05)  # let the write begin
                 link.close()
             assert "closed by this side" in str(ended[0])
 
-    def test_gone_when_interrupted_in_its_midst(
+    def test_lost_when_a_write_is_interrupted(
         self, deaf: tuple[str, socket.socket], monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """What is written next would be taken for the rest of what was being written."""
+        """The next write would be mistaken for the rest of the interrupted one."""
 
         def interrupted(readiness: Readiness, timeout: float) -> bool:
             raise KeyboardInterrupt
@@ -175,10 +175,10 @@ class TestStalled:
             with pytest.raises(KeyboardInterrupt):
                 link.write(bytes(50_000_000))
             monkeypatch.undo()
-            with pytest.raises(TransportLostError, match="interrupted in its midst"):
+            with pytest.raises(TransportLostError, match="interrupted halfway"):
                 link.write(b"stop")
 
-    def test_what_is_taken_slowly_is_sent_whole(self, deaf: tuple[str, socket.socket]) -> None:
+    def test_bytes_that_are_read_slowly_are_all_sent(self, deaf: tuple[str, socket.socket]) -> None:
         size = 8_000_000
         with open_link(deaf[0], stall_timeout=PATIENCE) as link:
             far = deaf[1].accept()[0]
@@ -187,7 +187,7 @@ class TestStalled:
                     size -= len(far.recv(min(size, 65_536)))
 
     def test_a_stop_written_before_closing_arrives(self, deaf: tuple[str, socket.socket]) -> None:
-        """Although nobody reads what the controller said, and the controller has much to read first."""
+        """The host has unread bytes, and the controller has much to read before the stop."""
         link = open_link(deaf[0])
         far = deaf[1].accept()[0]
         with far:
@@ -201,8 +201,8 @@ class TestStalled:
             assert heard.endswith(b"stop")
 
 
-def test_a_port_whose_read_ends_early_is_gone() -> None:
-    """Nobody cancelled it, and it has no time limit; no second read, which might wait for ever."""
+def test_a_port_whose_read_ends_early_is_lost() -> None:
+    """The read was not cancelled and has no timeout. A second read might wait indefinitely."""
 
     class Port:
         port = "COM9"

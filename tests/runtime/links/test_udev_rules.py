@@ -1,4 +1,4 @@
-"""The rules for udev: whole, and what they have to say."""
+"""The udev rules: valid keys, and the required contents."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PART = re.compile(r'([A-Z]+)(?:\{(\w+)\})?(==|!=|\+=|:=|=)"([^"]*)"')
 
 
 def rules() -> list[dict[tuple[str, str, str], str]]:
-    """Return every rule: key, what is in its braces and operator, with the value."""
+    """Return every rule: key, text in braces and operator, with the value."""
     found = []
     for line in RULES.read_text("utf-8").splitlines():
         if line and not line.startswith("#"):
@@ -23,20 +23,20 @@ def rules() -> list[dict[tuple[str, str, str], str]]:
     return found
 
 
-def test_each_key_is_compared_or_assigned_as_it_can_be() -> None:
+def test_keys_are_only_compared_or_assigned_where_udev_allows() -> None:
     for rule in rules():
         for key, _, operator in rule:
             assert key in (MATCHES if operator in ("==", "!=") else ASSIGNED)
 
 
-def test_each_rule_is_for_the_controllers_alone() -> None:
+def test_each_rule_matches_only_controllers() -> None:
     for rule in rules():
         for attribute, value in (("idVendor", "0403"), ("idProduct", "faf0")):
             given = {rule.get((key, attribute, "==")) for key in ("ATTR", "ATTRS")}
             assert given == {None, value}
 
 
-def test_a_link_by_serial_number_and_a_latency_of_1_ms() -> None:
+def test_a_link_by_serial_number_and_1_ms_latency() -> None:
     [port] = [rule for rule in rules() if rule["SUBSYSTEM", "", "=="] == "tty"]
     assert port["SYMLINK", "", "+="] == "stagewire/by-serial/$attr{serial}"
     assert port["GROUP", "", "="] == "dialout"

@@ -272,7 +272,7 @@ class Framer:
         events: list[Event] = []
         append, new, size_of = events.append, object.__new__, self._sizes.get
         decoder = self._decoder
-        position = 0  # earlier bytes are returned, or garbage from `garbage` on
+        position = 0  # bytes before it are returned; those since `garbage` are garbage
         garbage = 0
         in_step = self._in_step
         while True:

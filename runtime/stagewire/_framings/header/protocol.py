@@ -115,8 +115,8 @@ class FramedProtocol(Protocol):
         self.channel = channel
         self.faults = faults
         self._shapes: dict[int, _Shapes] = {}
-        # What a header alone decides -> unpack, size, destination, source. Controllers repeat the same
-        # few headers. The number of entries is limited to _REMEMBERED_HEADERS.
+        # Header -> unpack, size, destination, source, if the header alone decides. Controllers repeat the
+        # same few headers. The number of entries is limited to _REMEMBERED_HEADERS.
         self._headers: dict[bytes, tuple[Callable[[bytes], FramedMessage], int, int, int]] = {}
         for cls in self.messages:
             layout = cls.layout

@@ -1,7 +1,7 @@
 """The facts of a protocol that framing needs: ids with directions and forms, addresses, and fault reports.
 
-A fault report is an unsolicited message in which a controller reports that something went wrong. Which
-messages are fault reports, and the offsets of code and text in their frames, are facts of the protocol
+A fault report is an unsolicited message in which a controller reports that something went wrong. The messages
+that are fault reports, and the offsets of code and text in their frames, are facts of the protocol
 (:attr:`stagewire.protocols.FramedProtocol.faults`). They are offsets into the frame, not fields, because a
 document may name such a message without its layout.
 """

@@ -7,9 +7,9 @@ There is no checksum.
 
 **Commands** (:class:`CommandFramer`) are read slot by slot, as a controller reads them:
 
-1. Where a command is expected, the prefix and the byte of a setup command form a setup command, which has no
-   terminator. The prefix and any other byte are garbage, and so is a terminator alone. Any other byte is an
-   axis: users can change the identifiers of a controller, so all are accepted.
+1. At the beginning of a command, the prefix and the byte of a setup command form a setup command, which has
+   no terminator. The prefix and any other byte are garbage, and so is a terminator alone. Any other byte is
+   an axis: users can change the identifiers of a controller, so all are accepted.
 2. The second byte is the command byte. A terminator here means that the command was aborted: garbage. A byte
    that no command has is ``UnknownCommand`` up to the next terminator.
 3. The third byte is the size slot. A terminator here means that the slot was omitted: a whole command if it

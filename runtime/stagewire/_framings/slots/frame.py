@@ -87,8 +87,8 @@ def _safe(message: Command, field: str, step: int, encode: Encode) -> int | None
         if at is None:
             return value
         # Bytes in the upper part are the same for all values that differ only below them: 65536 of
-        # them, or more. Where the same pair results from lower bytes of all zeros and of all ones,
-        # it results from every value between.
+        # them, or more. If lower bytes of all zeros and of all ones both result in the same pair,
+        # all values between do.
         pair = raw[at : at + 2]
         for block in _BLOCKS:
             low, high = value & -block, value | block - 1
