@@ -40,8 +40,8 @@ WORDS: Final = (
     (r"\bloop_driver\b", "thread_driver"),
     (r"\bfor asyncio\b", "for threads"),
     (r"\bhow tasks share\b", "how threads share"),
-    (r", as calls to be awaited\b", ", as plain calls"),
-    (r"\bopen and not started; it belongs\b", "open; it belongs"),
+    (r", as awaitable calls\b", ", as plain calls"),
+    (r"\bopen and not started; the session owns\b", "open; the session owns"),
 )
 """Regular expressions and their replacements, in order."""
 
@@ -52,10 +52,10 @@ _BACKGROUND: Final = (
     ),
     ("(core, link, recording", "(core, link, background=background, recording"),
     (
-        "    :param options: times.\n",
-        "    :param options: times.\n"
-        "    :param background: whether a thread reads and keeps the controller alive; never on a link that\n"
-        "        has a clock of its own.\n",
+        "    :param options: timeouts and pauses.\n",
+        "    :param options: timeouts and pauses.\n"
+        "    :param background: whether a background thread reads and sends keep-alive messages; never for\n"
+        "        a link with its own clock.\n",
     ),
 )
 

@@ -1,4 +1,4 @@
-"""What sessions for asyncio have in common, whatever they speak."""
+"""The base of sessions for asyncio, independent of the protocol."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _T = TypeVar("_T")
 
 
 class AsyncSession(LoopDriver[_C], AsyncClosing):
-    """Exchanges that are waited for; the base of the sessions of both framings. A context manager.
+    """Base of the asyncio sessions of both framings: exchanges to wait for. A context manager.
 
-    For tasks of the event loop in which it was made; no call is for another loop or thread.
+    For tasks of the event loop in which it was created, not for other loops or threads.
     """
 
     async def perform(self, make: Callable[[float], Exchange], *, is_stop: bool = False) -> Any:
-        """Begin an exchange, wait for its end and return its result, or raise its error.
+        """Begin an exchange, wait for its end, and return its result or raise its error.
 
-        If the task is cancelled, so is the exchange.
+        Cancelling the task cancels the exchange.
 
-        :param make: has the core make the exchange; is called with the time.
-        :param is_stop: of a session for threads; here nothing ever keeps an exchange from being written.
+        :param make: makes the core create the exchange; called with the time.
+        :param is_stop: used by sessions for threads only; here nothing ever delays writing an exchange.
         """
         over = Over(self._loop)
         exchange = self._issue(make, over)
@@ -49,11 +49,11 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
         *,
         is_stop: bool = False,
     ) -> Exchange:
-        """Begin an exchange and return it when its bytes are with the line.
+        """Begin an exchange, and return it when its bytes were handed to the link.
 
-        Raises its error if it ends before.
+        Raises its error if it ends earlier.
 
-        :param on_done: called once when it ends; it must call no session.
+        :param on_done: called once at its end; must not call a session.
         :param is_stop: see :meth:`perform`.
         """
         over = Over(self._loop)
@@ -67,13 +67,12 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
         return exchange
 
     async def wait(self, exchange: Exchange, timeout: float | None = None) -> Any:
-        """Wait for the end of an exchange that was started; return its result, or raise its error.
+        """Wait for the end of an exchange that was started, and return its result or raise its error.
 
-        If the task is cancelled, the exchange goes on.
+        Cancelling the task does not end the exchange.
 
-        :param timeout: seconds; when they have passed, raises
-            :class:`~stagewire.errors.MotionTimeoutError`, and
-            the exchange goes on. None: as long as the exchange itself may last.
+        :param timeout: seconds; raises :class:`~stagewire.errors.MotionTimeoutError` when they have passed,
+            but the exchange goes on. None: the timeout of the exchange itself.
         """
         self._check_loop()
         if not exchange.done:
@@ -86,15 +85,15 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
                 watchers.remove(over)
         if not exchange.done:
             raise MotionTimeoutError(
-                f"{self.url}: no end within {timeout} s; it is still waited for, and may be waited for again"
+                f"{self.url}: no end within {timeout} s; the exchange goes on, and you can wait for it again"
             )
         return exchange.value()
 
     async def pause(self, seconds: float) -> None:
-        """Wait so long, by the time of the session.
+        """Wait for some seconds of the session's time.
 
-        Raises :class:`~stagewire.errors.TransportLostError` and
-        :class:`~stagewire.errors.SessionClosedError` as soon as that happens.
+        Raises :class:`~stagewire.errors.TransportLostError` or
+        :class:`~stagewire.errors.SessionClosedError` as soon as the session ends.
         """
         self._check_usable()
         over = Over(self._loop)
@@ -108,12 +107,12 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
     def subscribe(
         self, wanted: Wanted = None, limit: int = 1000, source: int | None = None
     ) -> AsyncSubscription[Event]:
-        """Return a queue of what comes from now on, except what answers a request.
+        """Return a queue of later events, except replies to requests.
 
-        :param wanted: message classes or event classes, one or a tuple, or a condition on events, which
-            has to be quick and to call no session; None: everything.
-        :param limit: events that are kept at most; then the oldest is lost, and counted.
-        :param source: only what comes from this address, or does not say from where.
+        :param wanted: message classes or event classes, one or a tuple, or a condition on events, which must
+            be fast and must not call a session; None: all events.
+        :param limit: most events that are kept; beyond that the oldest is dropped and counted.
+        :param source: only events from this address or from an unknown one; None: from all addresses.
         """
         return self.subscribe_as(as_it_came, wanted, limit, source)
 
@@ -124,9 +123,9 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
         limit: int = 1000,
         source: int | None = None,
     ) -> AsyncSubscription[_T]:
-        """Return a queue as :meth:`subscribe` does, of what is read from the events.
+        """Return a queue like :meth:`subscribe`, of values that are read from the events.
 
-        :param read: is called when an event is taken, by whoever takes it.
+        :param read: called when an event is taken, by the task that takes it.
         """
         self._check_loop()
         queue = self._core.subscribe(wanted, limit, source)

@@ -1,4 +1,4 @@
-"""What sessions for threads have in common, whatever they speak."""
+"""The base of sessions for threads, independent of the protocol."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _T = TypeVar("_T")
 
 
 class Session(ThreadDriver[_C], Closing):
-    """Exchanges that are waited for; the base of the sessions of both framings. A context manager.
+    """Base of the sessions for threads of both framings: exchanges to wait for. A context manager.
 
-    Every call may be made by any thread.
+    All methods may be called from any thread.
     """
 
     def perform(self, make: Callable[[float], Exchange], *, is_stop: bool = False) -> Any:
-        """Begin an exchange, wait for its end and return its result, or raise its error.
+        """Begin an exchange, wait for its end, and return its result or raise its error.
 
-        An exception that comes from elsewhere, such as ``KeyboardInterrupt``, cancels the exchange.
+        Any other exception, such as ``KeyboardInterrupt``, cancels the exchange.
 
-        :param make: has the core make the exchange; is called with the time.
-        :param is_stop: whether nothing may keep it from being written.
+        :param make: makes the core create the exchange; called with the time.
+        :param is_stop: whether nothing may delay writing it.
         """
         waiter = Waiter()
         try:
@@ -55,19 +55,19 @@ class Session(ThreadDriver[_C], Closing):
         *,
         is_stop: bool = False,
     ) -> Exchange:
-        """Begin an exchange and return it when its bytes are with the line.
+        """Begin an exchange, and return it when its bytes were handed to the link.
 
-        Raises its error if it ends before.
+        Raises its error if it ends earlier.
 
-        :param on_done: called once when it ends, by whoever notices; it must call no session.
-        :param is_stop: whether nothing may keep it from being written.
+        :param on_done: called once at its end, by the thread that notices; must not call a session.
+        :param is_stop: whether nothing may delay writing it.
         """
         waiter = Waiter()
         watchers = Watchers([waiter.end] if on_done is None else [waiter.end, on_done])
         try:
             exchange = self._issue(make, waiter, watchers, waiter.end, is_stop)
             self._wait(waiter)
-            if self._may_write(exchange.deadline):  # another thread may, with these very bytes
+            if self._may_write(exchange.deadline):  # another thread may be writing these very bytes
                 self._writing.release()
             with self._lock:
                 watchers.remove(waiter.end)
@@ -81,11 +81,10 @@ class Session(ThreadDriver[_C], Closing):
         return exchange
 
     def wait(self, exchange: Exchange, timeout: float | None = None) -> Any:
-        """Wait for the end of an exchange that was started; return its result, or raise its error.
+        """Wait for the end of an exchange that was started, and return its result or raise its error.
 
-        :param timeout: seconds; when they have passed, raises
-            :class:`~stagewire.errors.MotionTimeoutError`, and
-            the exchange goes on. None: as long as the exchange itself may last.
+        :param timeout: seconds; raises :class:`~stagewire.errors.MotionTimeoutError` when they have passed,
+            but the exchange goes on. None: the timeout of the exchange itself.
         """
         waiter = Waiter()
         with self._lock:
@@ -101,15 +100,15 @@ class Session(ThreadDriver[_C], Closing):
                 self._leave(waiter)
         if not exchange.done:
             raise MotionTimeoutError(
-                f"{self.url}: no end within {timeout} s; it is still waited for, and may be waited for again"
+                f"{self.url}: no end within {timeout} s; the exchange goes on, and you can wait for it again"
             )
         return exchange.value()
 
     def pause(self, seconds: float) -> None:
-        """Wait so long, by the time of the session; what comes meanwhile is taken.
+        """Wait for some seconds of the session's time, and process received bytes meanwhile.
 
-        Raises :class:`~stagewire.errors.TransportLostError` and
-        :class:`~stagewire.errors.SessionClosedError` as soon as that happens.
+        Raises :class:`~stagewire.errors.TransportLostError` or
+        :class:`~stagewire.errors.SessionClosedError` as soon as the session ends.
         """
         waiter = Waiter()
         with self._lock:
@@ -126,12 +125,12 @@ class Session(ThreadDriver[_C], Closing):
     def subscribe(
         self, wanted: Wanted = None, limit: int = 1000, source: int | None = None
     ) -> BlockingSubscription[Event]:
-        """Return a queue of what comes from now on, except what answers a request.
+        """Return a queue of later events, except replies to requests.
 
-        :param wanted: message classes or event classes, one or a tuple, or a condition on events, which
-            has to be quick and to call no session; None: everything.
-        :param limit: events that are kept at most; then the oldest is lost, and counted.
-        :param source: only what comes from this address, or does not say from where.
+        :param wanted: message classes or event classes, one or a tuple, or a condition on events, which must
+            be fast and must not call a session; None: all events.
+        :param limit: most events that are kept; beyond that the oldest is dropped and counted.
+        :param source: only events from this address or from an unknown one; None: from all addresses.
         """
         return self.subscribe_as(as_it_came, wanted, limit, source)
 
@@ -142,9 +141,9 @@ class Session(ThreadDriver[_C], Closing):
         limit: int = 1000,
         source: int | None = None,
     ) -> BlockingSubscription[_T]:
-        """Return a queue as :meth:`subscribe` does, of what is read from the events.
+        """Return a queue like :meth:`subscribe`, of values that are read from the events.
 
-        :param read: is called when an event is taken, by whoever takes it.
+        :param read: called when an event is taken, by the thread that takes it.
         """
         with self._lock:
             queue = self._core.subscribe(wanted, limit, source)

@@ -1,4 +1,4 @@
-"""Exchanges with a controller of commands or lines of text, and which of the two it takes when."""
+"""Exchanges with a controller that accepts commands or lines of text, and the mode that decides which."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stagewire._framings.slots.protocol import CommandProtocol
 from stagewire._sessions.exchange import Exchange
 from stagewire.errors import WrongModeError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Final, Literal, TypeAlias
 
@@ -20,13 +20,13 @@ _MODES: Final[dict[str, Mode]] = {
     "high_level": "high_level",
     "power_on": "unknown",
 }
-"""What a setup command switches to -> the mode that the controller is in then."""
+"""Format that a setup command switches to -> the resulting mode of the controller."""
 
 
 class CommandExchange(Exchange):
-    """What is sent on the line.
+    """An exchange with a controller of commands.
 
-    :param frame: the command; None: it is a line of text.
+    :param frame: the command; None for a line of text.
     """
 
     __slots__ = ("frame", "sent_at")
@@ -40,30 +40,30 @@ class CommandExchange(Exchange):
 
     @property
     def is_answered(self) -> bool:
-        """Whether something comes back."""
+        """Whether the controller replies."""
         return self.frame is None or self.frame.message.reply is not None
 
     @property
     def needs(self) -> Mode | None:
-        """The mode in which the controller understands it; None: any."""
+        """The mode that the controller must be in; None: any."""
         if self.frame is None:
             return "high_level"
         return None if isinstance(self.frame.message, SetupCommand) else "low_level"
 
     def mode_after(self, mode: Mode) -> Mode:
-        """Return the mode in which it leaves the controller."""
+        """Return the mode of the controller after this exchange."""
         switches_to = None if self.frame is None else self.frame.message.layout.switches_to
         return mode if switches_to is None else _MODES[switches_to]
 
 
 def check_mode(line: CommandExchange, mode: Mode) -> None:
-    """Raise :class:`~stagewire.errors.WrongModeError` for what would not be understood in a mode."""
+    """Raise :class:`~stagewire.errors.WrongModeError` for an exchange that requires another mode."""
     if line.needs in (None, mode):
         return
     takes = {
-        "unknown": "nobody knows whether the controller takes commands or lines of text now",
-        "low_level": "the controller takes commands now, and no lines of text",
-        "high_level": "the controller takes lines of text now, and no commands",
+        "unknown": "it is unknown whether the controller accepts commands or lines of text now",
+        "low_level": "the controller accepts only commands now, not lines of text",
+        "high_level": "the controller accepts only lines of text now, not commands",
     }[mode]
     wanted = "low-level" if line.needs == "low_level" else "high-level"
     raise WrongModeError(
@@ -72,7 +72,7 @@ def check_mode(line: CommandExchange, mode: Mode) -> None:
 
 
 def switching(protocol: CommandProtocol, format: str) -> type[SetupCommand] | None:
-    """Return the setup command after which a controller takes ``format``; None: the protocol has none."""
+    """Return the setup command that switches to ``format``; None if the protocol has none."""
     for cls in protocol.messages:
         if issubclass(cls, SetupCommand) and cls.layout.switches_to == format:
             return cls
@@ -80,10 +80,10 @@ def switching(protocol: CommandProtocol, format: str) -> type[SetupCommand] | No
 
 
 def in_low_level(protocol: CommandProtocol, raw: bytes, mode: Mode) -> bytes:
-    """Return a command with what makes it understood in ``mode``, and what leads back, if that is known.
+    """Return the bytes of a command, surrounded by commands that switch to low level and, if known, back.
 
-    For a stop, which cannot wait until somebody has switched. Where the protocol has no command that
-    switches, it is returned as it is.
+    For a stop, which cannot wait for the caller to switch. If the protocol has no commands that switch, the
+    bytes are returned unchanged.
     """
     there, back = switching(protocol, "low_level"), switching(protocol, "high_level")
     if mode == "low_level" or there is None or back is None:

@@ -1,14 +1,14 @@
-"""The session core of controllers whose replies have no frame; no input or output.
+"""The session core for controllers whose replies have no frame; sans-I/O.
 
-1. **Order.** What is sent goes out in the order of the calls; one read at a time waits for its reply, since
-   nothing but the request says what a reply is. Writes wait for that, too.
-2. **Stops** have no reply and go out at once, before everything else.
-3. **Pacing.** After a command without a reply the next one waits, except stops.
-4. **Poison.** After a read that was given up, or bytes that nobody asked for, everything that comes is thrown
-   away until the line was silent for a while; nothing is read before. The silence counts at least from
-   when the reply would have come in the usual time.
-5. **Mode.** A controller takes commands, or lines of text. Which, nobody knows before a setup command has
-   said it. What it would not understand is refused before a byte is written.
+1. **Order.** Exchanges are sent in the order of the calls. One read at a time waits for its reply, because
+   only the request identifies a reply. Writes also wait for that reply.
+2. **Stops** have no reply. They are sent immediately, before everything else.
+3. **Pacing.** After a command without a reply, the next one waits, except stops.
+4. **Poison.** After a read that was given up, or unexpected bytes, all input is discarded until the line has
+   been silent for a while. No read is sent before. The silence is counted from the time by which the reply
+   would usually have arrived, or later.
+5. **Mode.** A controller accepts either commands or lines of text. The mode is unknown until a setup command
+   has set it. An exchange that requires another mode is refused before a byte is written.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from stagewire._sessions.exchange import Exchange, deadline_of
 from stagewire._sessions.options import SessionOptions
 from stagewire.errors import BadValueError, ReplyTimeoutError, StagewireError, WrongModeError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Final
 
@@ -40,10 +40,10 @@ _LINE_END: Final = b"\n"
 
 
 class CommandCore(Core):
-    """A conversation with the one controller of a line.
+    """A conversation with the single controller of a line.
 
-    :param protocol: what is spoken.
-    :param options: times.
+    :param protocol: the protocol of the line.
+    :param options: timeouts and pauses.
     :param refuse_prefix_bytes: refuse values whose bytes a controller might take for a setup command; see
         :meth:`.CommandFrame.encode`.
     """
@@ -58,54 +58,55 @@ class CommandCore(Core):
         super().__init__(options)
         self.protocol = protocol
         self.mode: Mode = "unknown"
-        """What the controller takes now, as far as this session has told it."""
+        """The mode of the controller, as far as this session has set it."""
         self._refuse_prefix_bytes = refuse_prefix_bytes
         self._replies = protocol.replies()
         self._text = b""  # of a line of text that has not ended
         self._stops: deque[CommandExchange] = deque()
         self._queue: deque[CommandExchange] = deque()
         self._outstanding: CommandExchange | None = None
-        self._free_at = 0.0  # by pacing
-        self._owed = 0  # bytes of the reply to a read that was given up
-        self._owed_until = 0.0  # until when they come in the usual time
-        self._drained_at = inf  # when it will have been silent for long enough; inf: it is clean
+        self._free_at = 0.0  # end of the pacing
+        self._owed = 0  # missing bytes of the reply to an abandoned read
+        self._owed_until = 0.0  # end of the usual time for them
+        self._drained_at = inf  # when the silence is long enough; inf: the line is clean
 
-    # What users ask for
+    # Calls of users
 
     def ask(self, message: Command, axis: int, timeout: float, now: float) -> Exchange:
-        """Send a command that is answered; it ends with its reply, or a timeout.
+        """Send a command that has a reply. The exchange ends with the reply or a timeout.
 
-        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes commands;
-        :class:`~stagewire.errors.BadValueError` for a command that nothing answers; and
-        :class:`~stagewire.errors.OutOfRangeError` for an axis or a timeout that is none, or a value that is
-        refused for its bytes.
+        Raises :class:`~stagewire.errors.WrongModeError` unless the controller accepts commands;
+        :class:`~stagewire.errors.BadValueError` for a command without a reply; and
+        :class:`~stagewire.errors.OutOfRangeError` for an invalid axis or timeout, or a value refused for its
+        bytes.
         """
         if message.reply is None:
-            raise BadValueError(f"{message.layout.message} has no reply; it is sent, and not asked")
+            raise BadValueError(f"{message.layout.message} has no reply: use send instead of ask")
         return self._append(message, axis, timeout, now)
 
     def send(
         self, message: Command | SetupCommand, axis: int | None, timeout: float, now: float
     ) -> Exchange:
-        """Send a command that nothing answers; it ends when it is handed out, within the time.
+        """Send a command that has no reply. The exchange ends when its bytes are handed out.
 
-        :param axis: None for a setup command, which is for the whole controller and is taken in any mode.
+        :param axis: None for a setup command, which is for the whole controller and valid in any mode.
 
-        Raises as :meth:`ask` does, for a command that is answered.
+        Raises the errors of :meth:`ask`, but :class:`~stagewire.errors.BadValueError` for a command with a
+        reply.
         """
         if message.reply is not None:
-            raise BadValueError(f"{message.layout.message} has a reply; it is asked, and not sent")
+            raise BadValueError(f"{message.layout.message} has a reply: use ask instead of send")
         return self._append(message, axis, timeout, now)
 
     def halt(self, message: Command, axis: int, timeout: float, now: float) -> Exchange:
-        """Send a stop, before everything else, even while a reply is awaited, and in any mode.
+        """Send a stop before everything else, even while a reply is awaited, and in any mode.
 
-        Where the controller may take text, it is brought to take commands, and back if it is known to
-        take text. Raises as :meth:`send` does, but for the mode.
+        If the controller may be accepting text, it is switched to commands first, and back afterwards if it
+        is known to accept text. Raises the errors of :meth:`send`, except for the mode.
         """
         if message.reply is not None:
             raise BadValueError(
-                f"{message.layout.message} has a reply, and cannot go before others"
+                f"{message.layout.message} has a reply, so it cannot be sent ahead of others"
             )
         frame = CommandFrame(message, axis)
         raw = in_low_level(self.protocol, frame.encode(), self.mode)
@@ -118,10 +119,10 @@ class CommandCore(Core):
         return line
 
     def text(self, line: str, timeout: float, now: float) -> Exchange:
-        """Send a line of text, without its end; it ends with the line that answers it, without its end.
+        """Send a line of text. The exchange ends with the line of the reply. Both are without line ends.
 
-        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes text, and
-        :class:`~stagewire.errors.BadValueError` for what is no line of printable ASCII.
+        Raises :class:`~stagewire.errors.WrongModeError` unless the controller accepts text, and
+        :class:`~stagewire.errors.BadValueError` if ``line`` is not a line of printable ASCII.
         """
         if (
             not isinstance(line, str)
@@ -130,7 +131,7 @@ class CommandCore(Core):
             or not 0 < len(line) < LONGEST_LINE
         ):
             raise BadValueError(
-                f"a line of text has 1 to {LONGEST_LINE - 1} printable ASCII characters: {line!r}"
+                f"a line of text has 1 to {LONGEST_LINE - 1} printable ASCII characters, not {line!r}"
             )
         return self._wait_in_line(
             self._line(None, line, line.encode("ascii") + b"\r", timeout, now)
@@ -159,20 +160,20 @@ class CommandCore(Core):
             self._at(line.deadline)
         return line
 
-    # The driver's side
+    # Calls of the driver
 
     @property
     def has_understood(self) -> bool:
-        """Whether a reply has come."""
+        """Whether a reply has been received."""
         return self.statistics.matched > 0
 
     @property
     def silent_at(self) -> float:
-        """When the line is clean, if it is silent until then; see :attr:`.Core.silent_at`."""
+        """When the line is clean, provided that it stays silent; see :attr:`.Core.silent_at`."""
         return inf if self._failure is not None else self._drained_at
 
     def receive(self, data: bytes, now: float) -> None:
-        """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
+        """Process received bytes, in chunks of any size; see :meth:`.Core.receive`."""
         if self._failure is not None:
             return
         self._was_read()
@@ -192,11 +193,11 @@ class CommandCore(Core):
             self._owed -= len(data)
             since = now if self._owed <= 0 else max(now, self._owed_until)  # it may be noise
             self._drained_at = since + self.options.drain
-            log.debug("nobody asked for %s", data.hex(" "))
+            log.debug("unexpected bytes: %s", data.hex(" "))
             self._dispatcher.tell(Garbage(data))
 
     def _take_reply(self, line: CommandExchange, data: bytes) -> bytes:
-        """Take what belongs to the reply; return the rest."""
+        """Take the bytes of the reply, and return the rest."""
         rest = b""
         for event in self._replies.feed(data):
             if isinstance(event, ReplyReceived):
@@ -206,7 +207,7 @@ class CommandCore(Core):
         return rest
 
     def _take_text(self, line: CommandExchange, data: bytes) -> bytes:
-        """Take what belongs to the line of text; return the rest, or what is too long for one."""
+        """Take the bytes of the line of text, and return the rest, or the excess of a long line."""
         found, end, rest = (self._text + data).partition(_LINE_END)
         if end:
             self._text = b""
@@ -222,7 +223,7 @@ class CommandCore(Core):
         line.end(result)
 
     def output(self, now: float, has_unread: Callable[[], bool] = all_is_read) -> bytes:
-        """Return everything that is to be written now; see :meth:`.Core.output`."""
+        """Return the bytes to write now; see :meth:`.Core.output`."""
         if now >= self._next:
             self.tick(now)
         if not self._ready:
@@ -244,7 +245,7 @@ class CommandCore(Core):
                     break
             self._queue.popleft()
             try:
-                check_mode(line, self.mode)  # the switch before it may not have been sent
+                check_mode(line, self.mode)  # the switch may not have been sent
             except WrongModeError as error:
                 line.end(error=error)
             else:
@@ -252,7 +253,7 @@ class CommandCore(Core):
         return b"".join(parts)
 
     def _hand_out(self, line: CommandExchange, now: float) -> bytes:
-        """Return the bytes of what is written now, and wait for its reply if it has one."""
+        """Return the bytes of an exchange that is written now, and wait for its reply if it has one."""
         self.mode = line.mode_after(self.mode)
         if line.is_answered:
             self._outstanding = line
@@ -266,25 +267,25 @@ class CommandCore(Core):
         return raw
 
     def tick(self, now: float) -> None:
-        """See to what is due: deadlines."""
+        """Process deadlines that have passed."""
         if now < self._next or self._failure is not None:
             return
         for line in [line for line in self._waiting() if line.deadline <= now]:
             self.statistics.timed_out += 1
             self._give_up(line, ReplyTimeoutError(self._timed_out(line)), now)
-        self._ready = True  # what may be written now is seen by output
+        self._ready = True  # output finds out what may be written now
         self._next = inf
         for line in self._waiting():
             self._at(line.deadline)
 
     def cancel(self, exchange: Exchange, now: float) -> None:
-        """Give up an exchange, because nobody waits for it any more; see :meth:`.Core.cancel`."""
+        """Give up an exchange whose caller no longer waits; see :meth:`.Core.cancel`."""
         if exchange.done:
             return
         assert isinstance(exchange, CommandExchange)
         self._give_up(exchange, self._cancelled(exchange), now)
 
-    # The end of exchanges
+    # Ends of exchanges
 
     def _waiting(self) -> Iterator[CommandExchange]:
         yield from (stop for stop in self._stops if not stop.done)
@@ -302,7 +303,7 @@ class CommandCore(Core):
             self._owed = 1 if reply is None else reply.layout.length - pending
             self._owed_until = line.sent_at + self.options.reply_timeout
             self._drained_at = max(now, self._owed_until) + self.options.drain
-        elif line in self._queue:  # and no stop, which is written all the same
+        elif line in self._queue:  # a stop is still written
             self._queue.remove(line)
         line.end(error=error)
 
@@ -310,11 +311,16 @@ class CommandCore(Core):
         within = f"within {round(line.timeout, 3):g} s"
         if not line.written:
             poisoned = self._drained_at != inf
-            why = "the line had not been silent since" if poisoned else "others came before it"
-            return f"{line.name} was not sent {within}: {why}; give it more time, or ask for less at once"
+            why = (
+                "the line was not silent for long enough"
+                if poisoned
+                else "other exchanges came first"
+            )
+            return f"{line.name} was not sent {within}: {why}; allow more time, or send fewer at a time"
         came = self._text or self._replies.pending
-        shown = f"but {came.hex(' ')}" if came else "and nothing else"
+        shown = f"received only {came.hex(' ')}" if came else "received nothing"
         return (
-            f"{line.name} ({line.raw.hex(' ')}) was sent, and no whole reply came {within}, {shown}; see "
-            "that the controller is on, has this axis, and talks at this baud rate, then ask again"
+            f"{line.name} ({line.raw.hex(' ')}) was sent, but no complete reply arrived {within} ({shown}); "
+            "check that the controller is on, has this axis and uses this baud rate, then send the request "
+            "again"
         )

@@ -1,4 +1,4 @@
-"""Dispatch of events to subscriptions: bounded queues that count what they lose."""
+"""Dispatch of events to subscriptions: bounded queues that count the events they drop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stagewire._framings.header.message import FramedMessage
 from stagewire._sessions.statistics import Statistics
 from stagewire.errors import BadValueError, OutOfRangeError, StagewireError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import TypeAlias
 
@@ -24,14 +24,14 @@ _log = logging.getLogger("stagewire")
 
 
 class Subscription:
-    """A queue of events that were wanted; when it is full, the oldest is lost.
+    """A queue of wanted events. If it is full, the oldest event is dropped.
 
-    Events are put in by the core, within its calls, and taken out by one other thread at most.
+    The core puts events in, during its calls. One other thread at most takes them out.
 
-    :param ids: the messages that it is about; None: all, and what is no message.
-    :param wanted: says of an event whether it is wanted; None: all are.
-    :param limit: events that are kept at most.
-    :param statistics: where what is lost is counted, too.
+    :param ids: the wanted messages; None: all messages, and events that are not messages.
+    :param wanted: returns whether an event is wanted; None: all are.
+    :param limit: most events that are kept.
+    :param statistics: also counts the dropped events.
     :param cancel: called by :meth:`close`.
 
     Raises :class:`~stagewire.errors.OutOfRangeError` for a limit below 1.
@@ -47,16 +47,16 @@ class Subscription:
     ) -> None:
         if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
             raise OutOfRangeError(
-                f"a subscription keeps a number of events from 1 on, not {limit!r}"
+                f"the limit of a subscription must be an integer of at least 1, not {limit!r}"
             )
         self.ids = ids
         self.limit = limit
         self.dropped = 0
-        """Events that were lost because nobody took them in time."""
+        """Number of events that were dropped because they were not taken in time."""
         self.error: StagewireError | None = None
-        """Why nothing more will come."""
+        """Why no more events will follow."""
         self.on_event: Callable[[], object] | None = None
-        """Called when something was put in, or nothing more will come."""
+        """Called when an event was put in, or no more events will follow."""
         self._wanted = wanted
         self._queue: deque[Event] = deque()
         self._statistics = statistics
@@ -69,14 +69,14 @@ class Subscription:
         return f"<Subscription: {len(self)} of {self.limit} events, {self.dropped} dropped>"
 
     def take(self) -> Event | None:
-        """Return the oldest event; None when there is none now."""
+        """Return the oldest event, or None if the queue is empty."""
         try:
             return self._queue.popleft()
         except IndexError:
             return None
 
     def close(self) -> None:
-        """Want nothing more; what is in the queue stays there. Harmless when done twice."""
+        """Cancel the subscription; queued events stay. Harmless if called twice."""
         self._cancel(self)
 
     # For the core
@@ -93,7 +93,7 @@ class Subscription:
             self.on_event()
 
     def end(self, error: StagewireError) -> None:
-        """Say that nothing more will come, and why."""
+        """Note that no more events will follow, and why."""
         self.error = error
         if self.on_event is not None:
             self.on_event()
@@ -102,10 +102,10 @@ class Subscription:
         assert self._wanted is not None
         try:
             return self._wanted(event)
-        except Exception as error:  # it is the user's, and must not end what everybody hears by
+        except Exception as error:  # raised by user code; others still get events
             self._cancel(self)
             failed = StagewireError(
-                f"the subscription's own condition failed on {event!r}: {error!r}"
+                f"the condition of the subscription failed for {event!r}: {error!r}"
             )
             failed.__cause__ = error
             self.end(failed)
@@ -117,8 +117,8 @@ class Subscription:
         self._statistics.dropped += 1
         if self.dropped == 1:
             _log.warning(
-                "a subscription lost its oldest event: nobody took one of %d in time; take them sooner, "
-                "or subscribe with a greater limit (it counts what is lost from now on)",
+                "a subscription dropped its oldest event, because none of %d was taken in time; take events "
+                "sooner, or subscribe with a higher limit (further drops are only counted)",
                 self.limit,
             )
 
@@ -126,8 +126,8 @@ class Subscription:
 class Dispatcher:
     """The subscriptions of a session.
 
-    :param statistics: where what they lose is counted.
-    :param source_of: says where a frame comes from; None: it does not say.
+    :param statistics: counts the events they drop.
+    :param source_of: returns the address that a frame comes from; None: unknown.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Dispatcher:
         self._statistics = statistics
         self._source_of = source_of
         self._subscriptions: list[Subscription] = []
-        self._by_id: dict[int, tuple[Subscription, ...]] = {}  # as it was found for each message
+        self._by_id: dict[int, tuple[Subscription, ...]] = {}  # cache of wanting()
 
     def subscribe(self, wanted: Wanted, limit: int, source: int | None) -> Subscription:
         """Return a new subscription; see :meth:`.Core.subscribe`."""
@@ -154,7 +154,7 @@ class Dispatcher:
             self._by_id.clear()
 
     def wanting(self, id: int) -> tuple[Subscription, ...]:
-        """Return who wants to hear of a message."""
+        """Return the subscriptions to a message."""
         found = self._by_id.get(id)
         if found is None:
             wanting = [s for s in self._subscriptions if s.ids is None or id in s.ids]
@@ -162,13 +162,13 @@ class Dispatcher:
         return found
 
     def tell(self, event: Event) -> None:
-        """Tell what is no message."""
+        """Dispatch an event that is not a message."""
         for subscription in tuple(self._subscriptions):
             if subscription.ids is None:
                 subscription.put(event)
 
     def end(self, error: StagewireError) -> None:
-        """Say that nothing more will come, and why."""
+        """End all subscriptions, with the reason."""
         subscriptions, self._subscriptions = self._subscriptions, []
         self._by_id.clear()
         for subscription in subscriptions:
@@ -177,7 +177,7 @@ class Dispatcher:
     def _from(self, source: int, condition: Condition | None) -> Condition:
         source_of = self._source_of
         if source_of is None:
-            raise BadValueError("what comes on this line does not say where it comes from")
+            raise BadValueError("source is not supported: events on this line have no address")
 
         def wanted(event: Event) -> object:
             if isinstance(event, FrameEvent) and source_of(event.raw) not in (source, None):
@@ -188,9 +188,9 @@ class Dispatcher:
 
 
 def _understood(wanted: Wanted) -> tuple[frozenset[int] | None, Condition | None]:
-    """Return the ids of the messages that are wanted, if it is messages, and what has to hold of an event.
+    """Return the ids of the wanted messages (if messages are wanted) and the condition on events.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what cannot be wanted.
+    Raises :class:`~stagewire.errors.BadValueError` for an invalid ``wanted``.
     """
     if wanted is None:
         return None, None
@@ -205,6 +205,6 @@ def _understood(wanted: Wanted) -> tuple[frozenset[int] | None, Condition | None
         if all(issubclass(cls, Event) for cls in classes):
             return None, lambda event: isinstance(event, classes)
     raise BadValueError(
-        "a subscription is to classes of messages, to classes of events, or by a condition on events, "
-        f"not to {wanted!r}"
+        "subscribe takes classes of messages, classes of events, or a condition on events, "
+        f"not {wanted!r}"
     )

@@ -1,4 +1,4 @@
-"""What drives a core, whether by threads or by an event loop: what both have in common."""
+"""The base of the drivers of a core, for threads and for event loops."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _C = TypeVar("_C", bound=Core)
 
 @defers_interrupts
 class Driver(Generic[_C]):
-    """A core on a line.
+    """A core on a link.
 
-    :param core: what knows the protocol.
-    :param link: the line.
-    :param recording: where all that passes is recorded, if anywhere.
+    :param core: the core of the protocol.
+    :param link: the link.
+    :param recording: records all bytes, if given.
     """
 
     def __init_subclass__(cls) -> None:
@@ -31,19 +31,19 @@ class Driver(Generic[_C]):
 
     def __init__(self, core: _C, link: Link | AsyncLink, recording: Recording | None) -> None:
         self.on_close: list[Callable[[], bytes]] = []
-        """Functions that return the last words: bytes such as the stop of a motion.
+        """Functions that return last words: bytes such as the stop of a motion.
 
-        They are called when the session is closed, at the end of the process, and within the handler of a
-        signal that ends it. So they take no lock, call no session and raise nothing.
+        They are called when the session is closed, at the end of the process, and in the handler of a signal
+        that ends it. They must not take locks, call sessions or raise.
         """
         self._core: _C = core
         self._recording = recording
-        self._end: StagewireError | None = None  # why nothing can be done any more; never replaced
+        self._end: StagewireError | None = None  # why the session has ended; never replaced
         self._closed = False
         self.broken_at: float | None = None
-        """When the line was lost, by the time of the session; bytes may have been cut in the middle then."""
-        self._unsaid = b""  # the last words, while they are being written
-        self._is_elsewhere = False  # this process is a fork of the one that opened it
+        """When the link was lost, in the time of the session; bytes may have been cut at that point."""
+        self._unsaid = b""  # last words that are not written yet
+        self._is_elsewhere = False  # this process is a fork; its parent owns the session
         self._write_now = link.write_now
         self._url = link.url
 
@@ -53,61 +53,61 @@ class Driver(Generic[_C]):
 
     @property
     def url(self) -> str:
-        """The line."""
+        """The URL of the link."""
         return self._url
 
     @property
     def closed(self) -> bool:
-        """Whether it was closed by this side, perhaps after the line was lost."""
+        """Whether this side has closed the session, perhaps after the link was lost."""
         return self._closed
 
     @property
     def lost(self) -> bool:
-        """Whether the line was lost; closing the session afterwards does not change that."""
+        """Whether the link was lost; closing the session later does not change that."""
         return isinstance(self._end, TransportLostError)
 
     @property
     def statistics(self) -> Statistics:
-        """Counts of what came, for people and tests."""
+        """Counts of received events, for people and tests."""
         return self._core.statistics
 
     def _check_usable(self) -> None:
-        """Raise when nothing can be done any more."""
+        """Raise if the session has ended."""
         if self._end is not None:
             raise type(self._end)(str(self._end))
 
-    # What passes
+    # Bytes
 
     def _received(self, data: bytes) -> None:
-        """Note bytes that came."""
+        """Log and record received bytes."""
         if log.isEnabledFor(logging.DEBUG):
             log.debug("%s < %s", self._url, data.hex(" "))
         if self._recording is not None:
             self._recording.received(data)
 
     def _sent(self, data: bytes) -> None:
-        """Note bytes that were written."""
+        """Log and record bytes that were written."""
         if log.isEnabledFor(logging.DEBUG):
             log.debug("%s > %s", self._url, data.hex(" "))
         if self._recording is not None:
             self._recording.sent(data)
 
     def _judged(self, error: TransportLostError) -> TransportLostError:
-        """Return the error for a line that is gone, by what has come over it."""
+        """Return the error for a lost link, which depends on whether messages were understood."""
         if error.turned_away is None or self._core.has_understood:
             return error
         return error.turned_away
 
     def _gone(self, error: TransportLostError) -> None:
-        """Note that the line is gone."""
+        """Log and record the loss of the link."""
         log.warning("%s", error)
         if self._recording is not None:
             self._recording.note(str(error))
 
-    # What is said last
+    # Last words
 
     def _end_core(self, now: float) -> None:
-        """Note that the session is closed, and keep its last words to be written; a loss stays a loss."""
+        """Note that the session is closed, and keep the last words to be written unless the link was lost."""
         self._closed = True
         if self._end is None:
             self._unsaid = self._last_words()
@@ -119,18 +119,18 @@ class Driver(Generic[_C]):
         for say in tuple(self.on_close):
             try:
                 words.append(say())
-            except Exception:  # the others have something to say, too
-                log.exception("%s: what was to be said last is not said", self._url)
+            except Exception:  # the other functions are still called
+                log.exception("%s: last words failed", self._url)
         return b"".join(words)
 
     def say_last(self) -> None:
-        """Say the last words and nothing else; see :mod:`stagewire._sessions.termination`."""
+        """Write the last words and nothing else; see :mod:`stagewire._sessions.termination`."""
         if last := self._last_words() if self._end is None else self._unsaid:
             self._write_now(last)
 
     def leave_to_parent(self) -> None:
-        """Do nothing any more: this is a fork, whose parent has the line."""
-        why = f"{self._url} was opened by the process that this one was forked from; open it after the fork"
+        """Disable the session in a fork; the parent process owns the link."""
+        why = f"{self._url} was opened before this process was forked; open it after the fork"
         self._is_elsewhere = True
         self._end = TransportLostError(why)
         self._recording = None

@@ -1,4 +1,4 @@
-"""Texts of the errors of sessions: what was sent, what was expected, what came instead, and what to do."""
+"""Error messages of sessions: what was sent, what was expected, what arrived instead, and what to do."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from stagewire._sessions.framed_exchanges import FramedExchange, Halt, Motion
 from stagewire._sessions.receiver import Receiver
 from stagewire.errors import ControllerFaultError, MotionTimeoutError, ReplyTimeoutError
 
-_UNDER_WAY = "it may still be under way: read the status, or stop it, before anything else is begun"
+_UNDER_WAY = "it may still be in progress: read the status, or stop it, before the next motion"
 
 
 class ErrorTexts:
-    """Texts about exchanges of a protocol.
+    """Error messages about the exchanges of a protocol.
 
-    :param protocol: it knows the names.
-    :param hearing: it knows what has come, up to now.
+    :param protocol: the protocol, for names.
+    :param hearing: the receiver, for what has arrived so far.
     """
 
     def __init__(self, protocol: FramedProtocol, hearing: Receiver) -> None:
@@ -26,22 +26,22 @@ class ErrorTexts:
         self._receiver = hearing
 
     def timeout(self, exchange: FramedExchange, kept_by: str) -> ReplyTimeoutError:
-        """Return the error of something whose time is over.
+        """Return the error of an exchange whose timeout has passed.
 
-        :param kept_by: what keeps it from being sent, if it was not.
+        :param kept_by: the reason why it was not sent, if it was not.
         """
         kind = MotionTimeoutError if isinstance(exchange, Motion) else ReplyTimeoutError
         if exchange.written:
             return kind(self._unanswered(exchange))
-        if isinstance(exchange, Halt):  # nothing but the line itself keeps it
+        if isinstance(exchange, Halt):  # only the link itself can delay a stop
             return kind(
                 f"{exchange.name} to {exchange.dest:#04x} was not sent within {_seconds(exchange)} s: the "
-                "line takes nothing; it goes out as soon as the line does, so see whether anything moves"
+                "link accepts no bytes; it is sent as soon as it does, so check whether anything moves"
             )
         return kind(
             f"{exchange.name} to {exchange.dest:#04x} was not sent: "
             f"{kept_by} for all of its {_seconds(exchange)} s; "
-            "give it more time, or ask for less at once"
+            "allow more time, or send fewer requests at a time"
         )
 
     def fault(
@@ -64,23 +64,23 @@ class ErrorTexts:
             advice = "it may still be moving: stop it again, or read the status"
         else:
             advice = (
-                "see that the controller is on and has this address and message, then ask again; "
-                "a late answer is not taken for another"
+                "check that the controller is on and has this address and message, then send the request "
+                "again; a late reply is never matched to another request"
             )
         return (
-            f"{exchange.name} ({exchange.raw.hex(' ')}) was sent to {exchange.dest:#04x}, and no {awaited} "
-            f"came from there within {_seconds(exchange)} s; meanwhile came {came}{passed_over}; "
+            f"{exchange.name} ({exchange.raw.hex(' ')}) was sent to {exchange.dest:#04x}, but no {awaited} "
+            f"arrived from there within {_seconds(exchange)} s; received meanwhile: {came}{passed_over}; "
             f"{'; '.join([*advices, advice])}"
         )
 
     def _passed_over(self, exchange: FramedExchange) -> tuple[str, list[str]]:
-        """Return which of the awaited messages came and were nobody's, and what to do about it."""
+        """Return the awaited messages that arrived but did not match, and advice for each."""
         parts = [
             f"{count} x {self._name(id)} {why} (the last: {raw.hex(' ')})"
             for (id, why, _), (count, raw) in exchange.passed_over.items()
         ]
         advices = dict.fromkeys(advice for _, _, advice in exchange.passed_over if advice)
-        return (f"; not taken for it: {', '.join(parts)}" if parts else ""), list(advices)
+        return (f"; not matched: {', '.join(parts)}" if parts else ""), list(advices)
 
     def _names(self, ids: Iterable[int]) -> str:
         return " or ".join(sorted(self._name(id) for id in ids))
@@ -91,12 +91,12 @@ class ErrorTexts:
         return self._forms[id].name if id in self._forms else f"{id:#06x}"
 
     def _came(self, exchange: FramedExchange) -> str:
-        """Return what came since something was written, by names.
+        """Return what arrived since the exchange was written, by name.
 
         A fault report is followed by its code and text, another message without a layout by its bytes.
 
-        Bytes that are no known message are told where nothing else came: with a wrong baud rate, or another
-        controller, there is nothing else.
+        Bytes that are not a known message are mentioned only if nothing else arrived: with a wrong baud rate
+        or another kind of controller, there is nothing else.
         """
         parts = []
         for id, count in self._receiver.seen().items():
@@ -113,10 +113,10 @@ class ErrorTexts:
         if not odd:
             return "nothing"
         return (
-            f"{odd} bytes that are no message (another baud rate, or another kind of controller?)"
+            f"{odd} bytes that are not a message (wrong baud rate, or another kind of controller?)"
         )
 
 
 def _seconds(exchange: FramedExchange) -> str:
-    """Return how long something was awaited, for people: what is left of 2 s is still 2 s to them."""
+    """Return how long an exchange was awaited, for people, who do not care about the rest of 2 s."""
     return f"{round(exchange.timeout, 3):g}"

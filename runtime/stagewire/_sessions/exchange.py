@@ -1,4 +1,4 @@
-"""One thing that is asked or begun, and how it ended."""
+"""Exchanges: one request, command or motion each, and its end."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from stagewire.errors import OutOfRangeError
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 
 class Exchange:
-    """One thing that is asked or begun; made by a core, and ended by it.
+    """One request, command or motion. The core creates and ends it.
 
-    :param message: what is sent; a line of text where the controller takes text.
+    :param message: the message; a line of text if the controller accepts text.
     :param raw: its bytes.
-    :param timeout: seconds that it may take, the time that it waits to be sent included.
-    :param deadline: when they are over, in seconds of the core's time.
+    :param timeout: seconds that it may take, including the time before it is sent.
+    :param deadline: end of the timeout, in seconds of the core's time.
     """
 
     __slots__ = (
@@ -33,21 +33,21 @@ class Exchange:
         self.timeout = timeout
         self.deadline = deadline
         self.written = False
-        """Whether its bytes were handed out, to be written."""
+        """Whether its bytes were handed out to be written."""
         self.done = False
-        """Whether it has ended, well or not."""
+        """Whether it has ended, successfully or not."""
         self.result: Any = None
-        """What came: a frame, the reply to a command, a line of text; None where nothing comes."""
+        """The result: a frame, the reply to a command, a line of text; None if there is no reply."""
         self.error: StagewireError | None = None
-        """Why nothing came."""
+        """The error, if it failed."""
         self.on_done: Callable[[Any], object] | None = None
-        """Called once with the exchange, within the call of the core that ended it."""
+        """Called once with the exchange, during the call of the core that ended it."""
         self.on_written: Callable[[Any], object] | None = None
-        """Called once with the exchange, within the call of the core that handed out its bytes."""
+        """Called once with the exchange, during the call of the core that handed out its bytes."""
 
     @property
     def is_question(self) -> bool:
-        """Whether it only asks: nothing is carried out, and it may be asked again."""
+        """Whether it only reads: nothing is carried out, so it can safely be repeated."""
         return False
 
     def __repr__(self) -> str:
@@ -56,12 +56,12 @@ class Exchange:
 
     @property
     def name(self) -> str:
-        """What is sent, for people."""
+        """The name of the message, for people."""
         layout = getattr(self.message, "layout", None)
         return repr(self.message) if layout is None else str(layout.message)
 
     def value(self) -> Any:
-        """Return what came, or raise why nothing did."""
+        """Return the result, or raise the error."""
         if self.error is not None:
             raise self.error
         return self.result
@@ -76,7 +76,7 @@ class Exchange:
         return self.raw
 
     def end(self, result: object = None, error: StagewireError | None = None) -> None:
-        """End it, unless it has ended."""
+        """End the exchange, unless it has ended."""
         if self.done:
             return
         self.done = True
@@ -87,12 +87,13 @@ class Exchange:
 
 
 def deadline_of(timeout: float, now: float) -> float:
-    """Return when a timeout is over that begins now.
+    """Return the deadline of a timeout that begins now.
 
-    Raises :class:`~stagewire.errors.OutOfRangeError` for what is no number of seconds above 0, or none
-    that ever passes.
+    Raises :class:`~stagewire.errors.OutOfRangeError` unless the timeout is a finite number above 0.
     """
     deadline = now + timeout
     if not now < deadline < float("inf"):
-        raise OutOfRangeError(f"a timeout is a number of seconds above 0, not {timeout!r}")
+        raise OutOfRangeError(
+            f"a timeout must be a finite number of seconds above 0, not {timeout!r}"
+        )
     return deadline

@@ -1,17 +1,18 @@
-"""The session core of controllers whose messages have frames; no input or output.
+"""The session core for controllers whose messages have frames; sans-I/O.
 
-1. **Order.** What is sent to an address goes out in the order of the calls; one request at a time waits for
-   its reply there. Addresses do not wait for each other.
-2. **Stops** go out before everything else, at once. Keep-alive messages go out next, when they are due.
-3. **Pacing.** After a frame without a reply the next one to that address waits, except stops and
-   keep-alive messages.
+1. **Order.** Messages to one address are sent in the order of the calls. One request at a time waits for its
+   reply there. Addresses do not wait for each other.
+2. **Stops** are sent immediately, before everything else. Keep-alive messages that are due come next.
+3. **Pacing.** After a frame without a reply, the next one to that address waits, except stops and keep-alive
+   messages.
 4. **Replies** are matched by :mod:`~stagewire._sessions.matching`; late ones by
    :mod:`~stagewire._sessions.requests`; the ends of motions by :mod:`~stagewire._sessions.motions`.
-5. **Dispatch.** A message that answers no request goes to the subscriptions; so does a reply that is also
-   unsolicited, such as a status.
-6. **Deadlines** count from the call, so that they hold whatever a request waits for.
-7. The rest of a frame that does not come is given up after a silence (:meth:`.Framer.abandon`). Until then
-   nothing that has a reply or an end is written: that would be taken for the rest. Stops are written.
+5. **Dispatch.** A message that answers no request goes to the subscriptions. So does a reply that is also
+   sent unsolicited, such as a status.
+6. **Deadlines** count from the call, so they include all waiting before a request is sent.
+7. **Half frames.** If the rest of a frame does not arrive, it is given up after a silence
+   (:meth:`.Framer.abandon`). Until then, nothing that has a reply or an end is written, because its answer
+   would be taken for the rest of the frame. Stops are written.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ from stagewire.errors import MotionStoppedError, StagewireError
 class FramedCore(Core):
     """A conversation with the controllers of one line.
 
-    :param protocol: what is spoken.
-    :param options: times.
+    :param protocol: the protocol of the line.
+    :param options: timeouts and pauses.
     """
 
     def __init__(self, protocol: FramedProtocol, *, options: SessionOptions | None = None) -> None:
@@ -51,8 +52,8 @@ class FramedCore(Core):
         self._faults = protocol.faults
         self._receiver = Receiver(protocol, self.statistics, self.options.silence)
         self.counts = self._receiver.counts
-        """Message -> how many of it have come."""
-        self._taken = 0  # bytes of the events so far
+        """Message -> how many of it were received."""
+        self._taken = 0  # bytes of all events so far
         self._matching = Matching(protocol)
         quiet = self.options.quiet
         self._requests = Requests(self._matching, self.statistics, quiet)
@@ -60,10 +61,10 @@ class FramedCore(Core):
         self._motions = Motions(self._matching, self.statistics, quiet)
         self._error_texts = ErrorTexts(protocol, self._receiver)
         self._alive = KeepAlive()
-        self._halts: list[Halt] = []  # to be written before everything else
+        self._halts: list[Halt] = []  # written before everything else
         self._dispatcher = Dispatcher(self.statistics, self._matching.source_of)
 
-    # What users ask for
+    # Calls of users
 
     def ask(
         self,
@@ -73,9 +74,9 @@ class FramedCore(Core):
         timeout: float,
         now: float,
     ) -> Exchange:
-        """Send a request that one of ``replies`` answers; it ends with the frame of the reply, or a timeout.
+        """Send a request that one of ``replies`` answers. It ends with the frame of the reply, or a timeout.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an address or a timeout that is none.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid address or timeout.
         """
         raw = message.pack(dest, self._host)
         matching = self._matching
@@ -85,9 +86,9 @@ class FramedCore(Core):
         return ask
 
     def send(self, message: FramedMessage, dest: int, timeout: float, now: float) -> Exchange:
-        """Send what nothing answers; it ends when it is handed out, within the time.
+        """Send a message that has no reply. The exchange ends when its bytes are handed out.
 
-        Raises as :meth:`ask` does.
+        Raises the errors of :meth:`ask`.
         """
         raw = message.pack(dest, self._host)
         send = Send(message, raw, timeout, deadline_of(timeout, now), dest, frozenset())
@@ -97,10 +98,10 @@ class FramedCore(Core):
     def begin(
         self, message: FramedMessage, ends: Ends, dest: int, timeout: float, now: float
     ) -> Exchange:
-        """Begin a motion; it ends with the frame that reports its end, or when it is handed out if none does.
+        """Begin a motion. It ends with the frame that reports its end, or when handed out if none does.
 
-        Raises :class:`~stagewire.errors.MotionUnderWayError` where one is under way on that channel, or may
-        be, and as :meth:`ask` does.
+        Raises :class:`~stagewire.errors.MotionUnderWayError` if a motion on that channel is or may be in
+        progress, and the errors of :meth:`ask`.
         """
         raw = message.pack(dest, self._host)
         channel = self._matching.channel_of(message)
@@ -116,13 +117,13 @@ class FramedCore(Core):
     def halt(
         self, message: FramedMessage, ends: Ends | None, dest: int, timeout: float, now: float
     ) -> Exchange:
-        """Stop a motion, before everything else; it ends with the frame that reports the stop.
+        """Stop a motion, before everything else. The exchange ends with the frame that reports the stop.
 
-        Without ``ends`` it ends when it is handed out. A motion of that channel that was not written yet
-        will not be; one that was ends with a :class:`~stagewire.errors.MotionStoppedError` when the stop is
-        reported.
+        Without ``ends`` it ends when its bytes are handed out. A motion of that channel that was not written
+        yet will not be. One that was ends with a :class:`~stagewire.errors.MotionStoppedError` when the stop
+        is reported.
 
-        Raises as :meth:`ask` does.
+        Raises the errors of :meth:`ask`.
         """
         raw = message.pack(dest, self._host)
         ends = ends or Ends()
@@ -141,17 +142,18 @@ class FramedCore(Core):
         return halt
 
     def settled(self, dest: int, channel: int | None) -> None:
-        """Say that nothing moves there, as was read after a motion was given up: another may begin."""
+        """Note that a status shows no motion after one was given up, so that another may begin."""
         self._motions.settled(dest, channel)
 
     def keep_alive(
         self, message: FramedMessage | None, addresses: tuple[int, ...], period: float = 0.5
     ) -> None:
-        """Send a sign of life to each address, now and every ``period`` seconds; others keep theirs.
+        """Send a keep-alive message to each address, now and every ``period`` seconds; keep other addresses.
 
-        :param message: the sign; None: no more to these addresses, or to anybody where none is given.
+        :param message: the keep-alive message; None: stop sending to these addresses, or to all if
+            ``addresses`` is empty.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an address or a period that is none.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid address or period.
         """
         host = self._host
         self._alive.set(
@@ -161,23 +163,23 @@ class FramedCore(Core):
             self._at(self._alive.next)
 
     def tell(self, source: int, **context: str) -> None:
-        """Say what decides between layouts of messages from ``source``; see :meth:`.Framer.tell`."""
+        """Set the context that selects layouts of messages from ``source``; see :meth:`.Framer.tell`."""
         self._receiver.tell(source, **context)
 
-    # The driver's side
+    # Calls of the driver
 
     @property
     def has_understood(self) -> bool:
-        """Whether a message has come."""
+        """Whether a message has been received."""
         return bool(self.counts)
 
     @property
     def silent_at(self) -> float:
-        """When a frame is given up whose rest did not come; see :attr:`.Core.silent_at`."""
+        """When an incomplete frame is given up; see :attr:`.Core.silent_at`."""
         return inf if self._failure is not None else self._receiver.silent_at
 
     def receive(self, data: bytes, now: float) -> None:
-        """Take bytes that came, in chunks of any size; see :meth:`.Core.receive`."""
+        """Process received bytes, in chunks of any size; see :meth:`.Core.receive`."""
         if self._failure is not None:
             return
         self._was_read()
@@ -185,10 +187,10 @@ class FramedCore(Core):
         was_within_a_frame = hearing.is_within_a_frame
         self._take(hearing.feed(data, now), now)
         if was_within_a_frame and not hearing.is_within_a_frame:
-            self._ready = True  # what has waited for the end of the frame may be sent
+            self._ready = True  # exchanges that waited for the end of the frame may be sent
 
     def output(self, now: float, has_unread: Callable[[], bool] = all_is_read) -> bytes:
-        """Return everything that is to be written now; see :meth:`.Core.output`."""
+        """Return the bytes to write now; see :meth:`.Core.output`."""
         if now >= self._next:
             self.tick(now)
         if not self._ready:
@@ -216,7 +218,7 @@ class FramedCore(Core):
         return b"".join(parts)
 
     def tick(self, now: float) -> None:
-        """See to what is due: deadlines, and quiet periods."""
+        """Process deadlines and quiet periods that have passed."""
         if now < self._next or self._failure is not None:
             return
         for exchange in [exchange for exchange in self._waiting() if exchange.deadline <= now]:
@@ -225,7 +227,7 @@ class FramedCore(Core):
             self._give_up(exchange, why, now)
         self._requests.forgive(now)
         self._motions.forgive(now)
-        self._ready = True  # what may be written now is seen by output
+        self._ready = True  # output finds out what may be written now
         self._next = min(self._requests.next, self._motions.next)
         if self._alive.next > now:
             self._at(self._alive.next)
@@ -233,16 +235,16 @@ class FramedCore(Core):
             self._at(exchange.deadline)
 
     def cancel(self, exchange: Exchange, now: float) -> None:
-        """Give up an exchange, because nobody waits for it any more; see :meth:`.Core.cancel`."""
+        """Give up an exchange whose caller no longer waits; see :meth:`.Core.cancel`."""
         if exchange.done:
             return
         assert isinstance(exchange, FramedExchange)
         self._give_up(exchange, self._cancelled(exchange), now)
 
-    # What is written
+    # Writing
 
     def _queue(self, exchange: FramedExchange) -> None:
-        """Have something written when it may be."""
+        """Queue an exchange to be written as soon as it may be."""
         if self._refuse(exchange):
             return
         self._send_queue.add(exchange)
@@ -250,14 +252,14 @@ class FramedCore(Core):
         self._at(exchange.deadline)
 
     def _unqueue(self, exchange: FramedExchange) -> None:
-        """Forget something that was not written."""
+        """Remove an exchange that was not written."""
         if isinstance(exchange, Motion):
             self._motions.unplan(exchange)
-        if not isinstance(exchange, Halt):  # a stop is written all the same
+        if not isinstance(exchange, Halt):  # a stop is still written
             self._send_queue.remove(exchange)
 
     def _hand_out(self, exchange: FramedExchange, now: float) -> bytes:
-        """Return the bytes of one frame, which is written now, and wait for what comes of it."""
+        """Return the bytes of an exchange that is written now, and wait for its reply or end."""
         exchange.after = self._receiver.heard
         exchange.seen = self._receiver.seen()
         raw = exchange.hand_out()
@@ -277,22 +279,22 @@ class FramedCore(Core):
         return raw
 
     def _kept_by(self, exchange: FramedExchange) -> str:
-        """Return what keeps an exchange from being written, for people."""
+        """Return the reason why an exchange was not written, for people."""
         if isinstance(exchange, Ask) and self._requests.is_poisoned(exchange):
-            return "the late reply to an earlier one might still have come"
+            return "a late reply to an earlier request could still have arrived"
         if self._receiver.is_within_a_frame:
             return (
-                "bytes that are no whole message kept coming (another baud rate, or another kind of "
+                "bytes that are not whole messages kept arriving (wrong baud rate, or another kind of "
                 "controller?)"
             )
         if self.waits_for_reader:
-            return "this program did not come round to reading what had come before"
-        return "others waited before it"
+            return "this program did not read the bytes that had arrived before"
+        return "other exchanges came first"
 
-    # What comes
+    # Receiving
 
     def _take(self, events: list[Event], now: float) -> None:
-        """Give each event to who waits for it, or to who wants to hear it."""
+        """Give each event to the exchange that waits for it, or to the subscriptions."""
         counts, wanting = self.counts, self._dispatcher.wanting
         requests, motions = self._requests.awaited, self._motions.awaited
         for event in events:
@@ -302,13 +304,13 @@ class FramedCore(Core):
             if event.__class__ is not Received:
                 self._receiver.count_odd(event)
             if not isinstance(event, (Received, Undocumented)):
-                log.debug("nobody knows %r", event)
+                log.debug("unknown message: %r", event)
                 self._dispatcher.tell(event)
                 continue
             id = raw[0] | raw[1] << 8
             counts[id] = counts.get(id, 0) + 1
             if id in requests:
-                self._ready = True  # another request may be sent
+                self._ready = True  # the next request may be sent
                 if self._requests.answer(id, event, began):
                     continue
             if id in motions:
@@ -320,13 +322,13 @@ class FramedCore(Core):
                 subscription.put(event)
 
     def _take_fault(self, id: int, event: Received | Undocumented, began: int) -> None:
-        """End the wait for the motions that a fault report is about."""
+        """End the wait for the motions that a fault report concerns."""
         fault = self._faults[id].read(event.raw)
         self._receiver.faults[id] = fault
         for motion in self._motions.faulted(event, fault, began):
             motion.end(error=self._error_texts.fault(motion, event, fault))
 
-    # The end of exchanges
+    # Ends of exchanges
 
     def _waiting(self) -> Iterator[FramedExchange]:
         yield from (halt for halt in self._halts if not halt.done)

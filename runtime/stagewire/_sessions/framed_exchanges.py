@@ -5,7 +5,7 @@ from __future__ import annotations
 from stagewire._framings.header.message import FramedMessage
 from stagewire._sessions.exchange import Exchange
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import TypeAlias
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 _NOTHING: dict[int | str, int] = {}
 
 _MOST_REASONS = 8
-"""Entries of :attr:`FramedExchange.passed_over`; a line that says anything at all fills no memory."""
+"""Most entries of :attr:`FramedExchange.passed_over`; this limits memory on a noisy line."""
 
 
 PassedOver = tuple[int, str, str]
-"""Of a frame that was not taken for the awaited one: its message, the reason, and what to do."""
+"""For a frame that did not match: its message, the reason, and advice."""
 
 
 class FramedExchange(Exchange):
     """A frame that is sent to one address.
 
     :param dest: the address.
-    :param ids: the messages of which one is awaited.
+    :param ids: the messages that may answer it.
     """
 
     __slots__ = ("after", "dest", "ids", "passed_over", "seen")
@@ -44,14 +44,14 @@ class FramedExchange(Exchange):
         self.dest = dest
         self.ids = ids
         self.after = 0
-        """How many bytes had come when it was written: what began before them is no answer."""
+        """Number of bytes received before it was written. A frame that began earlier is not an answer."""
         self.seen = _NOTHING
-        """How many of each message had come when it was written."""
+        """Number of each message received before it was written."""
         self.passed_over: dict[PassedOver, tuple[int, bytes]] = {}
-        """Frames of the awaited messages that nobody got: why, how many, and the last of them."""
+        """Frames of the awaited messages that did not match -> how many, and the last of them."""
 
     def pass_over(self, passed: PassedOver, raw: bytes) -> None:
-        """Note a frame that may be the awaited one, and that nobody gets."""
+        """Note a frame of an awaited message that did not match."""
         known = self.passed_over
         if passed in known or len(known) < _MOST_REASONS:
             count, _ = known.get(passed, (0, raw))
@@ -61,7 +61,7 @@ class FramedExchange(Exchange):
 class Ask(FramedExchange):
     """A request that one frame answers.
 
-    :param selected: fields of the request that the reply repeats, with their values.
+    :param selected: fields of the request that the reply must repeat, with their values.
     """
 
     __slots__ = ("selected", "until")
@@ -79,7 +79,7 @@ class Ask(FramedExchange):
         super().__init__(message, raw, timeout, deadline, dest, ids)
         self.selected = selected
         self.until = 0.0
-        """After it was given up: until when its late reply may come."""
+        """End of the period for its late reply, after it was given up."""
 
     @property
     def is_question(self) -> bool:
@@ -88,15 +88,15 @@ class Ask(FramedExchange):
 
 
 class Send(FramedExchange):
-    """What nothing answers."""
+    """A message without a reply."""
 
     __slots__ = ()
 
 
 class _OfChannel(FramedExchange):
-    """What concerns one channel.
+    """An exchange that concerns one channel.
 
-    :param channel: its number; None: the protocol has none.
+    :param channel: number of the channel; None: the protocol has no channels.
     """
 
     __slots__ = ("channel",)
@@ -116,9 +116,9 @@ class _OfChannel(FramedExchange):
 
 
 class Motion(_OfChannel):
-    """What is under way until its end is reported.
+    """A motion, in progress until its end is reported.
 
-    :param stopped: those of the awaited messages that say that it was stopped.
+    :param stopped: those of the awaited messages that report a stop.
     """
 
     __slots__ = ("stopped",)
@@ -139,7 +139,7 @@ class Motion(_OfChannel):
 
 
 class Halt(_OfChannel):
-    """What stops a motion."""
+    """A stop of a motion."""
 
     __slots__ = ("motion", "until")
 
@@ -155,6 +155,6 @@ class Halt(_OfChannel):
     ) -> None:
         super().__init__(message, raw, timeout, deadline, dest, ids, channel)
         self.motion: Motion | None = None
-        """What was under way when it was written."""
+        """The motion that was in progress when it was written."""
         self.until = 0.0
-        """After it was given up: until when its answer may come."""
+        """End of the period for its late answer, after it was given up."""

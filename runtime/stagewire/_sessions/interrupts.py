@@ -1,12 +1,12 @@
-"""Defer Ctrl-C to a moment that does no harm: never in the middle of a step of a session.
+"""Defer Ctrl-C to a safe moment: never in the middle of a step of a session.
 
-Python raises ``KeyboardInterrupt`` between any two steps of the main thread. Within a session it would leave
-a frame taken from the queue and not written, a reply that is read and delivered to nobody, or a turn to read
-that nobody has. So while a session is open, an interrupt that comes there is raised some milliseconds later:
-where the thread waits, or when it has left the session. A program with a handler of its own keeps it.
+Python raises ``KeyboardInterrupt`` between any two steps of the main thread. Inside a session this would lose
+a frame that was taken from the queue but not written, a reply that was read but not delivered, or the turn to
+read. So while a session is open, such an interrupt is raised some milliseconds later, when the thread waits
+or has left the session. A handler installed by the program is kept.
 
 The handler recognises frames by their code objects. :func:`defers_interrupts` registers those of a class,
-:func:`reads_link` the function that reads a link, and ``_WAITS`` refers to the functions that wait.
+:func:`reads_link` the function that reads a link, and ``_WAITS`` lists the functions that wait.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from stagewire._links.descriptor import Readiness
 from stagewire._sessions.waiters import Waiter
 
 _AGAIN: Final = 0.005  # seconds
-_LONGEST: Final = 2.0  # seconds; a third-party link may wait where this module knows nothing of it
+_LONGEST: Final = 2.0  # seconds; a third-party link may wait in unknown functions
 
 _WAITS: Final = frozenset({Waiter.sleep.__code__, Readiness.readable.__code__})
 _CONDITION_WAIT: Final = threading.Condition.wait.__code__
@@ -38,7 +38,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 
 def defers_interrupts(cls: _T) -> _T:
-    """Register the methods and properties of a class, in which no interrupt is raised."""
+    """Register the methods and properties of a class. No interrupt is raised inside them."""
     for member in vars(cls).values():
         functions = (member.fget, member.fset) if isinstance(member, property) else (member,)
         for function in functions:
@@ -49,31 +49,31 @@ def defers_interrupts(cls: _T) -> _T:
 
 
 def reads_link(function: _F) -> _F:
-    """Register the function that reads a link; an interrupt is raised where that link waits."""
+    """Register the function that reads a link. Interrupts are raised while the link waits."""
     _reading.add(function.__code__)
     return function
 
 
 def on_interrupt(number: int, frame: FrameType | None) -> None:
-    """Raise ``KeyboardInterrupt``, at once or soon; the handler of ``SIGINT``."""
+    """Raise ``KeyboardInterrupt``, now or soon; the handler of ``SIGINT``."""
     global _put_off_since, _comes_again
     now = time.monotonic()
     since = _put_off_since
-    if since is None or now > since + 2 * _LONGEST:  # one that was raised by another handler
+    if since is None or now > since + 2 * _LONGEST:  # left over from one raised by another handler
         since = now
     if now < since + _LONGEST and _is_inside(frame):
         _put_off_since = since
         if not _comes_again:
             _comes_again = True
-            # No Thread of threading, whose locks the main thread may have now.
+            # Not threading.Thread: the main thread may hold its locks now.
             _thread.start_new_thread(_interrupt_again, ())
         return
-    _put_off_since, _comes_again = None, False  # two that come at once are one
+    _put_off_since, _comes_again = None, False  # two at the same time count as one
     signal.default_int_handler(number, frame)
 
 
 def _is_inside(frame: FrameType | None) -> bool:
-    """Whether the main thread is in a session, and does not wait there with nothing in its hands."""
+    """Whether the main thread is inside a session and not waiting there."""
     while frame is not None:
         if _waits(frame):
             return False
@@ -84,11 +84,11 @@ def _is_inside(frame: FrameType | None) -> bool:
 
 
 def _waits(frame: FrameType) -> bool:
-    """Whether a frame waits: in a function of ours, or in a condition of the link that is read."""
+    """Whether a frame waits: in one of our functions, or in a condition of the link being read."""
     if frame.f_code is not _CONDITION_WAIT:
         return frame.f_code in _WAITS
     caller = frame.f_back
-    if caller is not None and caller.f_globals is vars(threading):  # a thread is being started
+    if caller is not None and caller.f_globals is vars(threading):  # starting a thread
         return False
     while caller is not None and caller.f_code not in _deferring:
         caller = caller.f_back
@@ -101,7 +101,7 @@ def _interrupt_again() -> None:
     if not _comes_again:
         return
     _comes_again = False
-    if hasattr(signal, "pthread_kill"):  # which ends a wait of the main thread, too
+    if hasattr(signal, "pthread_kill"):  # also ends a wait of the main thread
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:
         _thread.interrupt_main()

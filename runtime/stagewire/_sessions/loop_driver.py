@@ -1,9 +1,8 @@
-"""The asyncio side of a session: a core, a line, and one timer; no thread, and nothing that polls.
+"""The asyncio side of a session: a core, a link and one timer, without threads or polling.
 
-What the core has to do at some time is done by one timer of the event loop, which is set anew only when
-something is due before it; a timer that comes too early finds nothing to do, and costs less than to move it
-at every request. A task that is cancelled cancels what it asked for, and nothing else: there is no lock that
-could stay locked.
+One timer of the event loop covers everything that is due. It is moved only to an earlier time. A timer that
+fires too early finds nothing to do, which costs less than moving it at every request. Cancelling a task
+cancels its exchange and nothing else. There are no locks that could stay locked.
 """
 
 from __future__ import annotations
@@ -27,18 +26,18 @@ _C = TypeVar("_C", bound=Core)
 
 
 def async_clock_of(link: AsyncLink) -> Callable[[], float]:
-    """Return what tells the time of a link, in seconds: the running event loop."""
+    """Return the clock of a link, in seconds: the running event loop's."""
     return asyncio.get_running_loop().time
 
 
 class LoopDriver(Driver[_C]):
-    """A core on a line, in the event loop that is running; the base of the sessions of both framings.
+    """A core on a link, in the running event loop; the base of the sessions of both framings.
 
-    An asynchronous context manager. For tasks of this loop; no call is for another loop or thread.
+    An asynchronous context manager. For tasks of this loop, not for other loops or threads.
 
-    :param core: what knows the protocol; it belongs to the session from now on.
-    :param link: the line, open and not started; it belongs to the session from now on.
-    :param recording: where all that passes is recorded, if anywhere.
+    :param core: the core of the protocol; the session owns it from now on.
+    :param link: the link, open and not started; the session owns it from now on.
+    :param recording: records all bytes, if given.
     """
 
     def __init__(self, core: _C, link: AsyncLink, *, recording: Recording | None = None) -> None:
@@ -46,15 +45,15 @@ class LoopDriver(Driver[_C]):
         self._link = link
         self._loop = asyncio.get_running_loop()
         self.now: Callable[[], float] = self._loop.time
-        """The time of the session: that of the loop."""
-        self._lock = nullcontext()  # of the core; a task is not interrupted between two awaits
+        """The time of the session, which is the loop's."""
+        self._lock = nullcontext()  # of the core; tasks run uninterrupted between awaits
         self._timer: asyncio.TimerHandle | None = None
         self._timer_at = math.inf
-        self._asleep: set[Over] = set()  # who waits for nothing of the core, to be woken at the end
+        self._asleep: set[Over] = set()  # waits without an exchange, woken at the end
         termination.remember(self)
         link.start(self._take, self._lose)
 
-    # What calls are made of
+    # Building blocks of calls
 
     def _issue(
         self,
@@ -62,7 +61,7 @@ class LoopDriver(Driver[_C]):
         on_done: Callable[[Exchange], object],
         on_written: Callable[[Exchange], object] | None = None,
     ) -> Exchange:
-        """Have the core make an exchange, and write what is to be written now."""
+        """Make the core create an exchange, and write the bytes that may be written now."""
         self._check_loop()
         exchange = make(self.now())
         if exchange.done:
@@ -74,7 +73,7 @@ class LoopDriver(Driver[_C]):
         return exchange
 
     async def _until(self, over: Over, exchange: Exchange) -> None:
-        """Wait until it is over; cancel the exchange if the task is cancelled."""
+        """Wait until an exchange is over; cancel it if the task is cancelled."""
         try:
             await over.future
         except BaseException:
@@ -83,17 +82,17 @@ class LoopDriver(Driver[_C]):
             raise
 
     def _check_loop(self) -> None:
-        """Raise in another loop or thread than that of the session."""
+        """Raise if this is not the loop and thread of the session."""
         if asyncio.get_running_loop() is not self._loop:
             raise StagewireError(
-                f"{self.url} was opened in another event loop, and can be used in that one alone; open it "
-                "in the loop that uses it, or take the synchronous classes for several threads"
+                f"{self.url} was opened in another event loop and can only be used there; open it in the "
+                "loop that uses it, or use the synchronous classes with several threads"
             )
 
-    # The line
+    # The link
 
     def _pump(self) -> None:
-        """Write what is to be written now, and see to it that what is due later is done then."""
+        """Write the bytes that may be written now, and set the timer for what is due later."""
         if data := self._core.output(self.now(), self._link.has_unread):
             self._write(data)
         due = self._core.due
@@ -105,11 +104,11 @@ class LoopDriver(Driver[_C]):
             self._timer_at = due
 
     def _reschedule(self) -> None:
-        """See to it that what the core was just told to do is done in time."""
+        """Process what the core was just asked to do, and set the timer."""
         self._pump()
 
     def _tick(self) -> None:
-        """Let the core see to what is due; the loop has passed on what had come before it calls a timer."""
+        """Process what is due. The loop passes on received bytes before it calls a timer."""
         self._timer, self._timer_at = None, math.inf
         with self._in_a_callback():
             self._core.receive(b"", self.now())
@@ -117,7 +116,7 @@ class LoopDriver(Driver[_C]):
             self._pump()
 
     def _take(self, data: bytes) -> None:
-        """Give bytes of the line to the core."""
+        """Pass received bytes to the core."""
         with self._in_a_callback():
             self._received(data)
             self._core.receive(data, self.now())
@@ -125,15 +124,17 @@ class LoopDriver(Driver[_C]):
 
     @contextmanager
     def _in_a_callback(self) -> Iterator[None]:
-        """Let nobody wait for ever where a fault of this library, or of a condition of a user, shows."""
+        """End the session on an error in this library or in a user's condition, so that no wait hangs."""
         try:
             yield
         except Exception as error:
-            log.exception("%s: what takes bytes has failed", self.url)
-            self._lose(TransportLostError(f"{self.url}: what takes bytes has failed: {error!r}"))
+            log.exception("%s: processing received bytes failed", self.url)
+            self._lose(
+                TransportLostError(f"{self.url}: processing received bytes failed: {error!r}")
+            )
 
     def _write(self, data: bytes) -> None:
-        """Write bytes to the line."""
+        """Write bytes to the link."""
         try:
             self._link.write(data)
         except TransportLostError as error:
@@ -142,7 +143,7 @@ class LoopDriver(Driver[_C]):
             self._sent(data)
 
     def _lose(self, error: TransportLostError) -> None:
-        """Let everybody know that the line is gone, now and for ever."""
+        """Note the loss of the link, and end all exchanges and waits."""
         if self.broken_at is None:
             self.broken_at = self.now()
         if self._end is not None:
@@ -153,22 +154,22 @@ class LoopDriver(Driver[_C]):
         self._gone(error)
 
     def _wake_all(self) -> None:
-        """Wake whoever waits, at the end."""
+        """Wake all waits, at the end."""
         for over in self._asleep:
             over()
 
     def _check_usable(self) -> None:
-        """Raise when nothing can be done any more, and in another loop or thread than that of the session."""
+        """Raise if the session has ended, or if this is not its loop and thread."""
         self._check_loop()
         super()._check_usable()
 
     # The end
 
     async def close(self) -> None:
-        """Say what is to be said last, end everything that waits, and close the line.
+        """Write the last words, end all exchanges, and close the link.
 
-        Harmless when done twice. Whoever waits gets a :class:`~stagewire.errors.SessionClosedError`. If the
-        task is cancelled meanwhile, everything but the closing of the line is done.
+        Harmless if called twice. Waiting calls raise :class:`~stagewire.errors.SessionClosedError`. If the
+        task is cancelled meanwhile, everything is done except closing the link.
         """
         if self.closed:
             return
@@ -188,5 +189,5 @@ class LoopDriver(Driver[_C]):
                 self._recording.close()
 
     def end_at_exit(self) -> None:
-        """Say the last words at the end of the process, when no loop runs that could close."""
+        """Write the last words at the end of the process, when no loop runs that could close the link."""
         self.say_last()

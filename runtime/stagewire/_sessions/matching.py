@@ -1,14 +1,13 @@
-"""Whose answer a frame is: by message, by address, and by what request and reply both say.
+"""Matching of frames to exchanges: by message, by address, and by fields that request and reply share.
 
-**Address.** Each bay of a rack is channel 1, so that the frames of two bays differ by their source alone.
-Some controllers answer with addresses 0, or with those of the request, unswapped. So the *effective source*
-of a frame is its source if that is the address of a controller; else its destination if the frame is
-unswapped (its source is the host); else it is unknown. An unknown source may be any, another documented one
-never is.
+**Address.** Each bay of a rack is channel 1, so the frames of two bays differ only in their source. Some
+controllers answer with addresses 0, or with the unswapped addresses of the request. The *effective source* of
+a frame is its source if that is the address of a controller; otherwise its destination if the frame is
+unswapped (its source is the host); otherwise it is unknown. An unknown source matches any controller; a
+different known source never matches.
 
-**Fields.** What a request names (its channel, its bay) the reply has to repeat. Fields that a request has but
-does not use, the reserved ones, select nothing. Messages are told by their id: whether a controller sends the
-short or the long form makes no difference.
+**Fields.** The reply must repeat the fields that select the object of a request, such as its channel or bay.
+Reserved fields select nothing. Messages are identified by id, so the short and the long form are equivalent.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from stagewire._framings.header.message import DATA_FLAG, FramedMessage
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._sessions.framed_exchanges import Ask, FramedExchange, Halt, Motion
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import TypeAlias
 
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Matching:
-    """What matching has to know of a protocol."""
+    """The facts of a protocol that matching needs."""
 
     def __init__(self, protocol: FramedProtocol) -> None:
         self._host = protocol.host
@@ -38,7 +37,7 @@ class Matching:
         self._selecting: dict[tuple[type[FramedMessage], Classes], tuple[str, ...]] = {}
 
     def source_of(self, raw: bytes) -> int | None:
-        """Return the effective source of a frame; None: it is unknown."""
+        """Return the effective source of a frame; None if it is unknown."""
         source = raw[5]
         if source in self._devices:
             return source
@@ -46,7 +45,7 @@ class Matching:
         return dest if source == self._host and dest in self._devices else None
 
     def ids_of(self, classes: Classes) -> frozenset[int]:
-        """Return the ids of messages."""
+        """Return the ids of message classes."""
         ids = self._ids.get(classes)
         if ids is None:
             ids = self._ids[classes] = frozenset(cls.layout.id for cls in classes)
@@ -61,15 +60,15 @@ class Matching:
         return tuple([(name, getattr(message, name)) for name in names])
 
     def channel_of(self, message: FramedMessage) -> int | None:
-        """Return the channel that a message is about; None: it names none."""
+        """Return the channel that a message concerns; None if it names none."""
         return None if self._channel is None else getattr(message, self._channel, None)
 
     def pass_over(
         self, exchange: FramedExchange, event: Received | Undocumented, began: int
     ) -> None:
-        """Note in an exchange, unless it has ended, why a frame was not taken for what it awaits.
+        """Note in an exchange, unless it has ended, why a frame of an awaited message did not match.
 
-        :param began: how many bytes had come before the frame.
+        :param began: number of bytes received before the frame.
         """
         if not exchange.done:
             why, advice = self._why_not(exchange, event, began)
@@ -82,7 +81,7 @@ class Matching:
         if began < exchange.after:
             return "which began before this was sent", ""
         if source is not None and source != exchange.dest:
-            return f"from {source:#04x}", "see whether the address or bay is the right one"
+            return f"from {source:#04x}", "check whether the address or bay is right"
         wanted: tuple[tuple[str, object], ...] = ()
         if isinstance(exchange, Ask):
             wanted = exchange.selected
@@ -94,16 +93,16 @@ class Matching:
             if came != value:
                 return (
                     f"with {name} {came} instead of {value}",
-                    f"see whether {name} is the right one",
+                    f"check whether {name} is right",
                 )
         if isinstance(exchange, Ask):
-            advice = "from now on one request at a time is sent on this line"
+            advice = "from now on, requests on this line are sent one at a time"
         else:
             advice = (
-                "this controller does not say what has ended, so run one motion at a time on this line, or "
-                "read the status of each channel"
+                "this controller does not report which motion has ended, so run one motion at a time on this "
+                "line, or read the status of each channel"
             )
-        return "without an address, while several wait for one", advice
+        return "without an address while several exchanges wait for one", advice
 
 
 def _selecting(request: type[FramedMessage], replies: Iterable[type[FramedMessage]]) -> list[str]:
@@ -112,6 +111,6 @@ def _selecting(request: type[FramedMessage], replies: Iterable[type[FramedMessag
 
 
 def _fields(reply: type[FramedMessage]) -> Iterable[str]:
-    """Return the fields that a reply certainly has."""
-    shared: tuple[str, ...] = getattr(reply, "shared", ())  # of a layout that only context decides
+    """Return the fields that a reply has in any context."""
+    shared: tuple[str, ...] = getattr(reply, "shared", ())  # if the context selects the layout
     return (*reply.layout.fields, *shared)

@@ -1,18 +1,16 @@
-"""Motions: at most one on a channel, what ends it, and what is known after nobody waits for it any more.
+"""Motions: at most one per channel, how it ends, and its state after its caller has given up.
 
-1. The end of a motion is a message of its channel, from its address, that comes after its command was
-   written.
-2. A stop ends the motion when it is answered. While it is not, nothing else is begun on that channel: its
-   answer would be taken for the end of that.
-3. A motion whose end did not come in time, or that its caller gave up, may still be under way. It is
-   *unknown*, and another one is refused, until its end comes, a stop is answered, or somebody has read that
+1. A motion ends with a message about its channel, from its address, received after its command was written.
+2. A stop ends the motion when it is answered. Until then, no other motion may begin on that channel, because
+   the answer would be taken for its end.
+3. A motion whose end did not arrive in time, or that its caller gave up, may still be in progress. It is
+   *unknown*, and another one is refused, until its end arrives, a stop is answered, or a status shows that
    nothing moves.
-4. An answer to a stop that comes after nobody waits for it ends nothing that was begun later.
-5. An end that does not say where it comes from, while several channels wait for one, is nobody's; the
-   timeouts of all of them say that it came.
-6. A fault report ends the wait for every motion at the address that it comes from, since it names no channel;
-   not where it names a message that began none of them. It is not the end of the motion, which is *unknown*
-   from then on.
+4. An answer to a stop that was given up does not end a motion that began later.
+5. If an end has no address and several channels wait for one, it matches none of them. Their timeouts report
+   that it arrived.
+6. A fault report names no channel, so it ends the wait for every motion at its address, unless it names a
+   message that began none of them. It is not the end of a motion, which is *unknown* from then on.
 """
 
 from __future__ import annotations
@@ -29,21 +27,21 @@ from stagewire.errors import MotionStoppedError, MotionUnderWayError
 
 
 class _Channel:
-    """What is under way on one channel of one address."""
+    """The exchanges in progress on one channel of one address."""
 
     __slots__ = ("halts", "motion")
 
     def __init__(self) -> None:
-        self.motion: Motion | None = None  # one that has ended nevertheless is unknown
-        self.halts: list[Halt] = []  # those that have ended nevertheless may be answered yet
+        self.motion: Motion | None = None  # unknown if its exchange has ended
+        self.halts: list[Halt] = []  # may still be answered after their exchange has ended
 
 
 class Motions:
     """The motions of one line.
 
-    :param matching: whose end a frame is.
-    :param statistics: where they are counted.
-    :param quiet: seconds in which the answer to a stop may come after nobody waits for it.
+    :param matching: matches frames to exchanges.
+    :param statistics: counts them.
+    :param quiet: seconds in which the answer to a stop may arrive after it was given up.
     """
 
     def __init__(self, matching: Matching, statistics: Statistics, quiet: float) -> None:
@@ -57,7 +55,7 @@ class Motions:
     def _of(self, exchange: Motion | Halt) -> _Channel:
         return self._channels.setdefault((exchange.dest, exchange.channel), _Channel())
 
-    # Before they are written
+    # Before writing
 
     def check(self, dest: int, channel: int | None, name: str) -> None:
         """Raise :class:`~stagewire.errors.MotionUnderWayError` unless a motion may begin there."""
@@ -69,16 +67,16 @@ class Motions:
         if known.motion is not None and known.motion.done:
             raise MotionUnderWayError(
                 f"{name} was not sent: {known.motion.name} on {where} was given up before its end was "
-                "reported, and may still be under way; stop it, or read the status until nothing moves"
+                "reported, and may still be in progress; stop it, or read the status until nothing moves"
             )
         if known.motion is not None:
             raise MotionUnderWayError(
-                f"{name} was not sent: {known.motion.name} is under way on {where}; wait for its end, or "
+                f"{name} was not sent: {known.motion.name} is in progress on {where}; wait for its end, or "
                 "stop it"
             )
         if unanswered:
             raise MotionUnderWayError(
-                f"{name} was not sent: {unanswered[0].name} on {where} has not been answered yet; wait for it"
+                f"{name} was not sent: {unanswered[0].name} on {where} was not answered yet; wait for it"
             )
 
     def plan(self, motion: Motion) -> None:
@@ -86,15 +84,15 @@ class Motions:
         self._of(motion).motion = motion
 
     def unplan(self, motion: Motion) -> None:
-        """Forget a motion that was not written and will not be, or whose end nobody reports."""
+        """Remove a motion that will not be written, or whose end is not reported."""
         self._of(motion).motion = None
 
     def planned(self, halt: Halt) -> Motion | None:
-        """Return the motion that a stop keeps from being written at all, if there is one."""
+        """Return the motion that a stop prevents from being written, if any."""
         motion = self._of(halt).motion
         return None if motion is None or motion.written else motion
 
-    # When they are written
+    # While writing
 
     def begun(self, motion: Motion) -> None:
         """Wait for the end of a motion."""
@@ -103,17 +101,17 @@ class Motions:
     def halting(self, halt: Halt, now: float) -> None:
         """Wait for the answer to a stop."""
         known = self._of(halt)
-        halt.until = now + self._quiet  # if its caller has given it up already
+        halt.until = now + self._quiet  # in case its caller has already given up
         halt.motion = known.motion
         known.halts.append(halt)
         self._await(halt)
 
-    # What comes
+    # Receiving
 
     def end(self, id: int, event: Received | Undocumented, began: int, now: float) -> None:
-        """Let a frame end what it ends.
+        """End the exchanges that a frame ends.
 
-        :param began: how many bytes had come before it.
+        :param began: number of bytes received before the frame.
         """
         frame = event.frame
         source = self._matching.source_of(event.raw)
@@ -135,7 +133,7 @@ class Motions:
         motion = known.motion
         halts = [halt for halt in known.halts if id in halt.ids]
         if motion is not None and halts and halts[0].motion is not motion:
-            halts[0].until = now  # and not before: a copy of the answer may come right behind it
+            halts[0].until = now  # not earlier: a copy of the answer may follow
             self._statistics.late += 1
             motion.pass_over((id, "which answers an earlier stop", ""), event.raw)
             return
@@ -160,9 +158,9 @@ class Motions:
             halt.end(frame)
 
     def faulted(self, event: Received | Undocumented, fault: Fault, began: int) -> list[Motion]:
-        """Return the motions whose wait a fault report ends; they may still be under way.
+        """Return the motions whose wait a fault report ends. They may still be in progress.
 
-        :param began: how many bytes had come before it.
+        :param began: number of bytes received before the report.
         """
         source = self._matching.source_of(event.raw)
         found = [
@@ -175,38 +173,38 @@ class Motions:
             and began >= motion.after
             and fault.request in (0, motion.message.layout.id)
         ]
-        if len({motion.dest for motion in found}) > 1:  # nothing says which of them it is about
+        if len({motion.dest for motion in found}) > 1:  # the report does not identify one
             self._statistics.ambiguous += 1
             return []
         return found
 
     def settled(self, dest: int, channel: int | None) -> None:
-        """Forget a motion that was given up: somebody has read that nothing moves there."""
+        """Remove a motion that was given up, because a status shows that nothing moves there."""
         known = self._channels.get((dest, channel))
         if known is not None and known.motion is not None and known.motion.done:
             self._remove(known.motion)
             known.motion = None
 
     def give_up(self, halt: Halt, now: float) -> None:
-        """Note that nobody waits any more for the answer to a stop."""
+        """Note that the caller of a stop no longer waits for its answer."""
         halt.until = now + self._quiet
 
     def forgive(self, now: float) -> None:
-        """Expect no answer to a stop any more where the quiet period has passed."""
+        """Stop expecting answers to stops whose quiet period has passed."""
         for known in self._channels.values():
             for halt in [halt for halt in known.halts if halt.done and halt.until <= now]:
                 self._answered(known, halt)
 
     @property
     def next(self) -> float:
-        """When the next quiet period has passed."""
+        """When the next quiet period ends."""
         return min(
             (halt.until for known in self._channels.values() for halt in known.halts if halt.done),
             default=inf,
         )
 
     def waiting(self) -> Iterator[Motion | Halt]:
-        """Yield what was written and waits for its end."""
+        """Yield written exchanges that have not ended."""
         for known in self._channels.values():
             if known.motion is not None and known.motion.written and not known.motion.done:
                 yield known.motion

@@ -1,4 +1,4 @@
-"""What the user of a session may choose: its times, and what is said at the end of a motion."""
+"""The options of a session: its times, and the messages that end a motion."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from stagewire.errors import OutOfRangeError
 class SessionOptions:
     """The times of a session, in seconds.
 
-    :param pacing: after a frame without a reply, the next one to that controller waits so long: a
-        controller that is not given time to carry out one command may lose the next.
-    :param quiet: for so long after a request was given up, what answers it is taken for its late reply;
-        meanwhile the same question waits.
-    :param silence: when no more of a frame came for so long, its rest will not come.
-    :param drain: a line whose replies have no frame, and one of which is overdue, is used again when
-        nothing came for so long.
-    :param reply_timeout: the time for a reply where the caller names none.
-    :param motion_timeout: the time for the end of a motion where the caller names none.
+    :param pacing: pause after a frame without a reply, before the next one to that controller. A controller
+        without time to carry out a command may lose the next one.
+    :param quiet: period after a request was given up during which an answer counts as its late reply. The
+        same request waits until it has passed.
+    :param silence: silence after which an incomplete frame is given up.
+    :param drain: silence after which a line with replies without frames is used again, if a reply was
+        overdue.
+    :param reply_timeout: default timeout for a reply.
+    :param motion_timeout: default timeout for the end of a motion.
 
-    Raises :class:`~stagewire.errors.OutOfRangeError` for what is no such number of seconds.
+    Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid number of seconds.
     """
 
     pacing: float = 0.010
@@ -40,16 +40,16 @@ class SessionOptions:
             number = isinstance(seconds, (int, float)) and isfinite(seconds)
             if not number or seconds < 0 or (seconds == 0 and field.name != "pacing"):
                 raise OutOfRangeError(
-                    f"{field.name} is a number of seconds, {at_least} 0, not {seconds!r}"
+                    f"{field.name} must be a number of seconds, {at_least} 0, not {seconds!r}"
                 )
 
 
 @dataclass(frozen=True)
 class Ends:
-    """The classes of what a controller says at the end of a motion; one form of each is enough.
+    """The message classes with which a controller reports the end of a motion; one form of each suffices.
 
-    :param completed: it came to its own end.
-    :param stopped: it was stopped before.
+    :param completed: the motion was completed.
+    :param stopped: the motion was stopped before.
     """
 
     completed: tuple[type[FramedMessage], ...] = ()

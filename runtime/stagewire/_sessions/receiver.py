@@ -1,4 +1,4 @@
-"""The receiving side of a session: bytes are cut into events and counted, and half a frame is given up."""
+"""The receiving side of a session: cuts bytes into events, counts them, and gives up half frames."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from stagewire._framings.header.table import End, Fault
 from stagewire._sessions.statistics import Statistics
 
 _MOST_ODD = 64
-"""Kinds of frames that are no known message and are counted one by one; then all others together."""
+"""Kinds of unknown frames that are counted separately; all others are counted together."""
 
 
 class Receiver:
-    """What is heard on one line.
+    """The receiving side of one line.
 
-    :param protocol: what is spoken.
-    :param statistics: where it is counted.
-    :param silence: seconds after which the rest of a frame will not come any more.
+    :param protocol: the protocol of the line.
+    :param statistics: counts the events.
+    :param silence: seconds of silence after which an incomplete frame is given up.
     """
 
     def __init__(self, protocol: FramedProtocol, statistics: Statistics, silence: float) -> None:
@@ -29,29 +29,29 @@ class Receiver:
         self.tell = self._framer.tell
         self._forms = protocol.framing.forms
         self.counts: dict[int | str, int] = {}
-        """Message -> how many of it have come."""
+        """Message -> how many of it were received."""
         self.odd_counts: dict[int | str, int] = {}
-        """Words for a frame of an unknown message -> how many of them have come."""
+        """Description of an unknown message -> how many of its frames were received."""
         self.undecoded: dict[int | str, bytes] = {}
-        """Message, or such words -> the bytes of the last one that came, of those without a layout."""
+        """Message without a layout, or such a description -> the bytes of the last one received."""
         self.faults: dict[int | str, Fault] = {}
-        """Message -> what the last one that came reported, of those that report a fault."""
+        """Message that reports faults -> the fault in the last one received."""
         self.heard = 0
-        """Bytes that came."""
+        """Number of bytes received."""
         self.silent_at = inf
-        """When the rest of a frame will not come any more; inf: nothing is missing."""
+        """When an incomplete frame is given up; inf: no frame is incomplete."""
 
     @property
     def is_within_a_frame(self) -> bool:
-        """Whether the beginning of a frame has come, and its rest has not."""
+        """Whether only the beginning of a frame has arrived."""
         return self.silent_at != inf
 
     def feed(self, data: bytes, now: float) -> list[Event]:
-        """Take bytes that came and return what they complete.
+        """Take received bytes and return the events that they complete.
 
-        Without bytes the line was silent until now, and a frame whose rest is overdue is given up. Bytes that
-        are read after that time may have come before it, while the reader was held up. They are the rest of
-        the frame, unless a message begins with them.
+        ``b""`` means that the line was silent until now; a frame whose rest is overdue is then given up.
+        Bytes that are read after that time may have arrived earlier, while the reader was delayed. They count
+        as the rest of the frame, unless a message begins with them.
         """
         framer = self._framer
         events: list[Event] = []
@@ -72,11 +72,11 @@ class Receiver:
         self.undecoded[what] = raw
 
     def seen(self) -> dict[int | str, int]:
-        """Return how many of everything have come, now."""
+        """Return the current count of each kind of message."""
         return {**self.counts, **self.odd_counts}
 
     def count_odd(self, event: Event) -> None:
-        """Count what is no message of a known layout."""
+        """Count an event that is not a message with a known layout."""
         match event:
             case Undocumented():
                 self._statistics.undocumented += 1

@@ -1,4 +1,4 @@
-"""``log=path``: what a session says and hears, as a capture that ``stagewire decode`` reads back."""
+"""``log=path``: records the bytes of a session in a capture that ``stagewire decode`` reads."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _log = logging.getLogger("stagewire")
 
 
 class Recording:
-    """Writes a capture of both directions; for several threads.
+    """A recorder of both directions of a session, for several threads.
 
-    A line of the capture is what was written or read at once, whole frames or not, with the names of the
-    messages that it completes. Each line is handed to the system at once, so that a process that ends
-    badly loses none. A disk that is full ends the recording with a warning, and not what is recorded.
+    Each write or read becomes a line of the capture, even if it is not whole frames, with the names of the
+    messages that it completes. Each line is flushed immediately, so a process that crashes loses none. If the
+    disk is full, the recording ends with a warning and the session goes on.
 
-    :param path: the file; what was in it is replaced.
-    :param protocol: what is spoken.
-    :param now: tells the time in seconds; the capture begins at 0.
+    :param path: the file; existing contents are replaced.
+    :param protocol: the protocol of the line.
+    :param now: the clock, in seconds; the capture begins at 0.
     :param unit: name of the unit, if it is known.
 
     Raises :class:`~stagewire.errors.TransportError` for a file that cannot be written.
@@ -52,30 +52,30 @@ class Recording:
         self._over = False
         self._cut = _cutters(protocol)
         try:
-            # By lines: each is with the system when it has been written.
+            # Line-buffered: each line is passed to the system when it is written.
             self._out = open(path, "w", encoding="utf-8", newline="\n", buffering=1)  # noqa: SIM115
             self._writer = CaptureWriter(self._out, Heading(protocol.name, unit))
         except OSError as error:
             raise TransportError(
-                f"log={str(path)!r} cannot be written: {error.strerror or error}; name a file in a "
-                "folder that is there and that you may write to"
+                f"log={str(path)!r} cannot be written: {error.strerror or error}; give a file in an existing "
+                "directory with write permission"
             ) from None
 
     def sent(self, data: bytes) -> None:
-        """Record what was said to the controller."""
+        """Record bytes to the controller."""
         self._passed(Direction.TO_CONTROLLER, data)
 
     def received(self, data: bytes) -> None:
-        """Record what the controller said."""
+        """Record bytes from the controller."""
         self._passed(Direction.TO_HOST, data)
 
     def note(self, text: str) -> None:
-        """Record something for people, such as that the line was lost."""
+        """Record a comment, such as the loss of the link."""
         with self._lock:
             self._try(lambda when: self._writer.note(when, text))
 
     def close(self) -> None:
-        """End the recording; harmless when done twice."""
+        """End the recording. Harmless if called twice."""
         with self._lock:
             self._over = True
             try:
@@ -98,13 +98,13 @@ class Recording:
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> None:
-        _log.warning("%s: nothing is recorded any more: %s", self._path, error.strerror or error)
+        _log.warning("%s: the recording ended: %s", self._path, error.strerror or error)
 
 
 def _cutters(
     protocol: FramedProtocol | CommandProtocol,
 ) -> dict[Direction, Callable[[bytes], list[Event]]]:
-    """Return what cuts each direction into events."""
+    """Return the function that cuts each direction into events."""
     if isinstance(protocol, CommandProtocol):
         replies = ReplyListener()
         asking = HostListener(protocol, replies)
@@ -116,7 +116,7 @@ def _cutters(
 
 
 def _name(event: Event) -> str:
-    """Return what a line of a capture says of an event."""
+    """Return the comment for an event in the capture."""
     match event:
         case Garbage():
             return "no frame"
@@ -125,7 +125,7 @@ def _name(event: Event) -> str:
         case ReplyReceived():
             return f"reply to {event.request.message.layout.message}"
     try:
-        frame = event.frame  # type: ignore[attr-defined]  # of what can be decoded
+        frame = event.frame  # type: ignore[attr-defined]  # only decodable events have one
     except (AttributeError, CodecError):
         return type(event).__name__
     name: str = frame.message.layout.message

@@ -1,9 +1,8 @@
-"""Requests that were sent: who waits for a reply, and which late replies may still come.
+"""Requests that were sent: which of them wait for a reply, and which late replies may still arrive.
 
-A reply that comes after its request was given up looks like the reply to the next such request. So the
-question is *poisoned* from then on, that is address, messages and selected fields together: whoever asks it
-again waits until the late reply has come and was swallowed, or a quiet period has passed. Other questions
-go on.
+A reply to a request that was given up looks like the reply to the next request of the same kind. So its key
+(address, messages and selected fields) is *poisoned*: the same request waits until the late reply has
+arrived and was discarded, or a quiet period has passed. Other requests go on.
 """
 
 from __future__ import annotations
@@ -19,9 +18,9 @@ from stagewire._sessions.statistics import Statistics
 class Requests:
     """The requests of one line that were sent.
 
-    :param matching: whose answer a frame is.
-    :param statistics: where they are counted.
-    :param quiet: seconds for which a request that was given up poisons its question.
+    :param matching: matches frames to exchanges.
+    :param statistics: counts them.
+    :param quiet: seconds for which a request that was given up blocks the same request.
     """
 
     def __init__(self, matching: Matching, statistics: Statistics, quiet: float) -> None:
@@ -29,11 +28,11 @@ class Requests:
         self._statistics = statistics
         self._quiet = quiet
         self.awaited: dict[int, list[Ask]] = {}
-        """Message -> the requests that it may answer, those that were given up included."""
+        """Message -> the requests that it may answer, including those that were given up."""
         self.outstanding: dict[int, Ask] = {}
-        """Address -> the request there that waits for its reply; never more than one."""
+        """Address -> the request that waits for its reply; at most one."""
         self._given_up: list[Ask] = []
-        self._nameless = False  # somebody answers without an address
+        self._nameless = False  # a controller answers without an address
 
     def sent(self, ask: Ask) -> None:
         """Note a request that is written now."""
@@ -46,14 +45,14 @@ class Requests:
                 awaiting.append(ask)
 
     def may_be_sent(self, ask: Ask) -> bool:
-        """Whether no other request has to be answered before, at its address.
+        """Whether no other request at its address must be answered first.
 
-        Where replies do not say where they come from, at any address: nothing else could tell them apart.
+        If replies have no address, whether none at any address must: the replies could not be distinguished.
         """
         return not (self._nameless and self.outstanding) and ask.dest not in self.outstanding
 
     def is_poisoned(self, ask: Ask) -> bool:
-        """Whether the late reply to the same question may still come."""
+        """Whether the late reply to the same request may still arrive."""
         return any(self._same(old, ask) for old in self._given_up)
 
     def _same(self, old: Ask, new: Ask) -> bool:
@@ -63,9 +62,9 @@ class Requests:
         return all(selected.get(name, value) == value for name, value in new.selected)
 
     def answer(self, id: int, event: Received | Undocumented, began: int) -> bool:
-        """Give a frame to the request that it answers; return whether it is no news to others.
+        """Give a frame to the request that it answers; return whether others should not receive it.
 
-        :param began: how many bytes had come before it.
+        :param began: number of bytes received before the frame.
         """
         frame = event.frame
         message = frame.message
@@ -104,20 +103,20 @@ class Requests:
             self._matching.pass_over(ask, event, began)
 
     def give_up(self, ask: Ask, now: float) -> None:
-        """Poison the question of a request that nobody waits for any more."""
+        """Poison a request that was given up."""
         del self.outstanding[ask.dest]
         ask.until = now + self._quiet
         self._given_up.append(ask)
 
     def forgive(self, now: float) -> None:
-        """Expect no late reply any more where the quiet period has passed."""
+        """Stop expecting late replies whose quiet period has passed."""
         for ask in [ask for ask in self._given_up if ask.until <= now]:
             self._given_up.remove(ask)
             self._remove(ask)
 
     @property
     def next(self) -> float:
-        """When the next quiet period has passed."""
+        """When the next quiet period ends."""
         return min((ask.until for ask in self._given_up), default=inf)
 
     def _remove(self, ask: Ask) -> None:

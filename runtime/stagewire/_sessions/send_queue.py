@@ -1,4 +1,4 @@
-"""Messages to be sent, address by address: order, pacing, pending requests; and keep-alive messages."""
+"""Messages to be sent, by address: order, pacing, waiting requests; and keep-alive messages."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from stagewire.errors import OutOfRangeError
 
 
 class _Lane:
-    """What waits to be sent to one address."""
+    """The exchanges waiting to be sent to one address."""
 
     __slots__ = ("free_at", "queue")
 
     def __init__(self) -> None:
         self.queue: deque[FramedExchange] = deque()
-        self.free_at = 0.0  # by pacing
+        self.free_at = 0.0  # end of the pacing
 
 
 class SendQueue:
-    """The frames of one line that wait to be written.
+    """The exchanges of one line that wait to be written.
 
-    :param requests: which requests have to wait.
-    :param pacing: seconds after a frame without a reply.
+    :param requests: decides which requests have to wait.
+    :param pacing: seconds of pause after a frame without a reply.
     """
 
     def __init__(self, requests: Requests, pacing: float) -> None:
         self._requests = requests
         self._pacing = pacing
         self._lanes: dict[int, _Lane] = {}
-        self._busy: dict[int, _Lane] = {}  # those where something waits
+        self._busy: dict[int, _Lane] = {}  # lanes with waiting exchanges
 
     def add(self, exchange: FramedExchange) -> None:
-        """Let something wait for its turn."""
+        """Add an exchange to the end of the queue."""
         dest = exchange.dest
         lane = self._lanes.get(dest)
         if lane is None:
@@ -44,7 +44,7 @@ class SendQueue:
         self._busy[dest] = lane
 
     def remove(self, exchange: FramedExchange) -> None:
-        """Let something wait no more."""
+        """Remove an exchange that was not written."""
         self._lanes[exchange.dest].queue.remove(exchange)
 
     def pace(self, dest: int, now: float) -> None:
@@ -54,9 +54,9 @@ class SendQueue:
     def take(
         self, now: float, write: Callable[[FramedExchange], object], may_ask: Callable[[], bool]
     ) -> float:
-        """Have everything written that may be now; return when the pacing of something else is over.
+        """Write the exchanges that may be written now; return when the next pacing ends.
 
-        :param may_ask: says whether all that has come is known; if not, nothing is written that is answered.
+        :param may_ask: returns whether all received bytes were processed; if not, no request is written.
         """
         paced_until = inf
         for dest, lane in tuple(self._busy.items()):
@@ -83,7 +83,7 @@ class SendQueue:
             if isinstance(exchange, Ask):
                 if not requests.may_be_sent(exchange):
                     break
-                if requests.is_poisoned(exchange):  # others may go on
+                if requests.is_poisoned(exchange):  # later ones may be sent
                     held.append(queue.popleft())
                     continue
             queue.popleft()
@@ -91,13 +91,13 @@ class SendQueue:
         queue.extendleft(reversed(held))
 
     def waiting(self) -> Iterator[FramedExchange]:
-        """Yield all that waits."""
+        """Yield all waiting exchanges."""
         for lane in self._busy.values():
             yield from lane.queue
 
 
 class KeepAlive:
-    """What is sent again and again, whatever else happens."""
+    """Messages that are sent periodically, whatever else happens."""
 
     __slots__ = ("_period", "_signs", "next")
 
@@ -105,24 +105,24 @@ class KeepAlive:
         self._signs: dict[int, bytes] = {}
         self._period = inf
         self.next = inf
-        """When it is to be sent next."""
+        """When they are sent next."""
 
     def set(self, signs: Mapping[int, bytes], period: float) -> None:
-        """Send all signs now, and every ``period`` seconds from then on.
+        """Send all messages now, and then every ``period`` seconds.
 
-        :param signs: address -> its sign, in place of the one that it had; empty: none any more. Where no
-            address is given, nobody gets one any more.
+        :param signs: address -> its message, which replaces the previous one; empty bytes: none any more. An
+            empty mapping removes all.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for what is no period.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid period.
         """
         if not 0 < period < inf:
-            raise OutOfRangeError(f"a period is a number of seconds above 0, not {period!r}")
+            raise OutOfRangeError(f"a period must be a number of seconds above 0, not {period!r}")
         together = {**self._signs, **signs} if signs else {}
         self._signs = {address: sign for address, sign in together.items() if sign}
         self._period = period
         self.next = 0.0 if self._signs else inf
 
     def take(self, now: float) -> bytes:
-        """Return what is to be sent now; those that were missed are not made up for."""
+        """Return the bytes to send now. Missed periods are not made up for."""
         self.next = now + self._period
         return b"".join(self._signs.values())

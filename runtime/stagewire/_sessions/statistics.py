@@ -1,12 +1,12 @@
-"""What a session counts."""
+"""The counts of a session."""
 
 from __future__ import annotations
 
 
 class Statistics:
-    """Counts of a session, for people and tests; they only grow.
+    """Counts of a session, for people and tests. They only increase.
 
-    Whatever a line does is counted here and is no error.
+    Bad input from a line is counted here and raises no error.
     """
 
     __slots__ = (
@@ -18,25 +18,25 @@ class Statistics:
         self.matched = 0
         """Frames and replies that answered a request or ended a motion."""
         self.late = 0
-        """Replies to requests that had been given up; nobody got them."""
+        """Replies to requests that had been given up; they were discarded."""
         self.ambiguous = 0
-        """Frames without an address that several requests, or motions, may have meant; nobody got them."""
+        """Frames without an address that matched several requests or motions; they were given to none."""
         self.timed_out = 0
-        """Requests and motions whose time was over."""
+        """Requests and motions whose timeout passed."""
         self.cancelled = 0
-        """Requests and motions that their caller gave up."""
+        """Requests and motions that were cancelled by their caller."""
         self.undocumented = 0
-        """Frames of an id that is known without a layout."""
+        """Frames with an id that is known without a layout."""
         self.unknown = 0
-        """Frames of an id that nobody knows."""
+        """Frames with an unknown id."""
         self.bad_length = 0
         """Frames that are shorter than their layout."""
         self.garbage = 0
-        """Bytes that belong to no frame, or to no request."""
+        """Bytes that belong to no frame or no request."""
         self.silences = 0
-        """Frames whose rest did not come."""
+        """Frames whose rest did not arrive."""
         self.dropped = 0
-        """Events that subscriptions lost because nobody took them in time."""
+        """Events that subscriptions dropped because they were not taken in time."""
 
     def values(self) -> dict[str, int]:
         """Return all counts by name."""

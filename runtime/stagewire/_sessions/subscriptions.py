@@ -1,4 +1,4 @@
-"""Subscriptions as users hold them: the queues of the core, for a thread or for a task."""
+"""The subscriptions that users hold: queues of the core, for threads or for tasks."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _T = TypeVar("_T")
 
 
 def as_it_came(event: Event) -> Event:
-    """Give out an event itself."""
+    """Return the event unchanged."""
     return event
 
 
 @defers_interrupts
 class _Ended(Generic[_T]):
-    """What both have in common: the queue, what is read from its events, and its end."""
+    """The base of both kinds: the queue, the function that reads its events, and the end."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -46,36 +46,37 @@ class _Ended(Generic[_T]):
 
     @property
     def limit(self) -> int:
-        """How many events are kept at most."""
+        """Most events that are kept."""
         return self._queue.limit
 
     @property
     def dropped(self) -> int:
-        """How many events were lost because nobody took them in time."""
+        """Number of events that were dropped because they were not taken in time."""
         return self._queue.dropped
 
     def take(self) -> _T | None:
-        """Return the next one if it has come; never waits, and hears nothing."""
+        """Return the next event if one is queued, otherwise None. Never waits and never reads the link."""
         event = self._queue.take()
         return None if event is None else self._read(event)
 
     def _check(self) -> None:
-        """Raise when nothing more will come."""
+        """Raise if no more events will follow."""
         if self._queue.error is not None:
             raise self._queue.error
         if self._closed:
-            raise SessionClosedError("the subscription was closed; nothing more comes")
+            raise SessionClosedError("the subscription was closed")
 
 
 def _nothing(timeout: float | None) -> ReplyTimeoutError:
-    return ReplyTimeoutError(f"nothing of what is subscribed to came within {timeout} s")
+    return ReplyTimeoutError(f"no subscribed event arrived within {timeout} s")
 
 
 class BlockingSubscription(_Ended[_T], Closing):
-    """Events that were wanted, to be taken by threads; an iterator, and a context manager.
+    """A queue of wanted events for threads; an iterator and a context manager.
 
     The iteration ends when the subscription or the session is closed, and raises
-    :class:`~stagewire.errors.TransportLostError` when the line is lost. What came before is given out first.
+    :class:`~stagewire.errors.TransportLostError` when the link is lost. Events received before that are
+    returned first.
     """
 
     def __init__(
@@ -87,11 +88,11 @@ class BlockingSubscription(_Ended[_T], Closing):
         queue.on_event = self._wake
 
     def get(self, timeout: float | None = None) -> _T:
-        """Return the next one, and wait for it if need be.
+        """Return the next event; wait for it if the queue is empty.
 
-        :param timeout: seconds; 0 never waits; None: for ever.
+        :param timeout: seconds; 0 never waits; None waits indefinitely.
 
-        Raises :class:`~stagewire.errors.ReplyTimeoutError` when none came in time,
+        Raises :class:`~stagewire.errors.ReplyTimeoutError` if none arrived in time,
         :class:`~stagewire.errors.TransportLostError` and :class:`~stagewire.errors.SessionClosedError`.
         """
         driver = self._driver
@@ -107,7 +108,7 @@ class BlockingSubscription(_Ended[_T], Closing):
                     return self._read(event)
                 driver._check_usable()
                 self._check()
-                if not driver.now() < until:  # which is no number, perhaps
+                if not driver.now() < until:  # also true for NaN
                     raise _nothing(timeout)
                 driver._wait(waiter, until)
         finally:
@@ -116,7 +117,7 @@ class BlockingSubscription(_Ended[_T], Closing):
             driver._leave(waiter)
 
     def close(self) -> None:
-        """Want nothing more, and end who waits; harmless when done twice."""
+        """Cancel the subscription and end all waits for it. Harmless if called twice."""
         with self._driver._lock:
             self._closed = True
             self._queue.close()
@@ -138,10 +139,11 @@ class BlockingSubscription(_Ended[_T], Closing):
 
 
 class AsyncSubscription(_Ended[_T]):
-    """Events that were wanted, to be taken by tasks; an asynchronous iterator, and a context manager.
+    """A queue of wanted events for tasks; an asynchronous iterator and a context manager.
 
     The iteration ends when the subscription or the session is closed, and raises
-    :class:`~stagewire.errors.TransportLostError` when the line is lost. What came before is given out first.
+    :class:`~stagewire.errors.TransportLostError` when the link is lost. Events received before that are
+    returned first.
     """
 
     def __init__(
@@ -153,7 +155,7 @@ class AsyncSubscription(_Ended[_T]):
         queue.on_event = self._wake
 
     async def get(self, timeout: float | None = None) -> _T:
-        """Return the next one, and wait for it if need be; see :meth:`BlockingSubscription.get`."""
+        """Return the next event; wait if the queue is empty. See :meth:`BlockingSubscription.get`."""
         driver = self._driver
         until = math.inf if timeout is None else driver.now() + timeout
         while (event := self._queue.take()) is None:
@@ -171,7 +173,7 @@ class AsyncSubscription(_Ended[_T]):
         return self._read(event)
 
     def close(self) -> None:
-        """Want nothing more, and end who waits; harmless when done twice."""
+        """Cancel the subscription and end all waits for it. Harmless if called twice."""
         self._closed = True
         self._queue.close()
         self._wake()

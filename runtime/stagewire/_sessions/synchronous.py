@@ -1,8 +1,8 @@
 # Generated from _sessions/asynchronous.py by `python tools/unasync.py`; do not edit.
 
-"""Sessions for threads: requests to controllers, and their answers, as plain calls.
+"""Sessions for threads: requests to controllers and their replies, as plain calls.
 
-See :mod:`stagewire._sessions.thread_driver` for how threads share a line.
+:mod:`stagewire._sessions.thread_driver` explains how threads share a link.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 class FramedSession(Session[FramedCore]):
     """A conversation with the controllers of one line, whose messages have frames.
 
-    :param protocol: what is spoken.
-    :param link: the line, open; it belongs to the session from now on.
-    :param options: times.
-    :param background: whether a thread reads and keeps the controller alive; never on a link that
-        has a clock of its own.
-    :param log: a file for a capture of all that passes; what was in it is replaced.
+    :param protocol: the protocol of the line.
+    :param link: the link, open; the session owns it from now on.
+    :param options: timeouts and pauses.
+    :param background: whether a background thread reads and sends keep-alive messages; never for
+        a link with its own clock.
+    :param log: a file for a capture of all bytes; existing contents are replaced.
     :param unit: the name of the unit, for the capture.
 
     Raises :class:`~stagewire.errors.TransportError` for a log that cannot be written.
@@ -67,8 +67,8 @@ class FramedSession(Session[FramedCore]):
     ) -> Frame:
         """Send a request and return the frame of its reply.
 
-        :param replies: the classes of what answers it.
-        :param timeout: seconds; None: those of the options.
+        :param replies: the classes of its possible replies.
+        :param timeout: seconds; None: ``reply_timeout`` of the options.
 
         Raises :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.TransportLostError` and
         :class:`~stagewire.errors.SessionClosedError`.
@@ -79,10 +79,10 @@ class FramedSession(Session[FramedCore]):
         return frame
 
     def send(self, message: FramedMessage, dest: int, timeout: float | None = None) -> None:
-        """Send what has no reply, and return when it is with the line.
+        """Send a message that has no reply, and return when its bytes were handed to the link.
 
-        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeoutError` where it could not be
-        sent in time because of what was before it.
+        Raises the errors of :meth:`ask`. A :class:`~stagewire.errors.ReplyTimeoutError` means that earlier
+        exchanges delayed it too long.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
@@ -96,14 +96,14 @@ class FramedSession(Session[FramedCore]):
         timeout: float | None = None,
         on_done: Callable[[Exchange], object] | None = None,
     ) -> Exchange:
-        """Begin a motion and return it when its command is with the line; :meth:`wait` waits for its end.
+        """Begin a motion, and return when its command was handed to the link; :meth:`wait` waits for its end.
 
-        :param ends: the classes of what is said at its end.
-        :param timeout: seconds until the end; None: those of the options.
-        :param on_done: called once when it ends, by whoever notices; it must call no session.
+        :param ends: the classes of the messages that report its end.
+        :param timeout: seconds until the end; None: ``motion_timeout`` of the options.
+        :param on_done: called once at its end; must not call a session.
 
-        Raises :class:`~stagewire.errors.MotionUnderWayError` where another one may be under way, and as
-        :meth:`ask` does.
+        Raises :class:`~stagewire.errors.MotionUnderWayError` if another motion may be in progress, and the
+        errors of :meth:`ask`.
         """
         seconds = self.options.motion_timeout if timeout is None else timeout
         core = self._core
@@ -116,13 +116,13 @@ class FramedSession(Session[FramedCore]):
         dest: int,
         timeout: float | None = None,
     ) -> Frame | None:
-        """Stop a motion, before everything else that waits, and return the frame that says so.
+        """Stop a motion, before everything else that waits, and return the frame that reports the stop.
 
-        :param ends: the classes of what is said then; None: nothing is, and this returns when the stop is
-            with the line.
-        :param timeout: seconds; None: those of the options for a reply.
+        :param ends: the classes of the messages that report the stop; None: there are none, and this returns
+            when the stop was handed to the link.
+        :param timeout: seconds; None: ``reply_timeout`` of the options.
 
-        Raises as :meth:`ask` does.
+        Raises the errors of :meth:`ask`.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
@@ -135,7 +135,7 @@ class FramedSession(Session[FramedCore]):
         return frame
 
     def settled(self, dest: int, channel: int | None) -> None:
-        """Note that no motion is under way there any more, as a status has shown."""
+        """Note that no motion is in progress there any more, as a status shows."""
         with self._lock:
             self._core.settled(dest, channel)
 
@@ -144,29 +144,30 @@ class FramedSession(Session[FramedCore]):
     ) -> None:
         """Send a keep-alive message to each address every ``period`` seconds, whatever else happens.
 
-        :param message: the keep-alive message; None: no more to these, or to any where no address is given.
+        :param message: the keep-alive message; None: stop sending to these addresses, or to all if none are
+            given.
         """
         with self._lock:
             self._core.keep_alive(message, addresses, period)
         self._reschedule()
 
     def tell(self, source: int, **context: str) -> None:
-        """Say what decides between layouts of messages from a source; see :meth:`.Framer.tell`."""
+        """Set the context that selects layouts of messages from ``source``; see :meth:`.Framer.tell`."""
         with self._lock:
             self._core.tell(source, **context)
 
 
 class CommandSession(Session[CommandCore]):
-    """A conversation with the one controller of a line, whose replies have no frame.
+    """A conversation with the single controller of a line, whose replies have no frame.
 
-    :param protocol: what is spoken.
-    :param link: the line, open; it belongs to the session from now on.
-    :param options: times.
-    :param background: whether a thread reads and keeps the controller alive; never on a link that
-        has a clock of its own.
+    :param protocol: the protocol of the line.
+    :param link: the link, open; the session owns it from now on.
+    :param options: timeouts and pauses.
+    :param background: whether a background thread reads and sends keep-alive messages; never for
+        a link with its own clock.
     :param refuse_prefix_bytes: refuse values whose bytes a controller might take for a setup command; see
         :meth:`.CommandFrame.encode`.
-    :param log: a file for a capture of all that passes; what was in it is replaced.
+    :param log: a file for a capture of all bytes; existing contents are replaced.
     :param unit: the name of the unit, for the capture.
 
     Raises :class:`~stagewire.errors.TransportError` for a log that cannot be written.
@@ -190,15 +191,15 @@ class CommandSession(Session[CommandCore]):
 
     @property
     def mode(self) -> Mode:
-        """What the controller takes now, as far as this session has told it."""
+        """The mode of the controller, as far as this session has set it."""
         return self._core.mode
 
     def ask(self, message: Command, axis: int, timeout: float | None = None) -> Reply:
         """Send a command and return its reply.
 
-        :param timeout: seconds; None: those of the options.
+        :param timeout: seconds; None: ``reply_timeout`` of the options.
 
-        Raises :class:`~stagewire.errors.WrongModeError` unless the controller takes commands,
+        Raises :class:`~stagewire.errors.WrongModeError` unless the controller accepts commands,
         :class:`~stagewire.errors.ReplyTimeoutError`, :class:`~stagewire.errors.TransportLostError` and
         :class:`~stagewire.errors.SessionClosedError`.
         """
@@ -213,12 +214,12 @@ class CommandSession(Session[CommandCore]):
         axis: int | None = None,
         timeout: float | None = None,
     ) -> None:
-        """Send a command that nothing answers, and return when it is with the line.
+        """Send a command that has no reply, and return when its bytes were handed to the link.
 
-        :param axis: None for a setup command, which is for the whole controller and is taken in any mode.
+        :param axis: None for a setup command, which is for the whole controller and valid in any mode.
 
-        Raises as :meth:`ask` does; a :class:`~stagewire.errors.ReplyTimeoutError` where it could not be
-        sent in time because of what was before it.
+        Raises the errors of :meth:`ask`. A :class:`~stagewire.errors.ReplyTimeoutError` means that earlier
+        exchanges delayed it too long.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
@@ -227,17 +228,17 @@ class CommandSession(Session[CommandCore]):
     def halt(self, message: Command, axis: int, timeout: float | None = None) -> None:
         """Send a stop, before everything else, even while a reply is awaited.
 
-        Raises as :meth:`ask` does.
+        Raises the errors of :meth:`ask`.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core
         self.start(lambda now: core.halt(message, axis, seconds, now), is_stop=True)
 
     def text(self, line: str, timeout: float | None = None) -> str:
-        """Send a line of text, without its end, and return the line that answers it, without its end.
+        """Send a line of text and return the line of the reply. Both are without line ends.
 
-        Raises as :meth:`ask` does; :class:`~stagewire.errors.WrongModeError` unless the controller takes
-        text.
+        Raises the errors of :meth:`ask`, but :class:`~stagewire.errors.WrongModeError` unless the controller
+        accepts text.
         """
         seconds = self.options.reply_timeout if timeout is None else timeout
         core = self._core

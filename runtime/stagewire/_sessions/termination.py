@@ -1,12 +1,12 @@
-r"""What sessions say last, however the process ends: at its end, and when a signal ends it.
+r"""Last words of sessions: bytes that are sent at the end of the process, or when a signal ends it.
 
-An import installs nothing. Opening the first session registers a function with :mod:`atexit`. If that happens
-in the main thread, it also installs a handler for each signal that asks a process to end: ``SIGTERM``;
+Importing this module installs nothing. Opening the first session registers a function with :mod:`atexit`. In
+the main thread it also installs a handler for each signal that asks a process to end: ``SIGTERM``;
 ``SIGHUP``, which a closed terminal or a dropped ssh session sends; ``SIGQUIT`` (Ctrl-\); and ``SIGBREAK`` on
-Windows. The handler says the last words of all sessions, and then lets the signal do what it does by default.
-Ctrl-C has a handler of its own (:mod:`stagewire._sessions.interrupts`). A signal that the program handles
-or ignores (``nohup``) is left alone; if its handler ends the program in order, ``atexit`` follows. A process
-that is killed (``SIGKILL``, ``TerminateProcess``) says nothing. Neither does a fork: the controllers belong
+Windows. The handler sends the last words of all sessions, and then the signal takes its default action.
+Ctrl-C has its own handler (:mod:`stagewire._sessions.interrupts`). A signal that the program handles or
+ignores (``nohup``) is left alone; if its handler ends the program normally, ``atexit`` follows. A killed
+process (``SIGKILL``, ``TerminateProcess``) sends nothing. Neither does a fork, because the controllers belong
 to the process that opened the sessions.
 """
 
@@ -30,24 +30,24 @@ class Terminating(Protocol):
     """A session that is open."""
 
     def say_last(self) -> None:
-        """Say the last words and no more; within a signal handler, so that it may wait for no lock."""
+        """Send the last words and nothing else. Runs in a signal handler, so it must not wait for a lock."""
 
     def end_at_exit(self) -> None:
-        """Say the last words at the end of the process, and close what can be closed."""
+        """Send the last words at the end of the process, and close everything that can be closed."""
 
     def leave_to_parent(self) -> None:
-        """Do nothing any more, in a fork: locks and turns are those of threads that are not here."""
+        """Disable the session in a fork, where the threads that hold its locks and turns do not exist."""
 
 
 _open: dict[Terminating, None] = {}
-"""The sessions that are open, in the order in which they were opened."""
+"""The open sessions, in the order in which they were opened."""
 
-_changing = threading.RLock()  # the sessions that are open, and what hangs on there being any
-_knows_forks = False  # what is called in a fork cannot be taken back
+_changing = threading.RLock()  # guards the open sessions and the installed handlers
+_knows_forks = False  # a fork handler cannot be unregistered
 
 
 def remember(session: Terminating) -> None:
-    """Let a session that was opened say its last words, from now on."""
+    """Register a session that was opened, so that its last words are sent."""
     global _knows_forks
     with _changing:
         if not _open:
@@ -61,7 +61,7 @@ def remember(session: Terminating) -> None:
 
 
 def forget(session: Terminating) -> None:
-    """Let a session that was closed be; after the last one everything is as it was before."""
+    """Unregister a session that was closed. After the last one, remove all handlers."""
     with _changing:
         _open.pop(session, None)
         if _open:
@@ -72,14 +72,14 @@ def forget(session: Terminating) -> None:
 
 
 def _replace(number: signal.Signals, old: _Handler, new: _Handler) -> None:
-    """Handle a signal otherwise, where that is possible, and nobody else handles it."""
+    """Replace the handler of a signal, if this is possible here and the program has not replaced it."""
     if threading.current_thread() is threading.main_thread() and signal.getsignal(number) is old:
         signal.signal(number, new)
 
 
 def _at_exit() -> None:
     for session in tuple(_open):
-        with contextlib.suppress(Exception):  # the others have something to say, too
+        with contextlib.suppress(Exception):  # the other sessions still send theirs
             session.end_at_exit()
 
 
@@ -101,7 +101,7 @@ def _on_termination(number: int, frame: FrameType | None) -> None:
 
 
 _ENDING: Final = ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
-"""The signals that ask a process to end; which of them exist depends on the system."""
+"""The signals that ask a process to end. Not all of them exist on every system."""
 
 _HANDLERS: Final[dict[signal.Signals, tuple[_Handler, _Handler]]] = {
     **{
@@ -111,4 +111,4 @@ _HANDLERS: Final[dict[signal.Signals, tuple[_Handler, _Handler]]] = {
     },
     signal.SIGINT: (signal.default_int_handler, on_interrupt),
 }
-"""The signals that are handled while a session is open: the handler by default, and the one then."""
+"""The signals that are handled while a session is open: the default handler, and ours."""

@@ -1,13 +1,12 @@
-"""The side of a session for threads: a core, a line, and the time.
+"""The thread side of a session: a core, a link and the time.
 
-Every call of a session may be made by any thread. What the core does is done under one lock, for
-microseconds; what is written is written under another, in the order in which the core hands it out. A stop
-waits for nothing else. Nobody polls: who waits for a reply sleeps on a lock of its own, and is woken by who
-reads it.
+Any thread may call any method of a session. The core runs under one lock, for microseconds. Bytes are written
+under another lock, in the order in which the core hands them out. A stop waits for nothing else. Nothing
+polls: a call that waits for a reply sleeps on its own lock, and the thread that reads wakes it.
 
-With ``background=True`` one daemon thread reads, and keeps the controller alive. With ``background=False``
-there is none: a thread that waits reads, and of several that wait, one for all. Then no event is received
-and no keep-alive message is sent while no thread waits.
+With ``background=True``, one daemon thread reads and sends keep-alive messages. With ``background=False``
+there is none: one of the waiting threads reads for all. While no thread waits, no event is received and no
+keep-alive message is sent.
 """
 
 from __future__ import annotations
@@ -31,30 +30,30 @@ from stagewire.errors import TransportLostError
 _C = TypeVar("_C", bound=Core)
 
 _LONGEST_READ: Final = 3600.0
-"""Seconds; where nothing is due, a read waits that long and then again."""
+"""Seconds; if nothing is due, a read waits this long and is then repeated."""
 
 _SLICE: Final = 4096
-"""Bytes that the core takes at once: a stop gets in between, however much has come."""
+"""Bytes that the core takes at a time; a stop can be sent in between, however much has arrived."""
 
 _READS_BEFORE: Final = 16
-"""So often is read, before a request, of what piled up while nobody read; before a stop, once."""
+"""Reads, before a request, of bytes that piled up while no thread read; one read before a stop."""
 
 _ENDING: Final = 1.0
-"""Seconds that a thread that reads has to notice that it is over."""
+"""Seconds that the reading thread has to notice the end of the session."""
 
 
 def clock_of(link: Link) -> Callable[[], float]:
-    """Return what tells the time of a line, in seconds since whenever: its own clock, or the machine's."""
+    """Return the clock of a link, in seconds since an arbitrary moment: its own, or the machine's."""
     return link.clock or time.monotonic
 
 
 class ThreadDriver(Driver[_C]):
-    """A core on a line; the base of the sessions of both framings. A context manager.
+    """A core on a link; the base of the sessions of both framings. A context manager.
 
-    :param core: what knows the protocol; it belongs to the session from now on.
-    :param link: the line, open; it belongs to the session from now on.
-    :param background: whether a thread reads; never on a line with a clock of its own.
-    :param recording: where all that passes is recorded, if anywhere.
+    :param core: the core of the protocol; the session owns it from now on.
+    :param link: the link, open; the session owns it from now on.
+    :param background: whether a background thread reads; never for a link with its own clock.
+    :param recording: records all bytes, if given.
     """
 
     def __init__(
@@ -68,15 +67,15 @@ class ThreadDriver(Driver[_C]):
         super().__init__(core, link, recording)
         self._link = link
         self.now: Callable[[], float] = clock_of(link)
-        """The time of the session, in seconds since whenever."""
+        """The time of the session, in seconds since an arbitrary moment."""
         self._lock = threading.Lock()  # of the core
-        self._writing = threading.Lock()  # taken before that of the core, if both are
+        self._writing = threading.Lock()  # acquired before _lock if both are needed
         self._due = math.inf  # when the core has something to do next
-        self._silent_at = math.inf  # when who reads has to say that nothing came
-        self._waits_for_reader = False  # likewise, to have something written
-        self._reads_until = -math.inf  # when who reads will look around
+        self._silent_at = math.inf  # when the reader has to report silence
+        self._waits_for_reader = False  # whether a write waits for the reader
+        self._reads_until = -math.inf  # when the reader will check again
         self._turns = Turns()
-        self._asleep: set[Waiter] = set()  # who waits for nothing of the core; woken at the end
+        self._asleep: set[Waiter] = set()  # waits without an exchange, woken at the end
         self._thread: threading.Thread | None = None
         termination.remember(self)
         if background and link.clock is None:
@@ -86,7 +85,7 @@ class ThreadDriver(Driver[_C]):
             )
             self._thread.start()
 
-    # What calls are made of
+    # Building blocks of calls
 
     def _issue(
         self,
@@ -96,7 +95,7 @@ class ThreadDriver(Driver[_C]):
         on_written: Callable[[Exchange], object] | None = None,
         is_stop: bool = False,
     ) -> Exchange:
-        """Have the core make an exchange, and write what is to be written now."""
+        """Make the core create an exchange, and write the bytes that may be written now."""
         self._hear_what_came(waiter, 1 if is_stop else _READS_BEFORE)
         with self._lock:
             waiter.exchange = exchange = make(self.now())
@@ -110,7 +109,7 @@ class ThreadDriver(Driver[_C]):
         return exchange
 
     def _cancel(self, waiter: Waiter) -> None:
-        """Give up what an interrupted thread has waited for."""
+        """Cancel the exchange of an interrupted thread."""
         if waiter.exchange is not None:
             with self._lock:
                 self._core.cancel(waiter.exchange, self.now())
@@ -119,7 +118,7 @@ class ThreadDriver(Driver[_C]):
     # Waiting
 
     def _wait(self, waiter: Waiter, until: float = math.inf) -> None:
-        """Wait until it is over for ``waiter``, or until the time; read meanwhile if nobody does."""
+        """Wait for the end of ``waiter``, or until ``until``; read meanwhile if no other thread does."""
         while not waiter.done and (now := self.now()) < until:
             if self._turns.mine(waiter):
                 self._read(until)
@@ -127,35 +126,35 @@ class ThreadDriver(Driver[_C]):
                 self._tick(until if waiter.exchange is None else waiter.exchange.deadline)
 
     def _leave(self, waiter: Waiter) -> None:
-        """Wait no more: another one reads, and knows when something is due."""
+        """Stop waiting; another thread may read, and learns when something is due."""
         self._turns.leave(waiter)
         self._wake_reader()
 
     def _look_ahead(self) -> None:
-        """Note when the core has something to do next; under its lock."""
+        """Note when the core has something to do next. Requires its lock."""
         due = self._core.due
         self._due = math.inf if due is None else due
         self._silent_at = self._core.silent_at
         self._waits_for_reader = self._core.waits_for_reader
 
     def _reschedule(self) -> None:
-        """See to it that what the core was just told to do is done in time."""
+        """Process in time what the core was just asked to do."""
         with self._lock:
             self._look_ahead()
         self._wake_reader()
 
     def _wake_reader(self) -> None:
-        """Let who reads look around if it has reason to; who else waits keeps its own time."""
+        """Wake the reader if it has a reason to check; other waiting threads keep their own time."""
         if min(self._due, self._silent_at) < self._reads_until or self._turns.is_over:
             self._link.wake()
 
     def _tick(self, until: float = math.inf) -> None:
-        """Do what is due, in a thread that does not read; who reads looks around afterwards."""
+        """Process what is due, in a thread that does not read; the reader then checks again."""
         self._do_what_is_due(until)
         self._wake_reader()
 
     def _do_what_is_due(self, until: float = math.inf) -> None:
-        """Let the core see to what is due, and write what is to be written, if that can be until then."""
+        """Make the core process what is due, and write its bytes if this is possible until ``until``."""
         with self._lock:
             now = self.now()
             if self._due <= now:
@@ -166,7 +165,7 @@ class ThreadDriver(Driver[_C]):
 
     @reads_link
     def _read(self, until: float = math.inf) -> None:
-        """Read once, until something comes or is due, and let the core take it."""
+        """Read once, until bytes arrive or something is due, and pass the bytes to the core."""
         with self._lock:
             now = self.now()
             self._look_ahead()
@@ -183,7 +182,7 @@ class ThreadDriver(Driver[_C]):
             self._do_what_is_due()
 
     def _hear_what_came(self, waiter: Waiter, reads: int = 1) -> None:
-        """Take what came while nobody read, so that nothing of it answers what is asked now."""
+        """Process bytes that arrived while no thread read, so that they cannot answer the next request."""
         if self._thread is not None or self._end is not None or not self._turns.mine(waiter):
             return
         try:
@@ -196,7 +195,7 @@ class ThreadDriver(Driver[_C]):
             self._lose(error)
 
     def _take(self, data: bytes) -> None:
-        """Give bytes of the line to the core; or tell it that nothing came, where that means something."""
+        """Pass received bytes to the core, or a silence if it is significant."""
         if data:
             self._received(data)
         elif self.now() < self._silent_at and not self._waits_for_reader:
@@ -209,7 +208,7 @@ class ThreadDriver(Driver[_C]):
                 self._look_ahead()
 
     def _flush(self, until: float = math.inf) -> None:
-        """Write what is to be written now, if no other thread writes all the time until then."""
+        """Write the bytes that may be written now, unless another thread keeps writing until ``until``."""
         if not self._may_write(until):
             return
         try:
@@ -224,9 +223,9 @@ class ThreadDriver(Driver[_C]):
             self._writing.release()
 
     def _is_behind(self) -> bool:
-        """Say whether the thread that reads has not taken everything that came.
+        """Return whether the reading thread has not taken all bytes that arrived.
 
-        It may be held up for long where others keep the processor busy.
+        It may be delayed for long if other threads keep the processor busy.
         """
         thread = self._thread
         return (
@@ -234,11 +233,11 @@ class ThreadDriver(Driver[_C]):
         )
 
     def _may_write(self, until: float) -> bool:
-        """Wait until no other thread writes: on a line that takes nothing that may last."""
+        """Wait until no other thread writes, which may take long on a link that accepts nothing."""
         return self._writing.acquire(timeout=min(max(until - self.now(), 0), threading.TIMEOUT_MAX))
 
     def _write(self, data: bytes) -> None:
-        """Write bytes to the line; under the lock for it."""
+        """Write bytes to the link. Requires the lock for writing."""
         try:
             self._link.write(data)
         except TransportLostError as error:
@@ -247,7 +246,7 @@ class ThreadDriver(Driver[_C]):
             self._sent(data)
 
     def _lose(self, error: TransportLostError) -> None:
-        """Let everybody know that the line is gone, now and for ever."""
+        """Note the loss of the link, and end all exchanges and waits."""
         if self.broken_at is None:
             self.broken_at = self.now()
         with self._lock:
@@ -260,28 +259,26 @@ class ThreadDriver(Driver[_C]):
         self._link.wake()
 
     def _wake_all(self) -> None:
-        """Wake whoever waits, at the end; under the lock of the core."""
+        """Wake all waits, at the end. Requires the lock of the core."""
         self._look_ahead()
         for waiter in self._asleep:
             waiter.end()
 
     def _live(self) -> None:
-        """Read for ever; what the thread does."""
+        """Read until the session ends; the background thread."""
         try:
             while self._end is None:
                 self._read()
-        except BaseException as error:  # a fault of this library, or of a condition of the user's
-            log.exception("%s: the thread that reads has failed", self.url)
-            self._lose(
-                TransportLostError(f"{self.url}: the thread that reads has failed: {error!r}")
-            )
+        except BaseException as error:  # an error in this library or in a user's condition
+            log.exception("%s: the reading thread failed", self.url)
+            self._lose(TransportLostError(f"{self.url}: the reading thread failed: {error!r}"))
 
     # The end
 
     def close(self) -> None:
-        """Say what is to be said last, end everything that waits, and close the line.
+        """Write the last words, end all exchanges, and close the link.
 
-        Harmless when done twice. Whoever waits gets a :class:`~stagewire.errors.SessionClosedError`.
+        Harmless if called twice. Waiting calls raise :class:`~stagewire.errors.SessionClosedError`.
         """
         if self._is_elsewhere:
             return
@@ -293,7 +290,7 @@ class ThreadDriver(Driver[_C]):
             if self._unsaid:
                 self._write(self._unsaid)
                 self._unsaid = b""
-        # Also when it is closed already: the closing before may have been interrupted.
+        # Also if it is already closed: the previous close may have been interrupted.
         self._link.wake()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(_ENDING)
@@ -303,11 +300,11 @@ class ThreadDriver(Driver[_C]):
         termination.forget(self)
 
     def end_at_exit(self) -> None:
-        """Close at the end of the process."""
+        """Close the session at the end of the process."""
         self.close()
 
     def leave_to_parent(self) -> None:
-        """Do nothing any more: this is a fork, whose parent has the line, and the thread that reads."""
+        """Disable the session in a fork; the parent process owns the link and the reading thread."""
         self._lock, self._writing, self._turns = threading.Lock(), threading.Lock(), Turns()
         super().leave_to_parent()
         self._look_ahead()

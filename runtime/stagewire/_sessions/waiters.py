@@ -1,4 +1,4 @@
-"""How threads and tasks wait without polling: a lock or a future for each, and one thread that reads."""
+"""Waiting without polling: a lock per thread or a future per task, and one thread that reads."""
 
 from __future__ import annotations
 
@@ -13,57 +13,57 @@ if TYPE_CHECKING:
 
 
 class Waiter:
-    """One thread that waits for something to end; a lock, which is the cheapest thing to wake it by."""
+    """One waiting thread, with a lock, which is the cheapest way to wake it."""
 
     __slots__ = ("_lock", "done", "exchange")
 
     def __init__(self) -> None:
         self.exchange: Exchange | None = None
-        """What it waits for, if that is an exchange; to be cancelled if the thread is interrupted."""
+        """The exchange that it waits for, if any; cancelled if the thread is interrupted."""
         self.done = False
-        """Whether what it waits for has come."""
+        """Whether the wait is over."""
         self._lock = threading.Lock()
         self._lock.acquire()
 
     def end(self, what: object = None) -> None:
-        """Say that it has come."""
+        """End the wait."""
         self.done = True
         self.nudge()
 
     def nudge(self) -> None:
-        """Wake it to look around."""
-        with contextlib.suppress(RuntimeError):  # another thread has woken it already
+        """Wake the thread to check again."""
+        with contextlib.suppress(RuntimeError):  # already woken by another thread
             self._lock.release()
 
     def sleep(self, seconds: float) -> bool:
-        """Wait until it is woken, at most so long; return whether it was."""
+        """Wait until woken, at most this long; return whether it was woken."""
         return self._lock.acquire(timeout=min(max(seconds, 0), threading.TIMEOUT_MAX))
 
 
 class Turns:
-    """Who reads the line: the first who waits, and when it leaves, one of the others.
+    """The right to read the link: the first waiting thread has it, and when it leaves, one of the others.
 
-    A thread that does nothing else may have the turn for good.
+    A background thread may have it for good.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._reader: Waiter | None = None
-        self._others: dict[Waiter, None] = {}  # in the order in which they came
+        self._others: dict[Waiter, None] = {}  # in order of arrival
         self._for_good = False
 
     def take_for_good(self) -> None:
-        """Let one thread read, and nobody else ever."""
+        """Reserve the right to read for one thread, for good."""
         self._for_good = True
 
     @property
     def is_over(self) -> bool:
-        """Whether what the one who reads waits for has come, and it may not know."""
+        """Whether the wait of the reader is over and it may not know."""
         reader = self._reader
         return reader is not None and reader.done
 
     def mine(self, waiter: Waiter) -> bool:
-        """Say whether it is for this one to read; if not, it is woken when it is."""
+        """Return whether this waiter has to read; if not, it is woken when it has to."""
         if self._for_good or self._reader is waiter:
             return not self._for_good
         with self._lock:
@@ -75,7 +75,7 @@ class Turns:
             return False
 
     def leave(self, waiter: Waiter) -> None:
-        """Wait no more, and let another one read if it was this one's turn."""
+        """Stop waiting; pass the right to read to another waiter."""
         if self._for_good:
             return
         with self._lock:
@@ -88,7 +88,7 @@ class Turns:
 
 
 class Over:
-    """Wakes the task that waits for something to be over."""
+    """A callback that wakes the task that waits for it."""
 
     __slots__ = ("future",)
 
@@ -96,15 +96,15 @@ class Over:
         self.future: asyncio.Future[None] = loop.create_future()
 
     def __call__(self, what: object = None) -> None:
-        """Wake it; harmless when done twice."""
+        """Wake the task. Harmless if called twice."""
         if not self.future.done():  # or cancelled
             self.future.set_result(None)
 
 
 class Watchers(list[Callable[["Exchange"], object]]):
-    """Who is told when one exchange ends, or is written; itself what the exchange calls."""
+    """Callbacks for the end or the writing of one exchange; itself such a callback."""
 
     def __call__(self, exchange: Exchange) -> None:
-        """Tell all of them."""
+        """Call all of them."""
         for watcher in tuple(self):
             watcher(exchange)

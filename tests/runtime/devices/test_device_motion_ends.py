@@ -323,7 +323,7 @@ def test_a_fault_report_ends_the_wait_immediately(quirks: list[str], code: int, 
     with TDC001.open(line, stage="Z8") as tdc:
         tdc.set_chan_enable_state(enable_state=e.EnableState.DISABLE)
         begun = tdc.session.now()
-        with pytest.raises(ControllerFaultError, match="may still be under way") as end:
+        with pytest.raises(ControllerFaultError, match="may still be in progress") as end:
             tdc.move_absolute(mm=1)
         assert tdc.session.now() - begun < 1
         assert (end.value.code, end.value.fault) == (code, fault)

@@ -1,4 +1,4 @@
-"""A program that begins to home a controller and is then ended in some way; run by test_session_closing.
+"""A program that begins to home a controller and then ends in a given way; run by test_session_closing.
 
 Usage: closing_program.py WORLD POLICY END PORT
 """
@@ -54,7 +54,7 @@ async def loop(url: str, stop: bool, end: str) -> None:
 
 
 def fork(url: str) -> None:
-    """Use a session, close it, and end in a fork; then use it in the parent."""
+    """Use a session, close it and exit in a fork; then use it in the parent."""
     with FramedSession(PROTOCOL, open_link(url)) as session:
         session.on_close.append(last_words)
         child = os.fork()

@@ -1,4 +1,4 @@
-"""Lines for tests of sessions: the test is the controller."""
+"""Links for tests of sessions: the test plays the controller."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HOST, USB = 0x01, 0x50
 BAYS = (0x21, 0x22, 0x23)
 
 Answer = Callable[[bytes], bytes]
-"""What a controller says to what was written."""
+"""Returns the reply of a controller to the bytes written."""
 
 
 def silent(data: bytes) -> bytes:
@@ -25,7 +25,7 @@ def silent(data: bytes) -> bytes:
 
 
 class TestLink(Link):
-    """A line for threads."""
+    """A link for threads."""
 
     __test__ = False
 
@@ -88,7 +88,7 @@ class TestLink(Link):
 
 
 class AsyncTestLink(AsyncLink):
-    """A line for an event loop."""
+    """A link for an event loop."""
 
     def __init__(self, answer: Answer = silent) -> None:
         self.url = "test://"
@@ -120,17 +120,17 @@ class AsyncTestLink(AsyncLink):
         self.closed = True
 
 
-# A controller that says what it is asked
+# A controller that answers according to the request
 
 
 def answer(data: bytes) -> bytes:
-    """Answer all requests that were written at once, each by what was asked."""
+    """Return the replies to all requests in the bytes of one write."""
     framer = PROTOCOL.framer(End.DEVICE)
     return b"".join(said(event.frame) for event in framer.feed(data))
 
 
 def said(request: Frame) -> bytes:
-    """Answer one request; of a channel's parameters by numbers that are made of channel and address."""
+    """Return the reply to one request; its values are built from channel and address."""
     chan, dest = getattr(request.message, "chan_ident", 1), request.dest
     match request.message:
         case m.MotReqVelParams():

@@ -1,4 +1,4 @@
-"""A session core with a time that is stepped, and no line: what tests of the cores talk through."""
+"""A session core with stepped time and without a link; tests of the cores use it."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ STOPPED = Ends(completed=(m.MotMoveStoppedHeader,))
 
 
 def vel_params(max_velocity: int = 7, chan_ident: int = 1) -> m.MotGetVelParams:
-    """The answer to MOT_REQ_VELPARAMS, told from others by its value."""
+    """Return a reply to MOT_REQ_VELPARAMS, identified by its maximum velocity."""
     return m.MotGetVelParams(
         chan_ident=chan_ident, min_velocity=0, acceleration=1, max_velocity=max_velocity
     )
 
 
 def dc_status(position: int = 0, chan_ident: int = 1) -> m.MotGetDcStatusUpdate:
-    """What comes ten times a second."""
+    """Return the status that a controller sends ten times a second."""
     return m.MotGetDcStatusUpdate(
         chan_ident=chan_ident, position=position, velocity=0, status_bits=0
     )
 
 
 def said(message: FramedMessage, source: int = 0x50, dest: int = HOST) -> bytes:
-    """The bytes of what a controller says."""
+    """Return the bytes of a message from a controller."""
     return message.pack(dest, source)
 
 
 class Stepped:
-    """Drives a core as a driver does: output after each call, and tick when something is due.
+    """Drives a core like a driver: output after each call, and tick when something is due.
 
-    After each step it holds that nothing is due any more: a driver would spin.
+    After each step it asserts that nothing is due any more, because a driver would spin.
     """
 
     def __init__(self, core: Core) -> None:
@@ -50,7 +50,7 @@ class Stepped:
         self.wrote = b""
 
     def flush(self) -> bytes:
-        """Write what is to be written now, and return it."""
+        """Write the bytes that may be written now, and return them."""
         data = self.any.output(self.now)
         self.wrote += data
         due = self.due
@@ -59,18 +59,18 @@ class Stepped:
 
     @property
     def due(self) -> float | None:
-        """When the core has to be called next, with bytes or without."""
+        """When the core must be called next, with bytes or without."""
         due = min(inf if self.any.due is None else self.any.due, self.any.silent_at)
         return None if due == inf else due
 
     def hear(self, *data: bytes) -> bytes:
-        """Let bytes come, and return what is written then."""
+        """Pass received bytes to the core, and return the bytes written then."""
         for chunk in data:
             self.any.receive(chunk, self.now)
         return self.flush()
 
     def until(self, when: float) -> bytes:
-        """Let time go on, stopping wherever something is due; return what was written."""
+        """Advance the time, stopping whenever something is due; return the bytes written."""
         written = b""
         while (due := self.due) is not None and due <= when:
             written += self._look_around(due)
@@ -83,11 +83,11 @@ class Stepped:
         return self.flush()
 
     def later(self, seconds: float) -> bytes:
-        """Let time go on."""
+        """Advance the time by some seconds."""
         return self.until(self.now + seconds)
 
     def cancel(self, exchange: Exchange) -> bytes:
-        """Cancel an exchange; return what is written then."""
+        """Cancel an exchange; return the bytes written then."""
         self.any.cancel(exchange, self.now)
         return self.flush()
 
@@ -106,14 +106,14 @@ class Framed(Stepped):
         dest: int = 0x50,
         timeout: float = 1.0,
     ) -> Exchange:
-        """Ask, for the velocity parameters of channel 1 if nothing else is said."""
+        """Send a request, by default for the velocity parameters of channel 1."""
         message = message or m.MotReqVelParams(1)
         exchange = self.core.ask(message, replies, dest, timeout, self.now)
         self.flush()
         return exchange
 
     def send(self, message: FramedMessage | None = None, dest: int = 0x50) -> Exchange:
-        """Send something that has no reply."""
+        """Send a message without a reply."""
         exchange = self.core.send(message or m.ModIdentify(), dest, 1.0, self.now)
         self.flush()
         return exchange
@@ -135,7 +135,7 @@ class Framed(Stepped):
 
 
 class Commands(Stepped):
-    """A core for a controller whose replies have no frame; it takes commands at once unless told."""
+    """A core for a controller whose replies have no frame; in low-level mode by default."""
 
     def __init__(self, low_level: bool = True, **options: Any) -> None:
         refuse = options.pop("refuse_prefix_bytes", False)
@@ -149,13 +149,13 @@ class Commands(Stepped):
             self.wrote = b""
 
     def ask(self, message: Any, axis: int = 24, timeout: float = 1.0) -> Exchange:
-        """Ask an axis."""
+        """Send a request to an axis."""
         exchange = self.core.ask(message, axis, timeout, self.now)
         self.flush()
         return exchange
 
     def send(self, message: Any, axis: int | None = 24) -> Exchange:
-        """Send something that has no reply."""
+        """Send a command without a reply."""
         exchange = self.core.send(message, axis, 1.0, self.now)
         self.flush()
         return exchange

@@ -53,7 +53,7 @@ def test_a_request_gets_its_reply() -> None:
     stepped.run(main())
 
 
-def test_a_silent_controller_costs_just_the_timeout() -> None:
+def test_a_silent_controller_costs_exactly_the_timeout() -> None:
     async def main() -> None:
         async with session(AsyncTestLink()) as one:
             before = one.now()
@@ -64,7 +64,7 @@ def test_a_silent_controller_costs_just_the_timeout() -> None:
     stepped.run(main())
 
 
-def test_of_two_timeouts_each_ends_at_its_own_time() -> None:
+def test_two_timeouts_end_at_their_own_times() -> None:
     async def main() -> None:
         async with session(AsyncTestLink()) as one:
             later = asyncio.create_task(ask(one, BAYS[0], timeout=30))
@@ -79,7 +79,7 @@ def test_of_two_timeouts_each_ends_at_its_own_time() -> None:
     stepped.run(main())
 
 
-def test_a_cancelled_request_that_waits_is_never_sent() -> None:
+def test_a_request_cancelled_while_waiting_is_never_sent() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         async with session(link) as one:
@@ -106,14 +106,14 @@ def test_a_hundred_tasks_get_their_own_replies() -> None:
     stepped.run(main())
 
 
-def test_a_motion_is_begun_and_waited_for() -> None:
+def test_waiting_for_a_motion() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         ended: list[object] = []
         async with session(link) as one:
             motion = await one.begin(m.MotMoveHome(1), HOMED, USB, on_done=ended.append)
             assert link.written == [m.MotMoveHome(1).pack(USB, 1)]
-            with pytest.raises(MotionTimeoutError, match="it is still waited for"):
+            with pytest.raises(MotionTimeoutError, match="the exchange goes on"):
                 await one.wait(motion, 0.01)
             assert not ended
             waiting = [asyncio.create_task(one.wait(motion)) for _ in range(3)]
@@ -128,7 +128,7 @@ def test_a_motion_is_begun_and_waited_for() -> None:
     stepped.run(main())
 
 
-def test_a_motion_that_is_stopped_says_so() -> None:
+def test_a_stopped_motion_raises() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         async with session(link) as one:
@@ -143,7 +143,7 @@ def test_a_motion_that_is_stopped_says_so() -> None:
     stepped.run(main())
 
 
-def test_a_stop_goes_before_a_hundred_requests_that_wait() -> None:
+def test_a_stop_overtakes_a_hundred_waiting_requests() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         one = session(link)
@@ -154,13 +154,13 @@ def test_a_stop_goes_before_a_hundred_requests_that_wait() -> None:
         link.unplug()
         failed = await asyncio.gather(*tasks, return_exceptions=True)
         assert all(isinstance(error, TransportLostError) for error in failed)
-        assert len(set(map(id, failed))) == 100  # one of its own for everybody
+        assert len(set(map(id, failed))) == 100  # each caller gets its own
         await one.close()
 
     stepped.run(main())
 
 
-def test_a_lost_line_ends_everything_at_once() -> None:
+def test_a_lost_link_ends_all_calls() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         async with session(link) as one:
@@ -183,7 +183,7 @@ def test_a_lost_line_ends_everything_at_once() -> None:
     stepped.run(main())
 
 
-def test_closing_ends_who_waits_and_stops_what_moves() -> None:
+def test_closing_ends_waiting_calls_and_stops_motions() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         one = session(link)
@@ -202,7 +202,7 @@ def test_closing_ends_who_waits_and_stops_what_moves() -> None:
     stepped.run(main())
 
 
-def test_signs_of_life_are_sent_while_nobody_calls() -> None:
+def test_keep_alive_messages_are_sent_between_calls() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         async with session(link) as one:
@@ -215,7 +215,7 @@ def test_signs_of_life_are_sent_while_nobody_calls() -> None:
     stepped.run(main())
 
 
-def test_there_is_no_thread() -> None:
+def test_no_thread_is_started() -> None:
     async def main() -> None:
         before = threading.active_count()
         async with session(AsyncTestLink(answer)) as one:
@@ -225,7 +225,7 @@ def test_there_is_no_thread() -> None:
     asyncio.run(main())
 
 
-def test_a_session_of_another_loop_is_refused_in_plain_words() -> None:
+def test_a_session_cannot_be_used_in_another_loop() -> None:
     async def opened() -> AsyncFramedSession:
         return session(AsyncTestLink(answer))
 
@@ -242,7 +242,7 @@ def test_a_session_of_another_loop_is_refused_in_plain_words() -> None:
     first.close()
 
 
-def test_a_pause_ends_when_it_is_over() -> None:
+def test_a_pause_takes_the_given_time() -> None:
     async def main() -> None:
         async with session(AsyncTestLink()) as one:
             await one.pause(3600)
@@ -267,8 +267,8 @@ async def home(one: AsyncFramedSession) -> object:
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_cancelled_after_any_number_of_steps_the_session_is_usable(name: str) -> None:
-    """Behind another request that waits; both answers come late, and the next one meets its own request."""
+def test_a_call_cancelled_at_any_step_leaves_the_session_usable(name: str) -> None:
+    """Another request waits before it. Both replies are late, and the next request gets its own reply."""
 
     async def main(steps: int) -> bool:
         link = AsyncTestLink()
@@ -285,7 +285,7 @@ def test_cancelled_after_any_number_of_steps_the_session_is_usable(name: str) ->
         task.cancel()
         await asyncio.wait([task])
         link.answer = silent
-        link.say(answer(b"".join(link.written)))  # all over again
+        link.say(answer(b"".join(link.written)))  # repeat all replies
         await asyncio.sleep(0)
         link.answer = answer
         reply = await one.ask(m.MotReqJogParams(1), (m.MotGetJogParams,), USB, 5)
@@ -302,7 +302,7 @@ def test_cancelled_after_any_number_of_steps_the_session_is_usable(name: str) ->
         assert steps < 50
 
 
-def test_a_fault_in_what_takes_bytes_ends_the_session_and_lets_nobody_wait(
+def test_an_error_while_processing_bytes_ends_the_session(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def fail(data: bytes, now: float) -> None:
@@ -311,15 +311,15 @@ def test_a_fault_in_what_takes_bytes_ends_the_session_and_lets_nobody_wait(
     async def main() -> None:
         async with session(AsyncTestLink(answer)) as one:
             monkeypatch.setattr(one._core, "receive", fail)
-            with pytest.raises(TransportLostError, match="has failed: ZeroDivisionError"):
+            with pytest.raises(TransportLostError, match="failed: ZeroDivisionError"):
                 await ask(one, timeout=1000)
             assert one.now() < 1
 
     stepped.run(main())
 
 
-def test_what_came_while_the_loop_was_busy_is_no_answer_to_what_is_asked_then() -> None:
-    """A program that computes for a while, and then asks, has not read what came meanwhile."""
+def test_bytes_that_arrived_while_the_loop_was_busy_do_not_answer_a_later_request() -> None:
+    """A program that computes for a while and then sends a request has not read the bytes before it."""
     early = m.MotGetVelParams(1, 1, 1, 1).pack(HOST, USB)
     with socket.create_server(("127.0.0.1", 0)) as listener:
 

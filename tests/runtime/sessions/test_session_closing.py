@@ -1,4 +1,4 @@
-"""What a session says last, however the program ends; nothing is installed that was not there before."""
+"""Last words of sessions for every way in which a program ends, and handlers that are removed again."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PROGRAM = Path(__file__).with_name("closing_program.py")
 MOVE_STOP = bytes.fromhex("65 04 01 02 50 01")
 MOVE_HOME = bytes.fromhex("43 04 01 00 50 01")
 
-# How a program ends, and with which status.
+# The ways in which a program ends, and the exit status of each.
 ENDS = {
     "terminate": -signal.SIGTERM,
     "terminate reader": -signal.SIGTERM,
@@ -48,9 +48,9 @@ PROGRAMS = [
 ]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without a signal")
 @pytest.mark.parametrize(("world", "end", "policy"), PROGRAMS)
-def test_a_program_that_ends_stops_what_moves(world: str, end: str, policy: str) -> None:
+def test_a_program_that_ends_stops_its_motions(world: str, end: str, policy: str) -> None:
     with virtual.TDC001(stage=stages.Z8).tcp() as tdc:
         heard: list[bytes] = []
         tdc.link.observer.received = lambda link, when, data: heard.append(data)  # type: ignore[method-assign]
@@ -72,7 +72,7 @@ def test_a_program_that_ends_stops_what_moves(world: str, end: str, policy: str)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGHUP")
-def test_a_program_that_ignores_hangups_goes_on() -> None:
+def test_a_program_that_ignores_hangups_still_does() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
     try:
         with FramedSession(PROTOCOL, TestLink()):
@@ -82,7 +82,7 @@ def test_a_program_that_ignores_hangups_goes_on() -> None:
         signal.signal(signal.SIGHUP, before)
 
 
-def test_a_handler_of_the_user_stays() -> None:
+def test_a_handler_of_the_program_is_kept() -> None:
     def handler(number: int, frame: object) -> None: ...
 
     before = signal.signal(signal.SIGTERM, handler)
@@ -94,7 +94,7 @@ def test_a_handler_of_the_user_stays() -> None:
         signal.signal(signal.SIGTERM, before)
 
 
-def test_after_the_last_session_everything_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_handlers_are_removed_after_the_last_session(monkeypatch: pytest.MonkeyPatch) -> None:
     registered: list[object] = []
     monkeypatch.setattr(atexit, "register", registered.append)
     monkeypatch.setattr(atexit, "unregister", registered.remove)
@@ -111,21 +111,21 @@ def test_after_the_last_session_everything_is_as_before(monkeypatch: pytest.Monk
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="only POSIX forks")
-def test_a_fork_leaves_the_line_to_its_parent() -> None:
+def test_a_fork_leaves_the_link_to_its_parent() -> None:
     with virtual.TDC001(stage=stages.Z8).tcp() as tdc:
         heard: list[bytes] = []
         tdc.link.observer.received = lambda link, when, data: heard.append(data)  # type: ignore[method-assign]
         command = [sys.executable, "-W", "ignore", str(PROGRAM), "fork", "stop", "exit", tdc.url]
         said = subprocess.run(command, capture_output=True, text=True, timeout=30)
     assert said.stdout == (
-        f"{tdc.url} was opened by the process that this one was forked from; open it after the fork; "
+        f"{tdc.url} was opened before this process was forked; open it after the fork; "
         "MOT_REQ_VELPARAMS was not sent\nthe parent still has it\n"
     )
-    assert b"".join(heard).count(MOVE_STOP) == 1  # that of the parent
+    assert b"".join(heard).count(MOVE_STOP) == 1  # from the parent
 
 
 @pytest.mark.parametrize("ending", [termination._at_exit, None], ids=["exit", "close"])
-def test_what_fails_does_not_silence_the_others(
+def test_failing_last_words_do_not_prevent_others(
     ending: Callable[[], None] | None, caplog: pytest.LogCaptureFixture
 ) -> None:
     def fail() -> bytes:
@@ -138,10 +138,10 @@ def test_what_fails_does_not_silence_the_others(
         if ending:
             ending()
     assert [link.written for link in links] == [[MOVE_STOP], [MOVE_STOP]]
-    assert "what was to be said last is not said" in caplog.text
+    assert "last words failed" in caplog.text
 
 
-def test_a_signal_in_the_midst_of_closing_loses_no_stop() -> None:
+def test_a_signal_during_closing_loses_no_stop() -> None:
     link = TestLink()
     session = FramedSession(PROTOCOL, link)
     session.on_close.append(lambda: MOVE_STOP)
@@ -152,7 +152,7 @@ def test_a_signal_in_the_midst_of_closing_loses_no_stop() -> None:
     assert link.told_now == [MOVE_STOP]
 
 
-def test_in_an_event_loop_the_last_words_do_not_wait_for_it() -> None:
+def test_last_words_do_not_wait_for_the_event_loop() -> None:
     async def main() -> None:
         link = AsyncTestLink()
         async with AsyncFramedSession(PROTOCOL, link) as session:

@@ -28,7 +28,7 @@ TO_LOW, TO_HIGH = c.SwitchToLowLevel(), c.SwitchToHighLevel()
 
 
 @given(st.lists(st.integers(0, 3), max_size=6))
-def test_a_reply_is_that_of_the_one_read_in_any_chunks(sizes):
+def test_a_reply_in_any_chunks_answers_the_outstanding_read(sizes):
     talk = Commands()
     asked = talk.ask(c.ReadMotorPosition(), X)
     assert talk.wrote == READ_X
@@ -40,7 +40,7 @@ def test_a_reply_is_that_of_the_one_read_in_any_chunks(sizes):
     assert talk.core.due is None or talk.core.due > talk.now
 
 
-def test_one_read_at_a_time_in_the_order_of_the_calls():
+def test_reads_are_sent_one_at_a_time_in_order():
     talk = Commands()
     first, second = talk.ask(c.ReadMotorPosition(), X), talk.ask(c.ReadMotorPosition(), Y)
     assert talk.wrote == READ_X
@@ -50,7 +50,7 @@ def test_one_read_at_a_time_in_the_order_of_the_calls():
     assert second.value().position == 0
 
 
-def test_a_write_waits_for_the_read_before_it():
+def test_a_write_waits_for_an_earlier_read():
     talk = Commands()
     talk.ask(c.ReadMotorPosition(), X)
     sent = talk.send(c.StartMotor(), X)
@@ -70,7 +70,7 @@ def test_writes_are_paced_and_reads_are_not():
 
 
 @pytest.mark.parametrize("came", [0, 1, 2])
-def test_a_stop_goes_out_at_any_time_and_shifts_nothing(came):
+def test_a_stop_is_sent_at_any_time_without_shifting_replies(came):
     talk = Commands(pacing=5)
     talk.send(c.StartMotor(), X)
     talk.later(5)
@@ -85,7 +85,7 @@ def test_a_stop_goes_out_at_any_time_and_shifts_nothing(came):
     assert not waiting.done
 
 
-def test_a_stop_goes_out_while_the_line_is_poisoned_and_before_what_waits():
+def test_a_stop_is_sent_first_even_on_a_poisoned_line():
     talk = Commands()
     talk.hear(b"?")
     talk.ask(c.ReadMotorPosition(), X)
@@ -94,14 +94,14 @@ def test_a_stop_goes_out_while_the_line_is_poisoned_and_before_what_waits():
     assert talk.flush() == STOP
 
 
-def test_a_stop_that_is_cancelled_is_written_all_the_same():
+def test_a_cancelled_stop_is_still_written():
     talk = Commands()
     stop = talk.core.halt(c.StopMotor(), X, 1.0, talk.now)
     talk.core.cancel(stop, talk.now)
     assert talk.flush() == STOP
 
 
-def test_a_silent_controller_is_a_timeout():
+def test_a_silent_controller_causes_a_timeout():
     talk = Commands()
     asked = talk.ask(c.ReadMotorPosition(), X, timeout=0.5)
     talk.hear(POSITION[:2])
@@ -112,11 +112,11 @@ def test_a_silent_controller_is_a_timeout():
         asked.value()
     text = str(refused.value)
     assert f"READ_MOTOR_POSITION ({READ_X.hex(' ')}) was sent" in text
-    assert "within 0.5 s, but a0 86" in text
+    assert "within 0.5 s (received only a0 86)" in text
     assert talk.core.statistics.garbage == 2
 
 
-def test_a_late_reply_is_thrown_away_and_the_next_read_gets_its_own():
+def test_a_late_reply_is_discarded_and_never_matched_to_the_next_read():
     talk = Commands(drain=0.2)
     talk.ask(c.ReadMotorPosition(), X)
     talk.later(1)
@@ -130,7 +130,7 @@ def test_a_late_reply_is_thrown_away_and_the_next_read_gets_its_own():
     assert again.value().position == 0
 
 
-def test_a_line_is_silent_for_long_enough_after_the_last_byte():
+def test_the_silence_counts_from_the_last_byte():
     talk = Commands(drain=0.2)
     talk.ask(c.ReadMotorPosition(), X)
     talk.later(1)
@@ -142,7 +142,7 @@ def test_a_line_is_silent_for_long_enough_after_the_last_byte():
     assert again.written
 
 
-def test_a_read_that_was_given_up_early_may_still_be_answered_in_the_usual_time():
+def test_after_an_early_timeout_the_late_reply_is_awaited_for_the_usual_time():
     talk = Commands(drain=0.2, reply_timeout=1.0)
     talk.ask(c.ReadMotorPosition(), X, timeout=0.05)
     talk.later(0.05)
@@ -154,20 +154,20 @@ def test_a_read_that_was_given_up_early_may_still_be_answered_in_the_usual_time(
     assert again.value().position == 0
 
 
-def test_noise_is_not_taken_for_the_late_reply():
+def test_noise_does_not_count_as_the_late_reply():
     talk = Commands(drain=0.2, reply_timeout=1.0)
     talk.ask(c.ReadMotorPosition(), X, timeout=0.05)
     talk.later(0.05)
     again = talk.ask(c.ReadMotorPosition(), Y, timeout=3)
     talk.hear(b"\xff")
-    assert talk.later(0.5) == b""  # and the line was silent for long enough
+    assert talk.later(0.5) == b""  # although the line was silent long enough
     talk.hear(POSITION)
     assert talk.later(0.2) == READ_Y
     talk.hear(bytes(3))
     assert again.value().position == 0
 
 
-def test_without_a_late_reply_the_silence_counts_from_the_usual_time():
+def test_without_a_late_reply_the_silence_counts_from_its_usual_time():
     talk = Commands(drain=0.2, reply_timeout=1.0)
     talk.ask(c.ReadMotorPosition(), X, timeout=0.05)
     talk.later(0.05)
@@ -176,7 +176,7 @@ def test_without_a_late_reply_the_silence_counts_from_the_usual_time():
     assert talk.later(0.0001) == READ_Y
 
 
-def test_bytes_that_nobody_asked_for_poison_the_line_and_are_news():
+def test_unexpected_bytes_poison_the_line_and_are_dispatched():
     talk = Commands(drain=0.2)
     news = talk.core.subscribe()
     talk.hear(b"hello")
@@ -186,7 +186,7 @@ def test_bytes_that_nobody_asked_for_poison_the_line_and_are_news():
     assert talk.later(0.2) == READ_X
 
 
-def test_bytes_behind_a_reply_poison_the_line():
+def test_bytes_after_a_reply_poison_the_line():
     talk = Commands(drain=0.2)
     asked = talk.ask(c.ReadMotorPosition(), X)
     talk.hear(POSITION + b"!")
@@ -194,22 +194,22 @@ def test_bytes_behind_a_reply_poison_the_line():
     assert not talk.ask(c.ReadMotorPosition(), Y).written
 
 
-def test_writes_go_out_on_a_poisoned_line():
+def test_writes_are_sent_on_a_poisoned_line():
     talk = Commands()
     talk.hear(b"?")
     assert talk.send(c.StartMotor(), X).done
 
 
-def test_a_read_whose_time_passes_before_it_was_sent_says_so():
+def test_the_timeout_of_an_unsent_read_names_the_reason():
     talk = Commands(drain=5)
     talk.hear(b"?")
     asked = talk.ask(c.ReadMotorPosition(), X, timeout=1)
     assert talk.later(1) == b""
-    assert "was not sent within 1 s: the line had not been silent" in str(asked.error)
+    assert "was not sent within 1 s: the line was not silent for long enough" in str(asked.error)
     assert talk.later(60) == b""
 
 
-def test_cancelling_before_and_after_it_was_sent():
+def test_cancelling_reads_before_and_after_they_were_sent():
     talk = Commands(drain=0.2, reply_timeout=0.3)
     sent, waiting = talk.ask(c.ReadMotorPosition(), X), talk.ask(c.ReadStatus(), X)
     talk.cancel(waiting)
@@ -223,7 +223,7 @@ def test_cancelling_before_and_after_it_was_sent():
     assert talk.core.statistics.cancelled == 2
 
 
-def test_nothing_is_sent_before_the_mode_is_known():
+def test_nothing_is_sent_while_the_mode_is_unknown():
     talk = Commands(low_level=False)
     assert talk.core.mode == "unknown"
     for refused in (
@@ -231,12 +231,12 @@ def test_nothing_is_sent_before_the_mode_is_known():
         lambda: talk.send(c.StartMotor(), X),
         lambda: talk.text("WHERE X"),
     ):
-        with pytest.raises(WrongModeError, match="was not sent: nobody knows"):
+        with pytest.raises(WrongModeError, match="was not sent: it is unknown"):
             refused()
     assert talk.later(10) == b""
 
 
-def test_a_stop_goes_out_in_any_mode_and_leaves_text_mode_as_it_was():
+def test_a_stop_is_sent_in_any_mode_and_restores_text_mode():
     talk = Commands(low_level=False)
     stop = c.StopMotor().pack(X)
     assert talk.core.halt(c.StopMotor(), X, 1.0, talk.now).done is False
@@ -252,13 +252,13 @@ def test_a_stop_goes_out_in_any_mode_and_leaves_text_mode_as_it_was():
     assert asked.value() == ":A 0"
 
 
-def test_modes_are_entered_by_setup_commands():
+def test_setup_commands_switch_the_mode():
     talk = Commands(low_level=False)
     talk.send(TO_HIGH, None)
     assert talk.wrote == bytes((255, 65))
     assert talk.core.mode == "high_level"
     with pytest.raises(
-        WrongModeError, match="READ_STATUS was not sent: the controller takes lines"
+        WrongModeError, match="READ_STATUS was not sent: the controller accepts only lines"
     ):
         talk.ask(c.ReadStatus(), X)
     talk.later(1)
@@ -271,7 +271,7 @@ def test_modes_are_entered_by_setup_commands():
     assert talk.core.mode == "unknown"
 
 
-def test_what_comes_after_a_switch_that_waits_is_of_that_mode():
+def test_calls_after_a_waiting_switch_need_its_mode():
     talk = Commands()
     talk.ask(c.ReadMotorPosition(), X)
     talk.send(TO_HIGH, None)
@@ -284,7 +284,7 @@ def test_what_comes_after_a_switch_that_waits_is_of_that_mode():
     assert line.written
 
 
-def test_what_waits_for_a_switch_that_is_never_sent_is_not_sent_either():
+def test_calls_after_a_cancelled_switch_are_not_sent():
     talk = Commands()
     talk.ask(c.ReadMotorPosition(), X)
     switch = talk.send(TO_HIGH, None)
@@ -296,7 +296,7 @@ def test_what_waits_for_a_switch_that_is_never_sent_is_not_sent_either():
 
 
 @pytest.mark.parametrize("end", [b"\r\n", b"\n"])
-def test_a_line_of_text_is_answered_by_a_line(end):
+def test_a_line_answers_a_line_of_text(end):
     talk = Commands(low_level=False)
     talk.send(TO_HIGH, None)
     talk.later(1)
@@ -309,7 +309,7 @@ def test_a_line_of_text_is_answered_by_a_line(end):
     assert second.value() == ":A 1"
 
 
-def test_a_late_line_of_text_is_thrown_away():
+def test_a_late_line_of_text_is_discarded():
     talk = Commands(low_level=False)
     talk.send(TO_HIGH, None)
     talk.later(1)
@@ -325,7 +325,7 @@ def test_a_late_line_of_text_is_thrown_away():
     assert again.value() == ":A 5"
 
 
-def test_a_line_of_text_that_never_ends_is_bounded():
+def test_an_endless_line_of_text_takes_bounded_memory():
     talk = Commands(low_level=False)
     talk.send(TO_HIGH, None)
     talk.later(1)
@@ -341,20 +341,20 @@ def test_a_line_of_text_that_never_ends_is_bounded():
 @pytest.mark.parametrize(
     "line", ["", "two\rlines", "tab\t", "µm", "\xff\x41", "x" * 5000, b"WHERE X", None]
 )
-def test_what_is_no_line_of_text_is_refused(line):
+def test_invalid_lines_of_text(line):
     talk = Commands(low_level=False)
     talk.send(TO_HIGH, None)
     with pytest.raises(BadValueError, match="printable ASCII"):
         talk.text(line)
 
 
-def test_what_has_a_reply_is_asked_and_what_has_none_is_sent():
+def test_ask_requires_a_reply_and_send_requires_none():
     talk = Commands()
     with pytest.raises(BadValueError, match="READ_STATUS has a reply"):
         talk.send(c.ReadStatus(), X)
     with pytest.raises(BadValueError, match="STOP_MOTOR has no reply"):
         talk.ask(c.StopMotor(), X)
-    with pytest.raises(BadValueError, match="cannot go before others"):
+    with pytest.raises(BadValueError, match="cannot be sent ahead of others"):
         talk.core.halt(c.ReadStatus(), X, 1.0, talk.now)
     with pytest.raises(OutOfRangeError):
         talk.ask(c.ReadStatus(), 300)
@@ -363,7 +363,7 @@ def test_what_has_a_reply_is_asked_and_what_has_none_is_sent():
     assert talk.wrote == b""
 
 
-def test_values_that_look_like_setup_commands_are_refused_on_demand():
+def test_values_that_look_like_setup_commands_are_refused_on_request():
     position = int.from_bytes(bytes((255, 65, 0)), "little", signed=True)
     assert Commands().send(c.WriteTargetPosition(position), X).written
     talk = Commands(refuse_prefix_bytes=True)

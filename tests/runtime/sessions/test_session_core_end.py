@@ -1,4 +1,4 @@
-"""The end of a session: a lost line, and a session that was closed."""
+"""The end of a session: a lost link, and a session that was closed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stagewire_apt import messages as m
 from stagewire_ms2000 import messages as c
 
 ENDS = {
-    "lost": (lambda core, now: core.lose("/dev/ttyUSB0 is gone", now), TransportLostError),
+    "lost": (lambda core, now: core.lose("/dev/ttyUSB0 is lost", now), TransportLostError),
     "closed": (lambda core, now: core.close(now), SessionClosedError),
 }
 
@@ -20,7 +20,7 @@ def end(request):
     return ENDS[request.param]
 
 
-def test_everything_that_waits_ends_at_once_with_an_error_of_its_own(end):
+def test_all_exchanges_end_immediately_with_separate_errors(end):
     finish, error = end
     talk = Framed()
     waiting = [
@@ -42,16 +42,16 @@ def test_everything_that_waits_ends_at_once_with_an_error_of_its_own(end):
     assert talk.core.due is None
 
 
-def test_the_error_says_whether_something_was_sent(end):
+def test_the_error_states_whether_the_message_was_sent(end):
     finish, _ = end
     talk = Framed()
     sent, waiting = talk.move(), talk.ask()
     finish(talk.core, talk.now)
-    assert "MOT_MOVE_ABSOLUTE was sent and not answered" in str(sent.error)
+    assert "MOT_MOVE_ABSOLUTE was sent but not answered" in str(sent.error)
     assert "MOT_REQ_VELPARAMS was not sent" in str(waiting.error)
 
 
-def test_from_then_on_everything_ends_so_and_nothing_is_written(end):
+def test_later_exchanges_fail_and_nothing_is_written(end):
     finish, error = end
     talk = Framed()
     talk.core.keep_alive(m.MotAckDcStatusUpdate(), (0x50,))
@@ -68,7 +68,7 @@ def test_from_then_on_everything_ends_so_and_nothing_is_written(end):
     assert talk.wrote == b""
 
 
-def test_what_comes_after_the_end_is_nobodys(end):
+def test_bytes_after_the_end_are_ignored(end):
     finish, error = end
     talk = Framed()
     asked = talk.ask()
@@ -79,7 +79,7 @@ def test_what_comes_after_the_end_is_nobodys(end):
     assert len(news) == 0
 
 
-def test_a_session_that_was_lost_can_be_closed_and_the_first_loss_counts():
+def test_a_lost_session_can_be_closed_and_keeps_its_first_error():
     talk = Framed()
     asked = talk.ask()
     talk.core.lose("unplugged", talk.now)
@@ -91,7 +91,7 @@ def test_a_session_that_was_lost_can_be_closed_and_the_first_loss_counts():
     assert "unplugged" in str(talk.ask().error)
 
 
-def test_who_is_told_may_look_at_the_core(end):
+def test_a_callback_may_use_the_core(end):
     finish, error = end
     talk = Framed()
     asked = talk.ask()
@@ -103,7 +103,7 @@ def test_who_is_told_may_look_at_the_core(end):
     assert isinstance(refused, error)
 
 
-def test_commands_end_likewise(end):
+def test_command_exchanges_end_the_same_way(end):
     finish, error = end
     talk = Commands()
     waiting = [talk.ask(c.ReadStatus()), talk.ask(c.ReadMotorPosition()), talk.send(c.StartMotor())]
@@ -115,6 +115,6 @@ def test_commands_end_likewise(end):
     assert talk.later(100) == b""
 
 
-def test_every_error_is_of_the_tree(end):
+def test_all_errors_derive_from_stagewire_error(end):
     _, error = end
     assert issubclass(error, StagewireError)

@@ -1,4 +1,4 @@
-"""Half a frame on the line: what is asked meanwhile waits, and its reply is taken for the rest of nothing."""
+"""Half a frame on the line: requests wait meanwhile, so that a reply is never taken for its rest."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_request_waits_until_half_a_frame_is_given_up():
     assert asked.value().message.max_velocity == 6
 
 
-def test_a_request_waits_until_the_rest_of_a_frame_has_come():
+def test_a_request_waits_for_the_rest_of_a_frame():
     talk = Framed()
     news = talk.core.subscribe(m.MotGetDcStatusUpdate)
     talk.hear(STATUS[:10])
@@ -41,7 +41,7 @@ def test_a_request_waits_until_the_rest_of_a_frame_has_come():
     assert asked.value().message.max_velocity == 6
 
 
-def test_a_motion_waits_and_a_stop_does_not():
+def test_a_motion_waits_but_a_stop_does_not():
     talk = Framed()
     talk.hear(STATUS[:10])
     move = talk.move(dest=0x21)
@@ -53,7 +53,7 @@ def test_a_motion_waits_and_a_stop_does_not():
     assert halt.value().message == m.MotMoveStoppedHeader(1)
 
 
-def test_a_stop_keeps_a_motion_from_being_sent_that_waits_for_the_rest_of_a_frame():
+def test_a_stop_cancels_a_motion_that_waits_for_the_rest_of_a_frame():
     talk = Framed()
     talk.hear(STATUS[:10])
     move = talk.move()
@@ -63,8 +63,8 @@ def test_a_stop_keeps_a_motion_from_being_sent_that_waits_for_the_rest_of_a_fram
     assert talk.wrote == halt.raw
 
 
-def test_time_alone_is_no_silence():
-    """Somebody who does not read has the core do what is due, while the rest waits in the system."""
+def test_time_alone_is_not_silence():
+    """A thread that does not read ticks the core, while the rest of the frame is still unread."""
     talk = Framed()
     news = talk.core.subscribe(m.MotGetDcStatusUpdate)
     talk.hear(STATUS[:10])
@@ -76,7 +76,7 @@ def test_time_alone_is_no_silence():
     assert talk.core.statistics.silences == 0
 
 
-def test_a_message_that_is_read_late_is_not_the_rest_of_another():
+def test_a_message_that_is_read_late_does_not_complete_a_half_frame():
     talk = Framed()
     move = talk.move()
     talk.hear(STATUS[:10])
@@ -96,7 +96,7 @@ def test_time_alone_does_not_drain_a_line_of_commands():
     talk.core.tick(talk.now)
     talk.wrote += talk.core.output(talk.now)
     assert not again.written
-    talk.hear(bytes.fromhex("010000"))  # the late reply: it had come, and was not read
+    talk.hear(bytes.fromhex("010000"))  # the late reply, which had arrived but was unread
     assert not again.done
     talk.later(1)
     assert again.written
@@ -104,7 +104,7 @@ def test_time_alone_does_not_drain_a_line_of_commands():
     assert again.value().values()["position"] == 2
 
 
-def test_a_line_that_never_falls_silent_is_named_as_the_reason():
+def test_the_timeout_names_a_line_that_is_never_silent():
     talk = Framed()
     talk.hear(b"\xff")
     asked = talk.ask()
@@ -112,7 +112,7 @@ def test_a_line_that_never_falls_silent_is_named_as_the_reason():
         talk.later(0.03)
         talk.hear(b"\xff")
     assert not asked.written
-    assert "was not sent: bytes that are no whole message kept coming" in str(asked.error)
+    assert "was not sent: bytes that are not whole messages kept arriving" in str(asked.error)
 
 
 STEPS = st.lists(
@@ -120,7 +120,7 @@ STEPS = st.lists(
         st.tuples(st.just("half"), st.sampled_from(FRAMES), st.integers(1, 73)),
         st.tuples(st.just("whole"), st.sampled_from(FRAMES), st.just(0)),
         st.tuples(st.just("ask"), st.sampled_from((0x21, 0x22)), st.sampled_from((0, 3, 19))),
-        # milliseconds, and for how many of them nobody reads the line at their end
+        # milliseconds, and how many of them at the end pass without reading the line
         st.tuples(st.just("later"), st.integers(0, 120), st.integers(0, 120)),
         st.tuples(st.just("tick"), st.integers(0, 120), st.just(0)),
     ),
@@ -130,7 +130,7 @@ STEPS = st.lists(
 
 
 class Line:
-    """A session, and a controller that replies to each request after 2 ms, with the number of the request."""
+    """A session, and a controller that answers each request after 2 ms with the number of the request."""
 
     def __init__(self) -> None:
         self.talk = Framed(quiet=0.5)
@@ -153,7 +153,7 @@ class Line:
         talk.wrote += talk.core.output(talk.now)
 
     def later(self, until: float, unread: float = 0.0) -> None:
-        """Let time go on; for the last ``unread`` seconds of it, nobody reads what comes."""
+        """Advance the time; during the last ``unread`` seconds, nothing is read."""
         talk = self.talk
         while (at := min(self._next, inf if talk.due is None else talk.due)) <= until - unread:
             self._read(at)
@@ -161,7 +161,7 @@ class Line:
         self._read(until)
 
     def _read(self, when: float) -> None:
-        """Read at once all that has come by then; only then may nothing have come."""
+        """Read all bytes that have arrived by then; only after that report silence."""
         talk = self.talk
         talk.now = max(talk.now, when)
         self._deliver(talk.now)
@@ -172,7 +172,7 @@ class Line:
         return min((at for at, _ in self.coming), default=inf)
 
     def _deliver(self, now: float) -> None:
-        """Read at once all that has come."""
+        """Pass all bytes that have arrived to the core."""
         self.coming.sort(key=lambda part: part[0])
         came = [data for at, data in self.coming if at <= now]
         del self.coming[: len(came)]
@@ -182,11 +182,11 @@ class Line:
 
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(STEPS)
-def test_a_reply_that_comes_in_time_answers_whatever_was_cut_off_before_it(steps):
-    """All orders of half frames, whole frames, requests, silences that are noticed late, and cut replies.
+def test_a_reply_in_time_is_matched_whatever_was_cut_off_before_it(steps):
+    """All orders of half frames, whole frames, requests, silences noticed late, and cut replies.
 
-    What the test leaves out is what no client can tell: half a frame that is followed, without a silence, by
-    a reply to a request that was written before it came.
+    Excluded is a case that no client can detect: half a frame followed, without a silence, by a reply to a
+    request that was written before the half frame arrived.
     """
     line = Line()
     talk = line.talk
@@ -202,14 +202,14 @@ def test_a_reply_that_comes_in_time_answers_whatever_was_cut_off_before_it(steps
             line.later(talk.now + first / 1000, min(first, second) / 1000)
         elif what == "tick":
             talk.now += first / 1000
-            talk.core.tick(talk.now)  # by somebody who does not read
+            talk.core.tick(talk.now)  # by a thread that does not read
             talk.wrote += talk.core.output(talk.now)
     line.later(talk.now + 10)
     for asked, number in line.expected.items():
         assert asked.value().message.max_velocity == number
 
 
-def test_half_a_frame_does_not_cost_the_end_of_a_motion():
+def test_half_a_frame_does_not_hide_the_end_of_a_motion():
     talk = Framed()
     for length in range(1, len(STATUS)):
         move = talk.move(ends=MOVED)
@@ -234,7 +234,7 @@ def test_two_requests_after_half_a_frame_of_any_length(length):
             assert asked.value().message.max_velocity == value
 
 
-def test_nothing_is_asked_before_all_that_came_is_read():
+def test_requests_wait_until_all_received_bytes_are_read():
     talk = Framed()
     asked = talk.core.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50, 1.0, talk.now)
     sent = talk.core.send(m.ModIdentify(), 0x21, 1.0, talk.now)
@@ -248,7 +248,7 @@ def test_nothing_is_asked_before_all_that_came_is_read():
     assert asked.value().message.max_velocity == 6
 
 
-def test_reading_nothing_is_reading_all_that_came():
+def test_an_empty_read_counts_as_reading_everything():
     for talk, request in ((Framed(), None), (Commands(), ms.ReadMotorPosition())):
         if request is None:
             asked = talk.core.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50, 1.0, talk.now)
@@ -258,10 +258,10 @@ def test_reading_nothing_is_reading_all_that_came():
         assert talk.hear(b"") == asked.raw
 
 
-def test_a_request_that_waits_for_the_reader_in_vain_says_so():
+def test_the_timeout_names_a_reader_that_does_not_read():
     talk = Framed()
     asked = talk.core.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), 0x50, 1.0, talk.now)
     talk.core.output(talk.now, lambda: True)
     talk.now += 1
     talk.core.tick(talk.now)
-    assert "did not come round to reading what had come before" in str(asked.error)
+    assert "did not read the bytes that had arrived before" in str(asked.error)

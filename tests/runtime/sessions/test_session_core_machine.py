@@ -1,9 +1,9 @@
-"""The core against a model: whatever is asked, lost, late, doubled and cancelled, nobody gets another's.
+"""The core against a model: loss, delay, duplication and cancellation never mismatch a reply.
 
-The model is three bays, each with two channels, at the far end of lines that keep the order of what they
-carry. Every answer carries the number of the request that it answers, and every end the number of its move.
-What is on its way may be lost or doubled, and comes as late as it likes; but the answer to something that was
-given up comes within the quiet period, or not at all: nothing else can be told from an answer in time.
+The model has three bays with two channels each, on lines that keep the order of messages. Every reply holds
+the number of its request, and every end the number of its move. Messages may be lost, duplicated or delayed.
+But the answer to an exchange that was given up arrives within the quiet period or not at all, because a
+later one could not be distinguished from an answer in time.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ NOISE = st.sampled_from(
 
 
 class Lines(RuleBasedStateMachine):
-    """What a user may do, and what the lines may do."""
+    """The actions of a user and the events on the lines."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -51,12 +51,12 @@ class Lines(RuleBasedStateMachine):
         self.ended_at: dict[Exchange, float] = {}
         self.moving: set[tuple[int, int]] = set()
         self.moved_last: dict[tuple[int, int], int] = {}
-        # what is on its way: its bytes, and what was asked that it answers, if that may be given up
+        # messages in transit: the bytes, and the exchange they answer if it may be given up
         self.coming: dict[int, deque[tuple[bytes, Exchange | None]]] = {
             0x21: deque(), 0x22: deque(), 0x23: deque(),
         }  # fmt: skip
 
-    # What the user does
+    # Actions of the user
 
     def start(self, exchange: Exchange, on_written) -> None:
         self.number += 1
@@ -66,7 +66,7 @@ class Lines(RuleBasedStateMachine):
         self.talk.flush()
 
     def note_end(self, exchange: Exchange) -> None:
-        assert exchange not in self.ended_at, "it ended twice"
+        assert exchange not in self.ended_at, "the exchange ended twice"
         self.ended_at[exchange] = self.talk.now
 
     @rule(bay=BAYS, channel=CHANNELS, timeout=TIMEOUTS)
@@ -120,7 +120,7 @@ class Lines(RuleBasedStateMachine):
         if (bay, channel) not in self.moving and not self.coming[bay]:
             self.talk.core.settled(bay, channel)
 
-    # What the lines and controllers do
+    # Events on the lines
 
     @rule(bay=BAYS, channel=CHANNELS)
     def complete(self, bay, channel) -> None:
@@ -144,7 +144,7 @@ class Lines(RuleBasedStateMachine):
     def later(self, seconds) -> None:
         self.talk.later(seconds)
 
-    # What always holds
+    # Invariants
 
     @invariant()
     def nobody_gets_what_is_another_s(self) -> None:
@@ -177,7 +177,7 @@ class Lines(RuleBasedStateMachine):
         assert len(asked) == len(set(asked))
 
     def teardown(self) -> None:
-        """After all that, each question is answered by its own answer."""
+        """In the end, a request still gets its own reply."""
         self.talk.later(5)
         assert all(exchange.done for exchange in self.numbers)
         assert self.talk.core.due is None
@@ -196,7 +196,7 @@ TestLines.settings = settings(
 )
 
 
-def test_memory_does_not_grow_whatever_is_lost():
+def test_losses_do_not_make_memory_grow():
     talk = Framed(quiet=0.5)
     news = talk.core.subscribe(limit=10)
 

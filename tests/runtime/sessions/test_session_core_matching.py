@@ -1,4 +1,4 @@
-"""Whose answer a frame is: by message, address, and what request and reply both say."""
+"""Matching of frames to exchanges: by message, by address, and by fields that request and reply share."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stagewire_apt import messages as m
 BAYS = (0x21, 0x22, 0x23)
 
 
-def test_the_reply_of_the_address_that_was_asked_is_the_answer():
+def test_a_reply_from_the_requested_address_matches():
     talk = Framed()
     asked = talk.ask(dest=0x22)
     assert talk.wrote == m.MotReqVelParams(1).pack(0x22, HOST)
@@ -25,7 +25,7 @@ def test_the_reply_of_the_address_that_was_asked_is_the_answer():
 
 
 @pytest.mark.parametrize("source", [0x11, 0x21, 0x23, 0x2A, 0x50])
-def test_another_documented_address_never_is(source):
+def test_a_reply_from_another_documented_address_never_matches(source):
     talk = Framed()
     asked = talk.ask(dest=0x22)
     talk.hear(said(vel_params(5), source))
@@ -35,7 +35,7 @@ def test_another_documented_address_never_is(source):
 
 
 @pytest.mark.parametrize("addresses", [(HOST, 0x22), (0, 0), (0x22, HOST)])
-def test_zero_addresses_and_unswapped_ones_are_matched(addresses):
+def test_zero_and_unswapped_addresses_match(addresses):
     talk = Framed()
     asked = talk.ask(dest=0x22)
     dest, source = addresses
@@ -43,14 +43,14 @@ def test_zero_addresses_and_unswapped_ones_are_matched(addresses):
     assert asked.value().message.max_velocity == 5
 
 
-def test_an_unswapped_answer_is_that_of_the_bay_it_names():
+def test_an_unswapped_reply_matches_the_bay_it_names():
     talk = Framed()
     first, second = talk.ask(dest=0x21), talk.ask(dest=0x22)
     talk.hear(said(vel_params(2), source=HOST, dest=0x22))
     assert (first.done, second.done) == (False, True)
 
 
-def test_another_channel_never_is():
+def test_a_reply_for_another_channel_never_matches():
     talk = Framed()
     asked = talk.ask(m.MotReqVelParams(2))
     talk.hear(said(vel_params(5, chan_ident=1)))
@@ -59,7 +59,7 @@ def test_another_channel_never_is():
     assert asked.value().message.max_velocity == 6
 
 
-def test_a_bay_that_is_asked_about_is_repeated():
+def test_the_reply_must_repeat_the_requested_bay():
     talk = Framed()
     asked = talk.ask(m.RackReqBayUsed(1), (m.RackGetBayUsed,), dest=0x11)
     talk.hear(said(m.RackGetBayUsed(0, 1), 0x11))
@@ -69,14 +69,14 @@ def test_a_bay_that_is_asked_about_is_repeated():
 
 
 def test_a_reserved_byte_of_a_request_selects_nothing():
-    """RACK_REQ_STATUSBITS names a byte as the reply names its value."""
+    """The reserved byte of RACK_REQ_STATUSBITS has the same name as the value in the reply."""
     talk = Framed()
     asked = talk.ask(m.RackReqStatusBits(), (m.RackGetStatusBits,), dest=0x11)
     talk.hear(said(m.RackGetStatusBits(status_bits=5), 0x11))
     assert asked.value().message.status_bits == 5
 
 
-def test_any_of_several_replies_is_one():
+def test_any_of_several_replies_matches():
     talk = Framed()
     replies = (m.MotGetVelParams, m.MotGetJogParams, m.MotGetDcStatusUpdate)
     asked = talk.ask(replies=replies)
@@ -84,7 +84,7 @@ def test_any_of_several_replies_is_one():
     assert asked.value().message == dc_status(3)
 
 
-def test_a_message_that_was_not_asked_for_never_is():
+def test_a_message_that_was_not_requested_never_matches():
     talk = Framed()
     asked = talk.ask()
     talk.hear(said(dc_status()), said(m.MotGetPosCounter(1, 4)), said(m.MotMoveHomed(1)))
@@ -101,7 +101,7 @@ def test_addresses_do_not_wait_for_each_other():
     assert [one.value().message.max_velocity for one in asked] == [*BAYS]
 
 
-def test_an_answer_without_an_address_that_two_may_have_meant_is_nobodys():
+def test_a_reply_without_an_address_matches_none_of_two_requests():
     talk = Framed()
     first, second = talk.ask(dest=0x21), talk.ask(dest=0x22)
     talk.hear(said(vel_params(5), 0, 0))
@@ -111,7 +111,7 @@ def test_an_answer_without_an_address_that_two_may_have_meant_is_nobodys():
     assert [one.value().message.max_velocity for one in (first, second)] == [1, 2]
 
 
-def test_where_answers_have_no_address_one_question_waits_for_the_other():
+def test_requests_are_sent_one_at_a_time_if_replies_have_no_address():
     talk = Framed()
     talk.ask(dest=0x21)
     talk.hear(said(vel_params(0), 0, 0))
@@ -133,7 +133,7 @@ FORMS = {
 @pytest.mark.parametrize("unswapped", [False, True])
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("order", [*itertools.permutations(BAYS)])
-def test_three_bays_that_move_at_once_end_in_any_order(order, form, unswapped):
+def test_motions_of_three_bays_end_in_any_order(order, form, unswapped):
     talk = Framed()
     moves = {bay: talk.move(bay) for bay in BAYS}
     ended = []
@@ -147,7 +147,7 @@ def test_three_bays_that_move_at_once_end_in_any_order(order, form, unswapped):
 
 
 @pytest.mark.parametrize("status", [{}, {"status": "dc"}, {"status": "stepper"}])
-def test_the_status_of_an_end_is_decided_by_what_was_told(status):
+def test_the_context_selects_the_status_layout_of_an_end(status):
     talk = Framed()
     talk.core.tell(0x50, **status)
     move = talk.move()
@@ -159,7 +159,7 @@ def test_the_status_of_an_end_is_decided_by_what_was_told(status):
     assert move.value().message.position == 4
 
 
-def test_an_end_without_an_address_is_that_of_the_only_motion():
+def test_an_end_without_an_address_ends_the_only_motion():
     talk = Framed()
     move = talk.move(0x22)
     talk.hear(said(FORMS["header"], 0, 0))
@@ -182,8 +182,8 @@ def test_the_end_of_another_channel_ends_nothing():
     assert (first.done, second.done) == (False, True)
 
 
-def test_what_began_before_a_request_was_written_is_no_answer_to_it():
-    """The copy of an answer whose length is damaged waits for one byte more: the first of the next answer."""
+def test_a_frame_that_began_before_a_request_was_written_does_not_answer_it():
+    """A copy of a reply with a damaged length waits for one more byte: the first of the next reply."""
     talk = Framed()
     talk.ask()
     copy = bytearray(said(vel_params(5)))
@@ -199,7 +199,7 @@ def test_what_began_before_a_request_was_written_is_no_answer_to_it():
     assert again.value().message.max_velocity == 7
 
 
-def test_an_end_that_began_before_the_command_was_written_ends_nothing():
+def test_an_end_that_began_before_the_command_was_written_is_ignored():
     talk = Framed()
     completed = said(FORMS["dc"])
     talk.hear(completed[:9])
@@ -225,7 +225,7 @@ INTRUSIONS = {
 
 
 @pytest.mark.parametrize("intrusion", INTRUSIONS)
-def test_an_intrusion_before_a_reply_changes_neither_it_nor_the_next(intrusion):
+def test_an_intrusion_before_a_reply_affects_no_reply(intrusion):
     talk = Framed()
     first = talk.ask()
     talk.hear(INTRUSIONS[intrusion])
@@ -235,15 +235,15 @@ def test_an_intrusion_before_a_reply_changes_neither_it_nor_the_next(intrusion):
     assert [one.value().message.max_velocity for one in (first, second)] == [5, 6]
 
 
-def test_a_reply_whose_id_has_no_layout_can_be_asked_for():
+def test_a_reply_without_a_layout_can_be_requested():
     talk = Framed()
     asked = talk.ask(m.HwReqInfo(), (m.HwRichResponse,))
     talk.hear(said(m.HwRichResponse(bytes(68))))
     assert asked.value().message.data == bytes(68)
 
 
-def test_nothing_of_a_frame_that_only_looks_like_an_answer_is_one():
-    """The header form of the velocity parameters does not exist, and too short a packet is none."""
+def test_a_frame_that_only_resembles_a_reply_never_matches():
+    """The velocity parameters have no header form, and this packet is too short."""
     talk = Framed()
     asked = talk.ask(replies=VEL)
     talk.hear(bytes.fromhex("150404008150 01000000"))
@@ -251,7 +251,7 @@ def test_nothing_of_a_frame_that_only_looks_like_an_answer_is_one():
     assert talk.core.statistics.bad_length == 1
 
 
-# What the error of a timeout says about frames that nobody got
+# Frames without a match in the error of a timeout
 
 
 def timed_out(talk: Framed, exchange: Exchange) -> str:
@@ -260,7 +260,7 @@ def timed_out(talk: Framed, exchange: Exchange) -> str:
     return str(exchange.error)
 
 
-def test_ends_without_an_address_are_told_where_several_motions_waited():
+def test_the_timeout_names_ends_without_an_address():
     talk = Framed()
     moves = [talk.move(dest=bay, timeout=3) for bay in BAYS]
     end = said(FORMS["header"], 0, 0)
@@ -268,26 +268,28 @@ def test_ends_without_an_address_are_told_where_several_motions_waited():
     for move in moves:
         text = timed_out(talk, move)
         assert (
-            "not taken for it: 2 x MOT_MOVE_COMPLETED without an address, while several wait for one "
+            "not matched: 2 x MOT_MOVE_COMPLETED without an address while several exchanges wait for one "
             "(the last: 64 04 01 00 00 00)"
         ) in text
         assert "run one motion at a time on this line, or read the status of each channel" in text
-        assert "it may still be under way" in text
+        assert "it may still be in progress" in text
 
 
-def test_replies_without_an_address_are_told_where_several_requests_waited():
+def test_the_timeout_names_replies_without_an_address():
     talk = Framed()
     asked = [talk.ask(dest=bay) for bay in BAYS[:2]]
     reply = said(vel_params(5), 0, 0)
     talk.hear(reply)
     for one in asked:
         text = timed_out(talk, one)
-        assert "1 x MOT_GET_VELPARAMS without an address, while several wait for one" in text
+        assert (
+            "1 x MOT_GET_VELPARAMS without an address while several exchanges wait for one" in text
+        )
         assert f"(the last: {reply.hex(' ')})" in text
-        assert "one request at a time is sent on this line" in text
+        assert "requests on this line are sent one at a time" in text
 
 
-def test_an_answer_to_a_stop_without_an_address_is_told():
+def test_the_timeout_names_an_answer_to_a_stop_without_an_address():
     talk = Framed()
     halts = [talk.halt(dest=bay) for bay in BAYS[:2]]
     talk.hear(said(m.MotMoveStoppedHeader(1), 0, 0))
@@ -304,18 +306,18 @@ def test_an_answer_to_a_stop_without_an_address_is_told():
         (0, 2, "with chan_ident 2 instead of 1 (the last"),
     ],
 )
-def test_a_wrong_address_or_channel_is_told(source, channel, why):
+def test_the_timeout_names_a_wrong_address_or_channel(source, channel, why):
     talk = Framed()
     asked, move = talk.ask(dest=0x22), talk.move(dest=0x22, timeout=2)
     for message in (vel_params(5, channel), m.MotMoveCompletedHeader(channel)):
         talk.hear(said(message, source, dest=HOST if source else 0))
     text = timed_out(talk, asked)
-    assert f"not taken for it: 1 x MOT_GET_VELPARAMS {why}" in text
-    assert "is the right one; see that the controller is on" in text
-    assert f"not taken for it: 1 x MOT_MOVE_COMPLETED {why}" in timed_out(talk, move)
+    assert f"not matched: 1 x MOT_GET_VELPARAMS {why}" in text
+    assert "is right; check that the controller is on" in text
+    assert f"not matched: 1 x MOT_MOVE_COMPLETED {why}" in timed_out(talk, move)
 
 
-def test_the_answer_to_an_earlier_stop_is_told():
+def test_the_timeout_names_the_answer_to_an_earlier_stop():
     talk = Framed()
     talk.halt(timeout=0.1)
     talk.later(0.1)
@@ -324,7 +326,7 @@ def test_the_answer_to_an_earlier_stop_is_told():
     assert "1 x MOT_MOVE_STOPPED which answers an earlier stop" in timed_out(talk, move)
 
 
-def test_frames_that_are_no_known_message_are_told_with_their_bytes():
+def test_the_timeout_shows_the_bytes_of_unknown_messages():
     talk = Framed()
     before = bytes.fromhex("fd7f00000150")
     talk.hear(before)
@@ -332,20 +334,20 @@ def test_frames_that_are_no_known_message_are_told_with_their_bytes():
     unknown, short = bytes.fromhex("fe7f02008150abcd"), bytes.fromhex("15040400815001000000")
     talk.hear(unknown, unknown, short)
     text = timed_out(talk, asked)
-    assert f"meanwhile came 2 x unknown message 0x7ffe ({unknown.hex(' ')}), " in text
+    assert f"received meanwhile: 2 x unknown message 0x7ffe ({unknown.hex(' ')}), " in text
     assert f"1 x MOT_GET_VELPARAMS that is too short ({short.hex(' ')})" in text
     assert "0x7ffd" not in text
 
 
-def test_what_another_one_got_is_not_told():
+def test_the_timeout_does_not_name_replies_to_other_requests():
     talk = Framed()
     first, second = talk.ask(dest=0x21), talk.ask(dest=0x22)
     talk.hear(said(vel_params(5), 0x21))
     assert first.done
-    assert "not taken for it" not in timed_out(talk, second)
+    assert "not matched" not in timed_out(talk, second)
 
 
-def test_frames_that_nobody_got_fill_no_memory():
+def test_unmatched_frames_take_bounded_memory():
     talk = Framed()
     asked = talk.ask(dest=0x22)
     for channel in range(2, 1000):

@@ -1,4 +1,4 @@
-"""Motions: one on a channel, their ends, stops, and what is unknown after a timeout."""
+"""Motions: one per channel, their ends, stops, and the unknown state after a timeout."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOVE = m.MotMoveAbsolute(1, 1000).pack(0x50, 1)
 STOP = m.MotMoveStop(1, 2).pack(0x50, 1)
 
 
-def test_a_motion_ends_with_what_completes_it():
+def test_a_motion_ends_with_its_completion():
     talk = Framed()
     move = talk.move()
     assert talk.wrote == MOVE
@@ -32,7 +32,7 @@ def test_a_motion_ends_with_what_completes_it():
     assert move.value().message == m.MotMoveCompletedHeader(1)
 
 
-def test_a_motion_that_is_stopped_by_others_says_so():
+def test_a_motion_stopped_by_something_else_raises():
     talk = Framed()
     move = talk.move()
     talk.hear(STOPPED)
@@ -41,10 +41,10 @@ def test_a_motion_that_is_stopped_by_others_says_so():
     ) as stopped:
         move.value()
     assert stopped.value.message == STOPPED_HERE
-    assert talk.move().written is False  # paced, and not refused
+    assert talk.move().written is False  # paced, not refused
 
 
-def test_homing_ends_with_homed_and_not_with_completed():
+def test_homing_ends_with_homed_but_not_with_completed():
     talk = Framed()
     ends = Ends(completed=(m.MotMoveHomed,), stopped=MOVED.stopped)
     home = talk.core.begin(m.MotMoveHome(1), ends, 0x50, 60, talk.now)
@@ -55,9 +55,9 @@ def test_homing_ends_with_homed_and_not_with_completed():
     assert home.value().message == m.MotMoveHomed(1)
 
 
-def test_an_end_that_comes_before_the_command_was_written_ends_nothing():
+def test_an_end_before_the_command_was_written_is_ignored():
     talk = Framed()
-    talk.send()  # the pacing keeps the move back
+    talk.send()  # pacing delays the move
     move = talk.move()
     talk.hear(COMPLETED)
     assert (move.written, move.done) == (False, False)
@@ -67,7 +67,7 @@ def test_an_end_that_comes_before_the_command_was_written_ends_nothing():
     assert move.done
 
 
-def test_what_nobody_reports_is_over_when_it_is_written():
+def test_a_motion_whose_end_is_not_reported_ends_when_written():
     talk = Framed()
     move = talk.move(ends=Ends())
     assert move.done
@@ -76,12 +76,12 @@ def test_what_nobody_reports_is_over_when_it_is_written():
     assert talk.move().written
 
 
-def test_a_second_motion_on_the_channel_is_refused_before_a_byte():
+def test_a_second_motion_on_a_channel_is_refused_before_writing():
     talk = Framed()
     talk.move()
     talk.later(1)
     with pytest.raises(
-        MotionUnderWayError, match="MOT_MOVE_ABSOLUTE is under way on channel 1 of 0x50"
+        MotionUnderWayError, match="MOT_MOVE_ABSOLUTE is in progress on channel 1 of 0x50"
     ):
         talk.move()
     assert talk.wrote == MOVE
@@ -89,7 +89,7 @@ def test_a_second_motion_on_the_channel_is_refused_before_a_byte():
     assert talk.move(0x21).written
 
 
-def test_a_motion_that_waits_to_be_sent_is_under_way_too():
+def test_a_motion_that_waits_to_be_sent_counts_as_in_progress():
     talk = Framed()
     talk.send()
     talk.move()
@@ -105,7 +105,7 @@ def test_after_an_end_another_may_begin():
     assert talk.move().written
 
 
-def test_an_end_that_does_not_come_in_time_leaves_the_motion_unknown():
+def test_a_motion_that_times_out_is_unknown():
     talk = Framed()
     move = talk.move(timeout=10)
     for _ in range(3):
@@ -115,9 +115,9 @@ def test_an_end_that_does_not_come_in_time_leaves_the_motion_unknown():
     with pytest.raises(MotionTimeoutError) as refused:
         move.value()
     text = str(refused.value)
-    assert "no MOT_MOVE_COMPLETED or MOT_MOVE_STOPPED came from there within 10 s" in text
+    assert "no MOT_MOVE_COMPLETED or MOT_MOVE_STOPPED arrived from there within 10 s" in text
     assert "3 x MOT_GET_DCSTATUSUPDATE, 3 x MOT_GET_STATUSBITS" in text
-    assert "may still be under way" in text
+    assert "may still be in progress" in text
     with pytest.raises(MotionUnderWayError, match="given up before its end was reported"):
         talk.move()
     talk.later(3600)  # time alone does not stop a motor
@@ -128,7 +128,7 @@ def test_an_end_that_does_not_come_in_time_leaves_the_motion_unknown():
 def rich(
     request: int = 0, code: int = 7, text: bytes = b"over current", source: int = 0x50
 ) -> bytes:
-    """HW_RICHRESPONSE, as later issues lay it out."""
+    """Return HW_RICHRESPONSE in the layout of later issues."""
     data = request.to_bytes(2, "little") + code.to_bytes(2, "little") + text.ljust(64, b"\0")
     return m.HwRichResponse(data).pack(0x01, source)
 
@@ -146,7 +146,7 @@ def rich(
         (said(m.HwResponse(), source=0, dest=0), 0, "", "HW_RESPONSE"),
     ],
 )
-def test_a_fault_report_ends_the_wait_and_not_the_motion(
+def test_a_fault_report_ends_the_wait_but_not_the_motion(
     report: bytes, code: int, fault: str, shown: str
 ) -> None:
     talk = Framed()
@@ -157,7 +157,7 @@ def test_a_fault_report_ends_the_wait_and_not_the_motion(
         move.value()
     assert (caught.value.code, caught.value.fault) == (code, fault)
     assert shown in str(caught.value)
-    assert "may still be under way" in str(caught.value)
+    assert "may still be in progress" in str(caught.value)
     with pytest.raises(MotionUnderWayError):
         talk.move()
     talk.hear(COMPLETED)
@@ -168,12 +168,12 @@ def test_a_fault_report_ends_the_wait_and_not_the_motion(
 @pytest.mark.parametrize(
     "report",
     [
-        said(m.HwResponse(), source=0x22),  # of another bay
+        said(m.HwResponse(), source=0x22),  # from another bay
         said(m.HwResponse(), source=1, dest=0x22),
         rich(0x0443),  # about another message
     ],
 )
-def test_a_fault_report_of_others_ends_no_wait(report: bytes) -> None:
+def test_an_unrelated_fault_report_ends_no_wait(report: bytes) -> None:
     talk = Framed()
     move = talk.move()
     talk.hear(report)
@@ -182,7 +182,7 @@ def test_a_fault_report_of_others_ends_no_wait(report: bytes) -> None:
     assert move.value()
 
 
-def test_a_fault_report_without_an_address_is_nobodys_while_two_bays_move() -> None:
+def test_a_fault_report_without_an_address_ends_no_wait_of_two_bays() -> None:
     talk = Framed()
     moves = [talk.move(0x21), talk.move(0x22)]
     talk.later(1)
@@ -193,15 +193,15 @@ def test_a_fault_report_without_an_address_is_nobodys_while_two_bays_move() -> N
     assert [move.done for move in moves] == [True, False]
 
 
-def test_a_fault_report_from_before_the_command_ends_no_wait() -> None:
+def test_a_fault_report_before_the_command_ends_no_wait() -> None:
     talk = Framed()
-    talk.send()  # the pacing keeps the move back
+    talk.send()  # pacing delays the move
     move = talk.move()
     talk.hear(said(m.HwResponse()))
     assert not move.done
 
 
-def test_a_fault_report_answers_no_request_and_its_text_is_in_the_timeout() -> None:
+def test_a_fault_report_answers_no_request_but_is_named_in_its_timeout() -> None:
     talk = Framed()
     ask = talk.ask()
     talk.hear(rich())
@@ -211,11 +211,11 @@ def test_a_fault_report_answers_no_request_and_its_text_is_in_the_timeout() -> N
         ask.value()
 
 
-def test_a_cancelled_motion_is_unknown_too_and_its_late_end_settles_that():
+def test_a_cancelled_motion_is_unknown_until_its_late_end():
     talk = Framed()
     move = talk.move()
     talk.cancel(move)
-    assert talk.wrote == MOVE  # nothing is sent on account of it
+    assert talk.wrote == MOVE  # cancelling sends nothing
     with pytest.raises(MotionUnderWayError):
         talk.move()
     talk.hear(COMPLETED)
@@ -223,7 +223,7 @@ def test_a_cancelled_motion_is_unknown_too_and_its_late_end_settles_that():
     assert talk.move().written
 
 
-def test_a_cancelled_motion_that_was_not_sent_is_not_under_way():
+def test_a_motion_cancelled_before_it_was_sent_is_not_in_progress():
     talk = Framed()
     talk.send()
     talk.cancel(talk.move())
@@ -232,7 +232,7 @@ def test_a_cancelled_motion_that_was_not_sent_is_not_under_way():
     assert again.written
 
 
-def test_a_motion_whose_time_passed_before_it_was_sent_is_not_sent():
+def test_a_motion_that_timed_out_before_it_was_sent_is_not_sent():
     talk = Framed(pacing=5)
     talk.send()
     move = talk.move(timeout=1)
@@ -242,7 +242,7 @@ def test_a_motion_whose_time_passed_before_it_was_sent_is_not_sent():
     assert talk.move().written
 
 
-def test_an_answered_stop_settles_what_is_unknown():
+def test_an_answered_stop_settles_an_unknown_motion():
     talk = Framed()
     talk.move(timeout=1)
     talk.later(1)
@@ -253,7 +253,7 @@ def test_an_answered_stop_settles_what_is_unknown():
     assert talk.move().written
 
 
-def test_reading_that_nothing_moves_settles_what_is_unknown_and_nothing_else():
+def test_settled_clears_only_unknown_motions():
     talk = Framed()
     talk.move(timeout=1)
     talk.move(0x21)
@@ -277,7 +277,7 @@ def test_a_stop_ends_the_motion_when_it_is_answered():
     assert stop.value().message == STOPPED_HERE
 
 
-def test_a_stop_ends_a_motion_that_does_not_know_this_end_of_its_own():
+def test_a_stop_ends_a_motion_that_does_not_list_this_end():
     talk = Framed()
     move = talk.move(ends=Ends(completed=MOVED.completed))
     talk.halt()
@@ -285,7 +285,7 @@ def test_a_stop_ends_a_motion_that_does_not_know_this_end_of_its_own():
     assert isinstance(move.error, MotionStoppedError)
 
 
-def test_a_motion_that_completes_while_a_stop_is_on_its_way_has_completed():
+def test_a_motion_that_completes_before_its_stop_is_answered_has_completed():
     talk = Framed()
     move, stop = talk.move(), talk.halt()
     talk.hear(COMPLETED)
@@ -295,7 +295,7 @@ def test_a_motion_that_completes_while_a_stop_is_on_its_way_has_completed():
     assert stop.done
 
 
-def test_a_stop_keeps_a_motion_that_was_not_sent_from_being_sent():
+def test_a_stop_cancels_a_motion_that_was_not_sent():
     talk = Framed()
     talk.send()
     move = talk.move()
@@ -309,7 +309,7 @@ def test_a_stop_keeps_a_motion_that_was_not_sent_from_being_sent():
     assert stop.done
 
 
-def test_a_stop_ends_the_motion_of_its_own_address_alone():
+def test_a_stop_ends_only_the_motion_at_its_address():
     talk = Framed()
     moves = [talk.move(bay) for bay in (0x21, 0x22)]
     talk.halt(0x22)
@@ -317,11 +317,11 @@ def test_a_stop_ends_the_motion_of_its_own_address_alone():
     assert [move.done for move in moves] == [False, True]
 
 
-def test_nothing_begins_while_a_stop_waits_for_its_answer():
+def test_no_motion_begins_while_a_stop_waits_for_its_answer():
     talk = Framed()
     talk.halt()
     with pytest.raises(
-        MotionUnderWayError, match="MOT_MOVE_STOP on channel 1 of 0x50 has not been answered"
+        MotionUnderWayError, match="MOT_MOVE_STOP on channel 1 of 0x50 was not answered yet"
     ):
         talk.move()
     talk.hear(STOPPED)
@@ -329,30 +329,30 @@ def test_nothing_begins_while_a_stop_waits_for_its_answer():
     assert talk.move().written
 
 
-def test_a_stop_that_nobody_answers_is_a_timeout_and_the_motion_goes_on():
+def test_an_unanswered_stop_times_out_and_the_motion_goes_on():
     talk = Framed()
     move, stop = talk.move(), talk.halt(timeout=0.5)
     talk.later(0.5)
     assert type(stop.error) is ReplyTimeoutError
     assert not move.done
-    talk.hear(STOPPED)  # late, and still the end of that motion
+    talk.hear(STOPPED)  # late, but still the end of that motion
     assert isinstance(move.error, MotionStoppedError)
 
 
-def test_the_late_answer_to_a_stop_does_not_end_a_motion_that_began_after_it():
+def test_the_late_answer_to_a_stop_does_not_end_a_later_motion():
     talk = Framed(quiet=0.5)
     talk.cancel(talk.halt())
     talk.later(0.1)
     move = talk.move()
     assert move.written
-    talk.hear(STOPPED * 2)  # and a copy of it
+    talk.hear(STOPPED * 2)  # the answer and a copy
     assert not move.done
     assert talk.core.statistics.late == 2
     talk.hear(STOPPED)  # the motion's own
     assert isinstance(move.error, MotionStoppedError)
 
 
-def test_the_late_answer_to_a_stop_is_not_that_of_a_later_one():
+def test_the_late_answer_to_a_stop_does_not_answer_a_later_stop():
     talk = Framed(quiet=0.5)
     talk.cancel(talk.halt())
     talk.later(0.1)
@@ -365,7 +365,7 @@ def test_the_late_answer_to_a_stop_is_not_that_of_a_later_one():
     assert stop.done
 
 
-def test_after_the_quiet_period_an_end_is_the_motion_s_own():
+def test_after_the_quiet_period_an_end_ends_the_motion():
     talk = Framed(quiet=0.5)
     talk.cancel(talk.halt())
     talk.later(0.5)
@@ -374,7 +374,7 @@ def test_after_the_quiet_period_an_end_is_the_motion_s_own():
     assert isinstance(move.error, MotionStoppedError)
 
 
-def test_two_stops_end_with_one_answer_and_the_second_answer_ends_nothing():
+def test_one_answer_ends_two_stops_and_the_second_is_ignored():
     talk = Framed(quiet=0.5)
     stops = [talk.halt(), talk.halt()]
     talk.later(0.8)
@@ -386,7 +386,7 @@ def test_two_stops_end_with_one_answer_and_the_second_answer_ends_nothing():
     assert not move.done
 
 
-def test_a_second_answer_that_never_came_takes_nothing_from_a_later_motion():
+def test_a_missing_second_answer_does_not_affect_a_later_motion():
     talk = Framed(quiet=0.5)
     talk.halt(timeout=60)
     talk.halt(timeout=60)
@@ -398,7 +398,7 @@ def test_a_second_answer_that_never_came_takes_nothing_from_a_later_motion():
     assert isinstance(move.error, MotionStoppedError)
 
 
-def test_a_stop_without_an_answer_is_done_when_it_is_written():
+def test_a_stop_without_an_answer_ends_when_written():
     talk = Framed()
     move = talk.move()
     stop = talk.halt(ends=None)
@@ -407,7 +407,7 @@ def test_a_stop_without_an_answer_is_done_when_it_is_written():
     assert not move.done
 
 
-def test_a_stop_that_is_cancelled_before_it_was_written_is_written_all_the_same():
+def test_a_stop_cancelled_before_it_was_written_is_still_written():
     talk = Framed()
     move = talk.move()
     stop = talk.core.halt(m.MotMoveStop(1, 2), Ends((m.MotMoveStoppedDc,)), 0x50, 1.0, talk.now)

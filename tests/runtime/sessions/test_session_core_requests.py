@@ -1,4 +1,4 @@
-"""Requests: one at a time for an address, deadlines, late replies, cancellation."""
+"""Requests: one at a time per address, deadlines, late replies, cancellation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def jog_params(step: int) -> bytes:
     )  # fmt: skip
 
 
-def test_an_address_is_asked_one_thing_at_a_time_in_order():
+def test_requests_to_an_address_are_sent_one_at_a_time_in_order():
     talk = Framed()
     first, second, third = talk.ask(), talk.ask(*JOG), talk.ask()
     assert [one.written for one in (first, second, third)] == [True, False, False]
@@ -33,7 +33,7 @@ def test_an_address_is_asked_one_thing_at_a_time_in_order():
     assert third.value().message.max_velocity == 3
 
 
-def test_what_was_asked_after_a_command_does_not_overtake_it():
+def test_a_request_does_not_overtake_an_earlier_command():
     talk = Framed(pacing=0.02)
     talk.send()
     sent, asked = talk.send(m.ModIdentify()), talk.ask()
@@ -42,7 +42,7 @@ def test_what_was_asked_after_a_command_does_not_overtake_it():
     assert talk.later(0.02) == VEL_REQUEST.pack(0x50, 1)
 
 
-def test_a_command_does_not_wait_for_a_reply_but_for_its_turn():
+def test_a_command_waits_for_its_turn_but_not_for_a_reply():
     talk = Framed()
     talk.ask()
     assert talk.send().written
@@ -52,7 +52,7 @@ def test_a_command_does_not_wait_for_a_reply_but_for_its_turn():
     assert (waiting.written, behind.written) == (False, False)
 
 
-def test_a_silent_controller_is_a_timeout_when_the_time_is_over():
+def test_a_silent_controller_causes_a_timeout():
     talk = Framed()
     asked = talk.ask(timeout=0.25)
     talk.later(0.2499)
@@ -62,14 +62,14 @@ def test_a_silent_controller_is_a_timeout_when_the_time_is_over():
         asked.value()
     text = str(refused.value)
     assert "MOT_REQ_VELPARAMS (14 04 01 00 50 01) was sent to 0x50" in text
-    assert "no MOT_GET_VELPARAMS came from there within 0.25 s" in text
-    assert "meanwhile came nothing" in text
+    assert "no MOT_GET_VELPARAMS arrived from there within 0.25 s" in text
+    assert "received meanwhile: nothing" in text
     assert not isinstance(refused.value, MotionTimeoutError)
     assert isinstance(refused.value, TimeoutError)
     assert talk.core.statistics.timed_out == 1
 
 
-def test_a_timeout_says_what_came_meanwhile():
+def test_a_timeout_names_the_messages_received_meanwhile():
     talk = Framed()
     talk.hear(said(dc_status()))
     asked = talk.ask()
@@ -80,24 +80,24 @@ def test_a_timeout_says_what_came_meanwhile():
     assert "2 x MOT_GET_DCSTATUSUPDATE, 1 x HW_RESPONSE, 1 x HW_RICHRESPONSE (81 00 44 00" in text
 
 
-def test_a_timeout_tells_bytes_that_are_no_message():
+def test_a_timeout_counts_bytes_that_are_not_a_message():
     talk = Framed()
     talk.hear(b"\xff" * 3)
-    talk.later(0.05)  # nothing is asked while these bytes may begin a frame
+    talk.later(0.05)  # no request is sent while these bytes may begin a frame
     asked = talk.ask()
     talk.hear(b"\xff" * 5)
     talk.later(1)
-    assert "meanwhile came 5 bytes that are no message (another baud rate" in str(asked.error)
+    assert "received meanwhile: 5 bytes that are not a message (wrong baud rate" in str(asked.error)
 
 
-def test_what_is_left_of_a_time_is_said_as_people_would():
+def test_the_timeout_is_rounded_for_people():
     talk = Framed()
     asked = talk.ask(timeout=1.99996)
     talk.later(2)
     assert "within 2 s" in str(asked.error)
 
 
-def test_time_that_is_spent_waiting_counts_and_nothing_is_sent_after_it():
+def test_the_timeout_includes_waiting_and_nothing_is_sent_after_it():
     talk = Framed()
     talk.ask(timeout=5)
     waiting = talk.ask(*JOG, timeout=0.5)
@@ -105,14 +105,15 @@ def test_time_that_is_spent_waiting_counts_and_nothing_is_sent_after_it():
     wrote = talk.later(2)
     assert not waiting.written
     with pytest.raises(
-        ReplyTimeoutError, match="MOT_REQ_JOGPARAMS to 0x50 was not sent: others waited"
+        ReplyTimeoutError,
+        match="MOT_REQ_JOGPARAMS to 0x50 was not sent: other exchanges came first",
     ):
         waiting.value()
-    assert sent.written  # it went on when its turn came
+    assert sent.written  # sent when its turn came
     assert wrote == m.ModIdentify().pack(0x50, 1)
 
 
-def test_a_late_reply_is_swallowed_and_the_next_question_gets_its_own():
+def test_a_late_reply_is_never_matched_to_the_next_request():
     talk = Framed(quiet=0.5)
     late = talk.ask()
     talk.later(1)
@@ -127,7 +128,7 @@ def test_a_late_reply_is_swallowed_and_the_next_question_gets_its_own():
     assert isinstance(late.error, ReplyTimeoutError)
 
 
-def test_two_late_copies_of_a_reply_answer_nothing_when_they_come_together():
+def test_two_late_copies_of_a_reply_in_one_read_answer_nothing():
     talk = Framed(quiet=0.5)
     talk.ask()
     talk.later(1)
@@ -136,7 +137,7 @@ def test_two_late_copies_of_a_reply_answer_nothing_when_they_come_together():
     assert not again.done
 
 
-def test_after_the_quiet_period_the_question_is_asked_again():
+def test_after_the_quiet_period_the_same_request_is_sent():
     talk = Framed(quiet=0.5)
     talk.ask()
     talk.later(1)
@@ -147,19 +148,19 @@ def test_after_the_quiet_period_the_question_is_asked_again():
     assert again.value().message.max_velocity == 2
 
 
-def test_a_poisoned_question_that_times_out_says_that_nothing_was_sent():
+def test_the_timeout_of_a_poisoned_request_states_that_it_was_not_sent():
     talk = Framed(quiet=5)
     talk.ask()
     talk.later(1)
     again = talk.ask()
     talk.later(1)
     assert not again.written
-    assert "was not sent: the late reply to an earlier one might still have come" in str(
+    assert "was not sent: a late reply to an earlier request could still have arrived" in str(
         again.error
     )
 
 
-def test_questions_that_wait_for_late_replies_keep_their_order():
+def test_requests_that_wait_for_late_replies_keep_their_order():
     talk = Framed(quiet=0.5)
     for question in ((), JOG):
         talk.cancel(talk.ask(*question))
@@ -171,7 +172,7 @@ def test_questions_that_wait_for_late_replies_keep_their_order():
     assert talk.hear(jog_params(1)) == VEL_REQUEST.pack(0x50, 1)
 
 
-def test_other_questions_and_addresses_and_channels_go_on_meanwhile():
+def test_other_requests_addresses_and_channels_are_not_delayed():
     talk = Framed(quiet=0.5)
     talk.ask()
     talk.later(1)
@@ -188,7 +189,7 @@ def test_other_questions_and_addresses_and_channels_go_on_meanwhile():
     assert second.value().message.max_velocity == 9
 
 
-def test_the_late_reply_of_a_question_is_no_answer_to_one_of_another_address():
+def test_a_late_reply_does_not_answer_a_request_to_another_address():
     talk = Framed(quiet=0.5)
     talk.ask(dest=0x21)
     talk.later(1)
@@ -197,7 +198,7 @@ def test_the_late_reply_of_a_question_is_no_answer_to_one_of_another_address():
     assert not other.done
 
 
-def test_where_answers_have_no_address_a_question_is_poisoned_at_all_of_them():
+def test_a_request_is_poisoned_at_all_addresses_if_replies_have_none():
     talk = Framed(quiet=0.5)
     talk.ask(dest=0x21)
     talk.hear(said(vel_params(0), 0, 0))
@@ -211,8 +212,8 @@ def test_where_answers_have_no_address_a_question_is_poisoned_at_all_of_them():
     assert other.value().message.max_velocity == 2
 
 
-def test_a_status_that_was_asked_for_in_vain_is_not_asked_again_before_one_came():
-    """One that comes by itself will do: which of them is late, nobody can tell."""
+def test_a_status_request_that_timed_out_waits_for_a_status():
+    """An unsolicited status also counts, because it cannot be distinguished from the late one."""
     talk = Framed()
     status = (m.MotReqDcStatusUpdate(1), (m.MotGetDcStatusUpdate,))
     talk.ask(*status)
@@ -224,7 +225,7 @@ def test_a_status_that_was_asked_for_in_vain_is_not_asked_again_before_one_came(
     assert again.value().message.position == 2
 
 
-def test_what_is_cancelled_before_it_is_sent_is_not_sent():
+def test_a_request_cancelled_before_it_was_sent_is_not_sent():
     talk = Framed()
     talk.ask()
     waiting = talk.ask(*JOG)
@@ -239,7 +240,7 @@ def test_what_is_cancelled_before_it_is_sent_is_not_sent():
     assert behind.value().message.max_velocity == 2
 
 
-def test_what_is_cancelled_after_it_was_sent_poisons_its_question():
+def test_cancelling_a_sent_request_poisons_it():
     talk = Framed()
     cancelled = talk.ask()
     talk.cancel(cancelled)
@@ -252,14 +253,14 @@ def test_what_is_cancelled_after_it_was_sent_poisons_its_question():
     assert talk.core.statistics.cancelled == 1
 
 
-def test_a_cancelled_request_lets_the_next_one_of_its_address_go():
+def test_cancelling_a_request_releases_the_next_at_its_address():
     talk = Framed()
     first, second = talk.ask(), talk.ask(*JOG)
     assert talk.cancel(first) == m.MotReqJogParams(1).pack(0x50, 1)
     assert second.written
 
 
-def test_cancelling_what_has_ended_changes_nothing():
+def test_cancelling_an_ended_request_has_no_effect():
     talk = Framed()
     asked = talk.ask()
     talk.hear(said(vel_params(1)))
@@ -284,17 +285,17 @@ def test_callbacks_are_called_once_and_in_order():
 
 
 @pytest.mark.parametrize("timeout", [0, -1, float("nan"), float("inf")])
-def test_a_timeout_that_never_passes_is_refused_before_a_byte(timeout):
+def test_an_invalid_timeout_is_refused_before_writing(timeout):
     talk = Framed()
     with pytest.raises(OutOfRangeError, match="seconds above 0"):
         talk.ask(timeout=timeout)
     with pytest.raises(OutOfRangeError, match="seconds above 0"):
         talk.move(timeout=timeout)
     assert talk.wrote == b""
-    assert talk.move().written  # the refused one is not under way
+    assert talk.move().written  # the refused motion is not in progress
 
 
-def test_an_address_that_is_none_is_refused_before_a_byte():
+def test_an_invalid_address_is_refused_before_writing():
     talk = Framed()
     for wrong in (0x80, -1):
         with pytest.raises(OutOfRangeError, match="address"):
@@ -303,7 +304,7 @@ def test_an_address_that_is_none_is_refused_before_a_byte():
 
 
 @pytest.mark.parametrize("name", ["pacing", "quiet", "silence", "drain", "reply_timeout"])
-def test_options_are_numbers_of_seconds(name):
+def test_options_must_be_numbers_of_seconds(name):
     for wrong in (-1, float("nan"), float("inf"), "1"):
         with pytest.raises(OutOfRangeError, match=name):
             Framed(**{name: wrong})

@@ -1,4 +1,4 @@
-"""Subscriptions: what nobody asked for, bounded; and what comes counted."""
+"""Subscriptions: bounded queues of unsolicited events; and counts of received events."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def everything(subscription):
     return events
 
 
-def test_what_nobody_asked_for_is_news():
+def test_unsolicited_events_are_dispatched():
     talk = Framed()
     news = talk.core.subscribe()
     talk.hear(said(dc_status(1)), said(vel_params()), said(m.HwRichResponse(bytes(68))))
@@ -33,7 +33,7 @@ def test_what_nobody_asked_for_is_news():
     assert news.take() is None
 
 
-def test_a_reply_is_no_news_but_a_status_that_was_asked_for_is():
+def test_a_requested_status_is_dispatched_but_other_replies_are_not():
     talk = Framed()
     news = talk.core.subscribe()
     talk.ask()
@@ -46,7 +46,7 @@ def test_a_reply_is_no_news_but_a_status_that_was_asked_for_is():
     assert event.frame.message == dc_status(3)
 
 
-def test_a_late_reply_is_no_news_and_the_end_of_a_motion_is():
+def test_the_end_of_a_motion_is_dispatched_but_a_late_reply_is_not():
     talk = Framed()
     news = talk.core.subscribe()
     talk.ask()
@@ -57,7 +57,7 @@ def test_a_late_reply_is_no_news_and_the_end_of_a_motion_is():
     assert event.frame.message == m.MotMoveCompletedHeader(1)
 
 
-def test_a_subscription_is_to_messages_in_any_form():
+def test_a_subscription_to_messages_includes_all_forms():
     talk = Framed()
     news = talk.core.subscribe(m.MotMoveCompletedHeader)
     both = talk.core.subscribe((m.MotMoveHomed, m.MotGetDcStatusUpdate))
@@ -67,7 +67,7 @@ def test_a_subscription_is_to_messages_in_any_form():
     assert len(everything(both)) == 2
 
 
-def test_a_subscription_is_to_kinds_of_events_or_by_a_condition():
+def test_subscriptions_to_kinds_of_events_and_by_a_condition():
     talk = Framed()
     odd = talk.core.subscribe((Unknown, Garbage))
     big = talk.core.subscribe(lambda event: len(event.raw) > 10)
@@ -77,28 +77,28 @@ def test_a_subscription_is_to_kinds_of_events_or_by_a_condition():
     assert [type(event) for event in everything(big)] == [Received]
 
 
-def test_a_subscription_is_to_one_address_and_what_does_not_say():
+def test_a_subscription_to_an_address_includes_events_without_one():
     talk = Framed()
     news = talk.core.subscribe(m.MotGetDcStatusUpdate, source=0x22)
     talk.hear(said(dc_status(1), 0x21), said(dc_status(2), 0x22), said(dc_status(3), 0, 0))
     assert [event.frame.message.position for event in everything(news)] == [2, 3]
 
 
-def test_a_condition_that_fails_ends_its_own_subscription_alone():
+def test_a_failing_condition_ends_only_its_own_subscription():
     talk = Framed()
     asked = []
     wrong = talk.core.subscribe(lambda event: asked.append(event) or event.nothing)
     right = talk.core.subscribe(m.MotGetDcStatusUpdate)
     talk.hear(said(dc_status()), said(dc_status()))
     assert len(everything(right)) == 2
-    assert "condition failed" in str(wrong.error)
+    assert "condition of the subscription failed" in str(wrong.error)
     assert isinstance(wrong.error.__cause__, AttributeError)
     assert len(wrong) == 0
     talk.hear(said(dc_status()))
     assert len(asked) == 1
 
 
-def test_a_full_queue_loses_the_oldest_counts_and_says_so_once(caplog):
+def test_a_full_queue_drops_the_oldest_and_warns_once(caplog):
     talk = Framed()
     news = talk.core.subscribe(m.MotGetDcStatusUpdate, limit=3)
     with caplog.at_level(logging.WARNING, "stagewire"):
@@ -108,10 +108,10 @@ def test_a_full_queue_loses_the_oldest_counts_and_says_so_once(caplog):
     assert news.dropped == 5
     assert talk.core.statistics.dropped == 5
     assert [record.levelname for record in caplog.records] == ["WARNING"]
-    assert "lost its oldest event" in caplog.text
+    assert "dropped its oldest event" in caplog.text
 
 
-def test_who_subscribes_is_told_when_something_was_put_in():
+def test_a_callback_is_called_for_each_queued_event():
     talk = Framed()
     news = talk.core.subscribe(m.MotGetDcStatusUpdate)
     told = []
@@ -120,7 +120,7 @@ def test_who_subscribes_is_told_when_something_was_put_in():
     assert told == [1, 2]
 
 
-def test_a_subscription_that_was_closed_hears_nothing_more():
+def test_a_closed_subscription_receives_nothing():
     talk = Framed()
     news = talk.core.subscribe()
     talk.hear(said(dc_status()))
@@ -149,23 +149,23 @@ def test_the_end_of_a_session_ends_its_subscriptions(kind, end, error):
 
 
 @pytest.mark.parametrize("wrong", [(), 5, "status", (m.MotMoveHomed, Garbage), (5,), int])
-def test_what_cannot_be_wanted_is_refused(wrong):
-    with pytest.raises(BadValueError, match="a subscription is to"):
+def test_invalid_subscriptions_are_refused(wrong):
+    with pytest.raises(BadValueError, match="subscribe takes classes of messages"):
         Framed().core.subscribe(wrong)
 
 
 @pytest.mark.parametrize("limit", [0, -1, True, 1.5, None])
-def test_a_limit_is_a_number_of_events(limit):
-    with pytest.raises(OutOfRangeError, match="from 1 on"):
+def test_a_limit_must_be_a_positive_integer(limit):
+    with pytest.raises(OutOfRangeError, match="at least 1"):
         Framed().core.subscribe(limit=limit)
 
 
-def test_a_line_of_commands_does_not_say_where_something_comes_from():
-    with pytest.raises(BadValueError, match="where it comes from"):
+def test_events_of_a_command_line_have_no_source():
+    with pytest.raises(BadValueError, match="events on this line have no address"):
         Commands().core.subscribe(source=1)
 
 
-def test_what_comes_is_counted_and_is_no_error():
+def test_bad_input_is_counted_and_raises_no_error():
     talk = Framed()
     talk.hear(said(dc_status()), said(dc_status()), UNKNOWN, TOO_SHORT)
     talk.hear(said(m.HwRichResponse(bytes(68))), b"\0\0\0")

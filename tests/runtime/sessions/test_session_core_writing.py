@@ -1,4 +1,4 @@
-"""What is written when: stops, signs of life, pacing, and how a driver is told."""
+"""Order of writing: stops, keep-alive messages, pacing, and the instructions to a driver."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ COMMAND = m.ModIdentify().pack(0x50, 1)
 STOP = m.MotMoveStop(1, 2).pack(0x50, 1)
 
 
-def test_nothing_is_written_that_nobody_asked_for():
+def test_nothing_is_written_without_a_call():
     talk = Framed()
     assert talk.core.due is None
     assert talk.later(3600) == b""
 
 
-def test_what_has_no_reply_is_done_when_it_is_written():
+def test_a_message_without_a_reply_ends_when_written():
     talk = Framed()
     sent = talk.core.send(m.ModIdentify(), 0x50, 1.0, talk.now)
     assert talk.core.due is not None
@@ -41,7 +41,7 @@ def test_after_a_command_without_a_reply_the_next_frame_waits():
     assert all(one.written for one in later)
 
 
-def test_after_a_move_the_next_frame_waits_too():
+def test_after_a_move_the_next_frame_also_waits():
     talk = Framed(pacing=0.05)
     talk.move()
     assert not talk.ask().written
@@ -65,7 +65,7 @@ def test_without_pacing_nothing_waits():
     assert all(talk.send().written for _ in range(3))
 
 
-def test_a_stop_is_written_before_everything_at_once():
+def test_a_stop_is_written_immediately_and_first():
     talk = Framed(pacing=5)
     talk.send()
     talk.ask(timeout=60)
@@ -76,14 +76,14 @@ def test_a_stop_is_written_before_everything_at_once():
     assert talk.core.output(talk.now) == STOP + ALIVE.pack(0x50, 1)
 
 
-def test_stops_go_out_in_order():
+def test_stops_are_written_in_order():
     talk = Framed()
     for bay in (0x22, 0x21):
         talk.core.halt(m.MotMoveStop(1, 1), None, bay, 1.0, talk.now)
     assert talk.flush() == m.MotMoveStop(1, 1).pack(0x22, 1) + m.MotMoveStop(1, 1).pack(0x21, 1)
 
 
-def test_signs_of_life_go_to_each_address_from_the_beginning_on():
+def test_keep_alive_messages_go_to_each_address_immediately():
     talk = Framed()
     talk.core.keep_alive(ALIVE, (0x21, 0x22), period=0.5)
     signs = ALIVE.pack(0x21, 1) + ALIVE.pack(0x22, 1)
@@ -93,7 +93,7 @@ def test_signs_of_life_go_to_each_address_from_the_beginning_on():
     assert talk.later(10) == signs * 20
 
 
-def test_signs_of_life_are_added_and_ended_by_address():
+def test_keep_alive_messages_are_added_and_ended_by_address():
     talk = Framed()
     talk.core.keep_alive(ALIVE, (0x21,))
     talk.flush()
@@ -106,7 +106,7 @@ def test_signs_of_life_are_added_and_ended_by_address():
     assert talk.later(10) == b""
 
 
-def test_signs_of_life_wait_for_nothing_and_keep_nothing_back():
+def test_keep_alive_messages_wait_for_nothing_and_delay_nothing():
     talk = Framed(pacing=60)
     talk.send()
     talk.core.keep_alive(ALIVE, (0x50,), period=0.5)
@@ -119,7 +119,7 @@ def test_signs_of_life_wait_for_nothing_and_keep_nothing_back():
     assert other.ask().written
 
 
-def test_signs_of_life_go_on_whatever_times_out_between_them():
+def test_keep_alive_messages_continue_after_a_timeout():
     talk = Framed()
     talk.core.keep_alive(ALIVE, (0x50,), period=0.5)
     assert talk.flush() == ALIVE.pack(0x50, 1)
@@ -127,7 +127,7 @@ def test_signs_of_life_go_on_whatever_times_out_between_them():
     assert talk.later(2) == ALIVE.pack(0x50, 1) * 4
 
 
-def test_signs_of_life_that_were_missed_are_not_made_up_for():
+def test_missed_keep_alive_messages_are_not_made_up_for():
     talk = Framed()
     talk.core.keep_alive(ALIVE, (0x50,), period=0.5)
     talk.flush()
@@ -136,7 +136,7 @@ def test_signs_of_life_that_were_missed_are_not_made_up_for():
     assert talk.flush() == ALIVE.pack(0x50, 1)
 
 
-def test_signs_of_life_can_be_ended_and_have_a_period():
+def test_keep_alive_messages_can_be_ended_and_need_a_valid_period():
     talk = Framed()
     talk.core.keep_alive(ALIVE, (0x50,))
     talk.flush()
@@ -150,8 +150,8 @@ def test_signs_of_life_can_be_ended_and_have_a_period():
     assert talk.later(10) == b""
 
 
-def test_output_alone_sees_to_what_is_due():
-    """A driver that writes for another reason need not have ticked before."""
+def test_output_alone_processes_what_is_due():
+    """A driver that calls output for another reason need not call tick first."""
     talk = Framed()
     asked = talk.ask(timeout=1)
     talk.now += 2
@@ -159,7 +159,7 @@ def test_output_alone_sees_to_what_is_due():
     assert asked.done
 
 
-def test_the_rest_of_a_frame_that_does_not_come_is_given_up():
+def test_a_frame_whose_rest_does_not_arrive_is_given_up():
     talk = Framed(silence=0.05)
     asked = talk.ask()
     reply = said(vel_params(5))
@@ -171,7 +171,7 @@ def test_the_rest_of_a_frame_that_does_not_come_is_given_up():
     assert asked.value().message.max_velocity == 5
 
 
-def test_the_rest_of_a_frame_may_come_in_pieces():
+def test_the_rest_of_a_frame_may_arrive_in_pieces():
     talk = Framed(silence=0.05)
     asked = talk.ask()
     for byte in said(vel_params(5)):
@@ -181,7 +181,7 @@ def test_the_rest_of_a_frame_may_come_in_pieces():
     assert talk.core.statistics.silences == 0
 
 
-def test_whole_frames_behind_a_damaged_header_are_heard_after_the_silence():
+def test_whole_frames_after_a_damaged_header_are_found_after_the_silence():
     talk = Framed(silence=0.05)
     asked = talk.ask()
     damaged = bytearray(said(m.MotGetPosCounter(1, 5)))
@@ -192,7 +192,7 @@ def test_whole_frames_behind_a_damaged_header_are_heard_after_the_silence():
     assert asked.value().message.max_velocity == 5
 
 
-def test_the_late_rest_of_a_frame_is_no_answer():
+def test_the_late_rest_of_a_frame_answers_nothing():
     talk = Framed(silence=0.05)
     asked = talk.ask()
     reply = said(vel_params(5))

@@ -1,4 +1,4 @@
-"""Ctrl-C at every moment of a call: the session is as good as before."""
+"""Ctrl-C at every moment of a call leaves the session intact."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
 
 QUICK = SessionOptions(pacing=0, quiet=0.001)
-STRIDE = 7  # of the moments: all of them take a minute
+STRIDE = 7  # between the tested moments; testing all takes a minute
 
 
 class CtrlC:
-    """Presses Ctrl-C after so many steps at which Python would see it."""
+    """Presses Ctrl-C after a number of steps at which Python would notice it."""
 
     def __init__(self, steps: int) -> None:
         self.left = steps
@@ -59,7 +59,7 @@ def stop(session: FramedSession) -> None:
 
 
 def press_within(session: FramedSession, call: Callable[[FramedSession], None], steps: int) -> bool:
-    """Return whether the call lasted long enough to be interrupted."""
+    """Call and press Ctrl-C after some steps; return whether the call lasted that long."""
     ctrl_c = CtrlC(steps)
     came = False
     try:
@@ -68,7 +68,7 @@ def press_within(session: FramedSession, call: Callable[[FramedSession], None], 
         sys.setprofile(None)
         until = time.monotonic() + 10
         while ctrl_c.pressed and time.monotonic() < until:
-            time.sleep(0.001)  # it comes, if later
+            time.sleep(0.001)  # the interrupt may come later
     except KeyboardInterrupt:
         came = True
     finally:
@@ -79,7 +79,7 @@ def press_within(session: FramedSession, call: Callable[[FramedSession], None], 
 
 @pytest.mark.parametrize("call", [ask, send, stop])
 @pytest.mark.parametrize("background", [True, False], ids=["background", "no thread"])
-def test_an_interrupt_leaves_the_session_as_it_was(
+def test_an_interrupt_leaves_the_session_usable(
     call: Callable[[FramedSession], None], background: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(interrupts, "_AGAIN", 0.001)
@@ -93,8 +93,8 @@ def test_an_interrupt_leaves_the_session_as_it_was(
     assert steps > 20
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="there no wait of a lock is interrupted")
-def test_an_interrupt_while_it_waits_comes_at_once() -> None:
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not interrupt a wait for a lock")
+def test_an_interrupt_during_a_wait_is_raised_immediately() -> None:
     with FramedSession(PROTOCOL, TestLink()) as session:
         main = threading.main_thread().ident
         assert main is not None
@@ -105,9 +105,9 @@ def test_an_interrupt_while_it_waits_comes_at_once() -> None:
         timer.join()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="there no wait of a lock is interrupted")
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not interrupt a wait for a lock")
 @pytest.mark.parametrize("waits_in", ["condition", "poll"])
-def test_an_interrupt_while_the_link_waits_comes_at_once(waits_in: str) -> None:
+def test_an_interrupt_while_the_link_waits_is_raised_immediately(waits_in: str) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
         url = "virtual://TDC001" if waits_in == "condition" else f"socket://127.0.0.1:{port}"
@@ -146,11 +146,11 @@ def test_every_method_of_a_session_defers_interrupts(cls: type) -> None:
                 assert function.__code__ in interrupts._deferring, f"{base.__name__}.{name}"
 
 
-def test_the_function_that_reads_the_link_is_marked() -> None:
+def test_the_function_that_reads_the_link_is_registered() -> None:
     assert interrupts._reading == {ThreadDriver._read.__code__}
 
 
-def test_a_handler_of_the_user_stays() -> None:
+def test_a_handler_of_the_program_is_kept() -> None:
     def handler(number: int, frame: object) -> None: ...
 
     before = signal.signal(signal.SIGINT, handler)
@@ -161,7 +161,7 @@ def test_a_handler_of_the_user_stays() -> None:
         signal.signal(signal.SIGINT, before)
 
 
-def test_after_the_session_the_default_is_back() -> None:
+def test_after_the_session_the_default_handler_is_restored() -> None:
     with FramedSession(PROTOCOL, TestLink()):
         assert signal.getsignal(signal.SIGINT) is interrupts.on_interrupt
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

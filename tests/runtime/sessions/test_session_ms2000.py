@@ -18,7 +18,7 @@ from stagewire_virtual import stepped
 
 X = 24
 URL = "virtual://MS2000"
-TARGET = 1_000_000  # 100 mm: a stop finds the axis on its way, however late it comes
+TARGET = 1_000_000  # 100 mm, so that the axis is still moving when stopped
 
 
 @pytest.mark.parametrize("background", [True, False], ids=["background", "no thread"])
@@ -60,7 +60,7 @@ def test_both_formats_for_asyncio() -> None:
 
 @pytest.mark.parametrize("background", [True, False], ids=["background", "no thread"])
 def test_eight_threads_read_one_after_the_other(background: bool) -> None:
-    """Replies of three bytes that nothing tells apart: each thread's own is that of its own axis."""
+    """Replies have three bytes and nothing to identify them, but each thread gets that of its axis."""
 
     def answer(data: bytes) -> bytes:
         return bytes((data[0], 0, 0)) if data[:1] != b"\xff" else b""
@@ -82,7 +82,7 @@ def test_eight_threads_read_one_after_the_other(background: bool) -> None:
     assert not wrong
 
 
-def test_a_stop_overtakes_a_read_that_waits() -> None:
+def test_a_stop_overtakes_a_waiting_read() -> None:
     link = TestLink()
     with CommandSession(PROTOCOL, link) as session:
         session.send(m.SwitchToLowLevel())
@@ -100,7 +100,7 @@ def test_a_stop_overtakes_a_read_that_waits() -> None:
         waiting.join()
 
 
-def test_values_whose_bytes_could_switch_are_refused_on_request() -> None:
+def test_values_that_contain_a_switch_are_refused_on_request() -> None:
     value = int.from_bytes(b"\xff\x41\x00", "little")
 
     async def main() -> None:

@@ -1,4 +1,4 @@
-"""``log=path``: what passes on a line, as a capture."""
+"""``log=path``: recording a session as a capture."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_both_directions_are_recorded(tmp_path: Path, capsys: pytest.CaptureFixt
     path = tmp_path / "session.txt"
     with FramedSession(PROTOCOL, TestLink(answer), log=path, unit="TDC001") as session:
         session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB)
-        check(path, capsys)  # nothing is held back
+        check(path, capsys)  # nothing is buffered
     check(path, capsys)
 
 
@@ -56,7 +56,7 @@ def test_both_directions_are_recorded_in_an_event_loop(
     check(path, capsys)
 
 
-def test_the_loss_of_the_line_is_noted(tmp_path: Path) -> None:
+def test_the_loss_of_the_link_is_recorded(tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     link = TestLink()
     with FramedSession(PROTOCOL, link, log=path) as session:
@@ -67,7 +67,7 @@ def test_the_loss_of_the_line_is_noted(tmp_path: Path) -> None:
     assert not read_capture(path).recorded
 
 
-def test_pieces_get_the_name_of_what_they_complete(tmp_path: Path) -> None:
+def test_pieces_get_the_names_of_the_frames_they_complete(tmp_path: Path) -> None:
     time = 5.0
     recording = Recording(tmp_path / "log", PROTOCOL, lambda: time)
     recording.received(REPLY[:7])
@@ -92,12 +92,12 @@ def test_replies_without_a_frame_have_the_name_of_their_request(tmp_path: Path) 
     assert comments[1:] == ["READ_MOTOR_POSITION", "reply to READ_MOTOR_POSITION"]
 
 
-def test_a_file_that_cannot_be_written_is_refused_in_plain_words(tmp_path: Path) -> None:
-    with pytest.raises(TransportError, match="No such file or directory; name a file"):
+def test_a_file_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TransportError, match="No such file or directory; give a file"):
         Recording(tmp_path / "nowhere" / "log", PROTOCOL, lambda: 0.0)
 
 
-def test_a_disk_that_is_full_ends_the_recording_alone(
+def test_a_full_disk_ends_only_the_recording(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     class Full:
@@ -111,5 +111,5 @@ def test_a_disk_that_is_full_ends_the_recording_alone(
             for _ in range(2):
                 session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB)
     assert [record.getMessage() for record in caplog.records] == [
-        f"{tmp_path / 'log'}: nothing is recorded any more: No space left on device"
+        f"{tmp_path / 'log'}: the recording ended: No space left on device"
     ]

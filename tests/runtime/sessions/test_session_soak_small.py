@@ -1,4 +1,4 @@
-"""The soaks of sessions in small: nothing is lost or mispaired; ``make soak`` judges time and memory."""
+"""Short soaks of sessions: nothing is lost or mispaired. ``make soak`` judges time and memory."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PROGRAMS = {
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_in_small(program: str) -> None:
+def test_a_short_soak(program: str) -> None:
     arguments, said = PROGRAMS[program]
     done = subprocess.run(
         [sys.executable, str(ROOT / "benchmarks" / f"{program}.py"), *arguments],

@@ -1,4 +1,4 @@
-"""What comes unasked: subscriptions of threads and of tasks."""
+"""Unsolicited events: subscriptions of threads and of tasks."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def homed(chan: int = 1) -> bytes:
 
 
 @reading
-def test_a_thread_gets_what_it_wants(background: bool) -> None:
+def test_a_thread_gets_the_wanted_events(background: bool) -> None:
     link = TestLink(answer)
     with FramedSession(PROTOCOL, link, background=background) as session:
         with session.subscribe(m.MotMoveHomed) as homings, session.subscribe() as everything:
@@ -49,7 +49,7 @@ def test_a_thread_gets_what_it_wants(background: bool) -> None:
 
 
 @reading
-def test_what_came_can_be_taken_without_waiting(background: bool) -> None:
+def test_received_events_can_be_taken_without_waiting(background: bool) -> None:
     link = TestLink()
     with FramedSession(PROTOCOL, link, background=background) as session:
         homings = session.subscribe(m.MotMoveHomed)
@@ -83,7 +83,7 @@ def test_an_iteration_ends_with_its_subscription(background: bool) -> None:
 
 
 @reading
-def test_the_loss_of_the_line_is_raised_after_what_came_before(background: bool) -> None:
+def test_the_loss_of_the_link_is_raised_after_earlier_events(background: bool) -> None:
     link = TestLink()
     with FramedSession(PROTOCOL, link, background=background) as session:
         homings = session.subscribe(m.MotMoveHomed)
@@ -113,7 +113,9 @@ def test_several_threads_share_a_subscription(background: bool) -> None:
     assert sorted(got) == [homed(chan) for chan in range(1, 5)]
 
 
-def test_what_nobody_takes_is_lost_and_counted_and_said(caplog: pytest.LogCaptureFixture) -> None:
+def test_events_that_are_not_taken_are_dropped_counted_and_reported(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     link = TestLink()
     with FramedSession(PROTOCOL, link, background=False) as session:
         homings = session.subscribe(m.MotMoveHomed, limit=3)
@@ -128,17 +130,17 @@ def test_what_nobody_takes_is_lost_and_counted_and_said(caplog: pytest.LogCaptur
             session.subscribe(limit=0)
 
 
-def test_a_condition_that_fails_ends_its_subscription_alone() -> None:
+def test_a_failing_condition_ends_only_its_subscription() -> None:
     link = TestLink(answer)
     with FramedSession(PROTOCOL, link) as session:
         failing = session.subscribe(lambda event: 1 // 0)
         link.say(homed())
-        with pytest.raises(StagewireError, match="own condition failed"):
+        with pytest.raises(StagewireError, match="condition of the subscription failed"):
             failing.get(5)
         session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), USB)
 
 
-def test_a_task_gets_what_it_wants() -> None:
+def test_a_task_gets_the_wanted_events() -> None:
     async def main() -> None:
         link = AsyncTestLink(answer)
         async with AsyncFramedSession(PROTOCOL, link) as session:

@@ -1,4 +1,4 @@
-"""Sessions for threads: what one caller sees."""
+"""Sessions for threads: the behaviour for one caller."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Make = Callable[..., FramedSession]
 
 @pytest.fixture(params=[True, False], ids=["background", "without a thread"])
 def session(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """``session(link)``: a session with or without a thread of its own; closed in the end."""
+    """``session(link)``: a session with or without a background thread, closed after the test."""
     made: list[FramedSession] = []
 
     def make(link: TestLink, **options: object) -> FramedSession:
@@ -62,12 +62,12 @@ def test_a_silent_controller_costs_no_more_than_the_timeout(session: Make, timeo
         ask(silent_session, timeout)
 
 
-def test_what_came_before_a_request_is_no_reply_to_it(session: Make) -> None:
+def test_a_message_before_a_request_does_not_answer_it(session: Make) -> None:
     link = TestLink()
     one = session(link)
     link.say(m.MotGetVelParams(1, 7, 7, 7).pack(1, USB))
     if one._thread is not None:
-        one.pause(0.05)  # what came is with the core when the thread has come round to it
+        one.pause(0.05)  # until the thread has passed the bytes to the core
     link.answer = answer
     assert ask(one) == velocity()
 
@@ -91,14 +91,14 @@ def test_a_reply_cut_into_bytes_arrives(session: Make) -> None:
     thread[0].join()
 
 
-def test_a_motion_is_begun_and_waited_for(session: Make) -> None:
+def test_waiting_for_a_motion(session: Make) -> None:
     link = TestLink()
     one = session(link)
     ended: list[object] = []
     motion = one.begin(m.MotMoveHome(1), HOMED, USB, on_done=ended.append)
     assert link.written == [m.MotMoveHome(1).pack(USB, 1)]
     for _ in range(2):
-        with pytest.raises(MotionTimeoutError, match="it is still waited for"):
+        with pytest.raises(MotionTimeoutError, match="the exchange goes on"):
             one.wait(motion, 0.01)
     assert not ended
     link.say(m.MotMoveHomed(1).pack(1, USB))
@@ -107,7 +107,7 @@ def test_a_motion_is_begun_and_waited_for(session: Make) -> None:
     assert ended == [motion]
 
 
-def test_a_motion_that_is_stopped_says_so(session: Make) -> None:
+def test_a_stopped_motion_raises(session: Make) -> None:
     link = TestLink()
     one = session(link)
     motion = one.begin(m.MotMoveHome(1), HOMED, USB)
@@ -119,7 +119,7 @@ def test_a_motion_that_is_stopped_says_so(session: Make) -> None:
         one.wait(motion)
 
 
-def test_the_time_of_a_motion_ends_though_nobody_waits_for_it(session: Make) -> None:
+def test_a_motion_times_out_even_if_no_call_waits_for_it(session: Make) -> None:
     one = session(TestLink())
     over = threading.Event()
     motion = one.begin(m.MotMoveHome(1), HOMED, USB, 0.05, on_done=lambda _: over.set())
@@ -129,7 +129,7 @@ def test_the_time_of_a_motion_ends_though_nobody_waits_for_it(session: Make) -> 
         one.wait(motion)
 
 
-def test_a_stop_goes_before_a_hundred_requests_that_wait(session: Make) -> None:
+def test_a_stop_overtakes_a_hundred_waiting_requests(session: Make) -> None:
     link = TestLink()
     one = session(link)
     failed: list[Exception] = []
@@ -151,10 +151,10 @@ def test_a_stop_goes_before_a_hundred_requests_that_wait(session: Make) -> None:
     for thread in threads:
         thread.join(5)
     assert len(failed) == 100
-    assert len(set(map(id, failed))) == 100  # one of its own for everybody
+    assert len(set(map(id, failed))) == 100  # each caller gets its own
 
 
-def test_a_lost_line_ends_everything_at_once(session: Make) -> None:
+def test_a_lost_link_ends_all_calls(session: Make) -> None:
     link = TestLink()
     one = session(link)
     motion = one.begin(m.MotMoveHome(1), HOMED, USB)
@@ -176,7 +176,7 @@ def test_a_lost_line_ends_everything_at_once(session: Make) -> None:
     assert len(link.written) == 2
 
 
-def test_a_line_that_is_lost_in_writing(session: Make) -> None:
+def test_a_link_lost_during_a_write(session: Make) -> None:
     def cut(data: bytes) -> bytes:
         raise TransportLostError("cut in writing")
 
@@ -184,7 +184,7 @@ def test_a_line_that_is_lost_in_writing(session: Make) -> None:
         ask(session(TestLink(cut)), 30)
 
 
-def test_closing_ends_who_waits(session: Make) -> None:
+def test_closing_ends_waiting_calls(session: Make) -> None:
     link = TestLink()
     one = session(link)
     closing = threading.Timer(0.02, one.close)
@@ -202,7 +202,7 @@ def test_closing_ends_who_waits(session: Make) -> None:
     assert not one.lost
 
 
-def test_what_moves_is_stopped_by_closing(session: Make) -> None:
+def test_closing_stops_motions(session: Make) -> None:
     link = TestLink()
     one = session(link)
     one.on_close.append(lambda: STOP.pack(USB, 1))
@@ -212,18 +212,18 @@ def test_what_moves_is_stopped_by_closing(session: Make) -> None:
     assert link.written == [STOP.pack(USB, 1)]
 
 
-def test_signs_of_life_are_sent_while_nobody_calls(session: Make) -> None:
+def test_keep_alive_messages_are_sent_between_calls(session: Make) -> None:
     link = TestLink()
     one = session(link)
     ack = m.MotAckDcStatusUpdate()
     one.keep_alive(ack, (0x21, 0x22), period=0.02)
-    one.pause(0.05)  # without a thread somebody has to wait
+    one.pause(0.05)  # without a thread, a call has to wait
     sent = b"".join(link.written)
     assert sent.count(ack.pack(0x21, 1)) >= 2
     assert sent.count(ack.pack(0x22, 1)) >= 2
 
 
-def test_a_wrong_call_leaves_the_session_usable(session: Make) -> None:
+def test_an_invalid_call_leaves_the_session_usable(session: Make) -> None:
     one = session(TestLink(answer))
     with pytest.raises(ZeroDivisionError):
         one.perform(lambda now: 1 // 0)  # type: ignore[arg-type,return-value]
@@ -242,6 +242,6 @@ def test_an_interrupted_call_cancels_its_request(session: Make) -> None:
         ask(one)
     assert one.statistics.cancelled == 1
     link.answer = silent
-    link.say(velocity().pack(1, USB))  # the late reply, which is nobody's
+    link.say(velocity().pack(1, USB))  # the late reply, which answers nothing
     link.answer = answer
     assert one.ask(m.MotReqJogParams(1), (m.MotGetJogParams,), USB).message == jog()

@@ -1,4 +1,4 @@
-"""Sessions for threads: several callers at once."""
+"""Sessions for threads: the behaviour for several callers."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def test_each_of_eight_threads_gets_its_own_replies(background: bool) -> None:
 
 
 @reading
-def test_whoever_leaves_lets_another_one_read(background: bool) -> None:
-    """The first to wait gives up before the reply to the second comes."""
+def test_a_thread_that_stops_waiting_hands_over_reading(background: bool) -> None:
+    """The first waiting thread gives up before the reply to the second arrives."""
     link = TestLink()
     got: list[object] = []
 
@@ -75,8 +75,8 @@ def test_whoever_leaves_lets_another_one_read(background: bool) -> None:
 
 
 @reading
-def test_a_frame_that_has_to_wait_is_written_when_its_time_has_come(background: bool) -> None:
-    """Frames without a reply are paced, whichever threads send them."""
+def test_a_paced_frame_is_written_when_its_pause_is_over(background: bool) -> None:
+    """Frames without a reply are paced, no matter which threads send them."""
     link = TestLink()
     times: dict[int, float] = {}
     write = link.write
@@ -116,8 +116,8 @@ def test_a_virtual_controller_serves_eight_threads(background: bool) -> None:
 
 
 @reading
-def test_a_call_keeps_its_time_while_another_ones_bytes_are_not_taken(background: bool) -> None:
-    """The line takes nothing: who writes may wait as long as the line lets it, and nobody else does."""
+def test_a_blocked_write_does_not_delay_the_timeouts_of_other_calls(background: bool) -> None:
+    """The link accepts no bytes. Only the thread that writes waits longer than its timeout."""
     taken, writing = threading.Event(), threading.Event()
 
     def take_slowly(data: bytes) -> bytes:
@@ -139,7 +139,7 @@ def test_a_call_keeps_its_time_while_another_ones_bytes_are_not_taken(background
             with pytest.raises(ReplyTimeoutError, match="was not sent"):
                 call()
             assert first.is_alive()
-        with pytest.raises(ReplyTimeoutError, match="it goes out as soon as the line does"):
+        with pytest.raises(ReplyTimeoutError, match="it is sent as soon as it does"):
             session.halt(m.MotMoveStop(1, 2), None, BAYS[0], 0.05)
         taken.set()
         first.join(60)
@@ -148,7 +148,7 @@ def test_a_call_keeps_its_time_while_another_ones_bytes_are_not_taken(background
     assert b"".join(link.written).count(stop) == 1
 
 
-def test_two_may_wake_a_thread_at_once() -> None:
+def test_a_thread_may_be_woken_twice() -> None:
     waiter = Waiter()
     waiter.end()
     waiter.nudge()
@@ -158,23 +158,23 @@ def test_two_may_wake_a_thread_at_once() -> None:
 
 
 @reading
-def test_a_question_after_half_a_frame_is_answered(background: bool) -> None:
-    """The reply is not taken for the rest of what nobody sends."""
+def test_a_request_after_half_a_frame_is_answered(background: bool) -> None:
+    """The reply is not taken for the rest of the frame, which never arrives."""
     status = m.MotGetDcStatusUpdate(chan_ident=1, position=5, velocity=0, status_bits=0)
     raw = status.pack(HOST, BAYS[0])
     link = TestLink(answer)
     with FramedSession(PROTOCOL, link, background=background) as session:
         for length in range(1, len(raw)):
             with session.subscribe(m.MotGetDcStatusUpdate) as updates:
-                link.say(raw + raw[:length])  # the half has been read when the whole one is there
+                link.say(raw + raw[:length])  # when the whole frame arrives, the half was read
                 assert updates.get(30).frame.message.chan_ident == 1
             for dest in BAYS[:2]:
                 frame = session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), dest, 30)
                 assert frame.message == velocity(1, dest)
 
 
-def test_only_the_thread_that_reads_concludes_that_a_line_is_silent() -> None:
-    """It is held up between two reads while the rest of a reply waits, and another thread has its turn."""
+def test_only_the_reading_thread_detects_silence() -> None:
+    """It is delayed between two reads, while the rest of a reply is unread and another thread runs."""
     reply = velocity(1, BAYS[0]).pack(HOST, BAYS[0])
     link = TestLink(lambda data: reply[:10] if data[4] == BAYS[0] else b"")
     held_up, goes_on = threading.Event(), threading.Event()
@@ -199,11 +199,11 @@ def test_only_the_thread_that_reads_concludes_that_a_line_is_silent() -> None:
         got.append(frame.message)
 
     with FramedSession(PROTOCOL, link) as session:
-        link.wake()  # the read that began before it was replaced
+        link.wake()  # end the read that began before the replacement
         asking = threading.Thread(target=ask)
         asking.start()
         assert held_up.wait(30)
-        with pytest.raises(ReplyTimeoutError):  # which lasts longer than a silence
+        with pytest.raises(ReplyTimeoutError):  # the wait is longer than a silence
             session.ask(m.MotReqVelParams(1), (m.MotGetVelParams,), BAYS[1], 0.2)
         goes_on.set()
         asking.join(30)
@@ -211,14 +211,14 @@ def test_only_the_thread_that_reads_concludes_that_a_line_is_silent() -> None:
 
 
 class CountingLink(TestLink):
-    """A line that says whether something on it was not read."""
+    """A link that reports unread bytes."""
 
     def has_unread(self) -> bool:
         return bool(self._said)
 
 
-def test_nothing_is_asked_while_the_thread_that_reads_is_held_up() -> None:
-    """A reply came before the question, and has not been read: it is no answer."""
+def test_no_request_is_sent_while_the_reading_thread_is_delayed() -> None:
+    """A message that arrived before the request and is still unread does not answer it."""
     link = CountingLink(answer)
     held_up, goes_on = threading.Event(), threading.Event()
     read = link.read
@@ -237,14 +237,14 @@ def test_nothing_is_asked_while_the_thread_that_reads_is_held_up() -> None:
         got.append(frame.message)
 
     with FramedSession(PROTOCOL, link) as session:
-        link.wake()  # the read that began before it was replaced
+        link.wake()  # end the read that began before the replacement
         assert held_up.wait(30)
         link.say(velocity(7, BAYS[0]).pack(HOST, BAYS[0]))
         early = m.MotGetVelParams(1, 1, 1, 1)
         link.say(early.pack(HOST, BAYS[0]))
         asking = threading.Thread(target=ask)
         asking.start()
-        session.halt(m.MotMoveStop(1, 2), None, BAYS[1], 30)  # a stop does not wait
+        session.halt(m.MotMoveStop(1, 2), None, BAYS[1], 30)  # a stop does not wait for the reader
         goes_on.set()
         asking.join(30)
     assert got == [velocity(1, BAYS[0])]

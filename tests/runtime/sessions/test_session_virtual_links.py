@@ -32,16 +32,16 @@ def info(url: str, dest: int = 0x50) -> m.HwGetInfo:
         return message
 
 
-# What a URL may say
+# URLs
 
 
-def test_a_unit_answers_by_its_name() -> None:
+def test_a_unit_is_opened_by_its_name() -> None:
     assert info("virtual://TDC001").model_number == info("virtual://tdc001").model_number
     assert info("virtual://TDC001?seed=1") != info("virtual://TDC001?seed=2")
     assert info("virtual://TDC001?serial_number=83000042").serial_number == 83000042
 
 
-def test_a_rack_has_a_module_in_each_bay_that_is_named() -> None:
+def test_a_rack_has_a_module_in_each_named_bay() -> None:
     with FramedSession(PROTOCOL, open_link("virtual://rack?bays=MST601,,MPZ601")) as session:
         states = [
             session.ask(m.RackReqBayUsed(bay), (m.RackGetBayUsed,), 0x11, 5).message
@@ -51,7 +51,7 @@ def test_a_rack_has_a_module_in_each_bay_that_is_named() -> None:
     assert [state.bay_state for state in states] == occupied  # type: ignore[attr-defined]
 
 
-def test_a_bench_file_names_units_by_label_or_number(tmp_path: Path) -> None:
+def test_a_unit_of_a_bench_file_is_selected_by_label_or_number(tmp_path: Path) -> None:
     path = tmp_path / "bench.toml"
     path.write_text(
         '[[unit]]\nname = "TDC001"\nlabel = "focus"\nserial_number = 83000001\n'
@@ -64,7 +64,7 @@ def test_a_bench_file_names_units_by_label_or_number(tmp_path: Path) -> None:
             open_link(f"virtual://{path.as_posix()}{fragment}")
 
 
-def test_options_are_those_of_a_bench() -> None:
+def test_a_url_has_the_options_of_a_bench() -> None:
     quirks = "unswapped_addresses,long_status"
     link = open_link(
         "virtual://TDC001?stage=Z8&travel=100&position=50&line=rs232"
@@ -95,7 +95,7 @@ def test_options_are_those_of_a_bench() -> None:
         ("virtual://[", "cannot be opened: "),
     ],
 )
-def test_what_is_wrong_with_a_url_is_said(url: str, what: str) -> None:
+def test_the_error_names_the_fault_of_a_url(url: str, what: str) -> None:
     with pytest.raises(LinkOpenError, match=what) as refused:
         open_link(url)
     assert str(refused.value).startswith(f"{url} cannot be opened: ")
@@ -107,7 +107,7 @@ def test_what_is_wrong_with_a_url_is_said(url: str, what: str) -> None:
     stepped.run(opening())
 
 
-# In real time
+# Real time
 
 
 def test_a_read_sleeps_until_something_is_due() -> None:
@@ -119,20 +119,20 @@ def test_a_read_sleeps_until_something_is_due() -> None:
     link.close()
 
 
-def test_a_read_is_woken_by_what_another_thread_does() -> None:
+def test_another_thread_wakes_a_read() -> None:
     link = open_link("virtual://TDC001")
     for act, expected in ((lambda: link.write(REQUEST), 90), (link.wake, 0)):
         timer = threading.Timer(0.02, act)
         timer.start()
         assert len(link.read(30)) == expected
         timer.join()
-    link.wake()  # a read that comes later is meant, too
+    link.wake()  # also wakes a later read
     assert link.read(30) == b""
     assert link.read(0) == b""
     link.close()
 
 
-def test_a_line_that_was_closed_or_cut_is_lost() -> None:
+def test_a_closed_link_is_lost() -> None:
     link = open_link("virtual://TDC001")
     link.close()
     link.close()
@@ -158,7 +158,7 @@ def test_a_cut_line_ends_the_session_in_stepped_time() -> None:
     stepped.run(main())
 
 
-# In stepped time
+# Stepped time
 
 
 def test_a_minute_of_waiting_takes_no_time() -> None:
@@ -174,11 +174,11 @@ def test_a_minute_of_waiting_takes_no_time() -> None:
             assert session.now() - began == pytest.approx(3600)
             session.pause(3600)
             assert session.now() - began == pytest.approx(7200)
-        assert tdc.write(REQUEST)  # the controller is the test's
+        assert tdc.write(REQUEST)  # the test owns the controller
     assert time.monotonic() - before < 30
 
 
-def test_status_comes_at_its_rate_in_stepped_time() -> None:
+def test_status_messages_arrive_at_their_rate_in_stepped_time() -> None:
     with (
         virtual.TDC001(stage=stages.Z8) as tdc,
         FramedSession(PROTOCOL, SteppedLink(tdc)) as session,
@@ -195,7 +195,7 @@ def test_status_comes_at_its_rate_in_stepped_time() -> None:
 
 
 @pytest.mark.parametrize("seconds", [600, pytest.param(3600, marks=pytest.mark.matrix)])
-def test_an_event_loop_of_stepped_time_takes_no_time(seconds: int) -> None:
+def test_stepped_time_passes_immediately_in_an_event_loop(seconds: int) -> None:
     async def main() -> tuple[float, list[Any]]:
         loop = asyncio.get_running_loop()
         link = await open_async_link("virtual://TDC001?stage=Z8")
@@ -218,7 +218,7 @@ def test_an_event_loop_of_stepped_time_takes_no_time(seconds: int) -> None:
     assert virtual.TDC001().clock.now == 0
 
 
-def test_many_controllers_live_in_one_loop_and_no_thread() -> None:
+def test_many_controllers_run_in_one_loop_without_threads() -> None:
     async def one(number: int) -> bool:
         link = await open_async_link(f"virtual://TDC001?seed={number}")
         async with AsyncFramedSession(PROTOCOL, link) as session:
