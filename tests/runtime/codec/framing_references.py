@@ -1,7 +1,7 @@
-"""The framing rules of commands and packets a second time: as the generator reads streams for the vectors.
+"""A second implementation of the framing rules for commands and packets: the generator's, for the vectors.
 
-The generator imports nothing of the runtime, and its readers are written to be simple: every position is
-looked at anew, and nothing is remembered. The framers are compared with them.
+The generator imports nothing from the runtime. Its readers are simple: they look at every position anew and
+remember nothing. The tests compare the framers with them.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ KINDS = {
 
 
 class Piece(NamedTuple):
-    """What some bytes are: ``message``, ``unknown``, ``bad_length``, ``garbage`` or ``pending``."""
+    """The kind of some bytes: ``message``, ``unknown``, ``bad_length``, ``garbage`` or ``pending``."""
 
     kind: str
     raw: bytes
 
 
 def pieces(framer: Any, chunks: Iterable[bytes], longest: int) -> list[Piece]:
-    """Return what a framer makes of a stream in chunks, as the references say it.
+    """Feed a stream to a framer in chunks, and return its events as the references describe them.
 
-    :param longest: more bytes than may ever be pending.
+    :param longest: a size that pending bytes may never reach.
     """
     events = []
     for chunk in chunks:
@@ -81,7 +81,7 @@ def command_reference(
 def packet_reference(shape: Shape, lengths: Mapping[int, Iterable[int]]) -> PacketReader:
     """Return the rule of packets for one protocol.
 
-    :param lengths: id -> the lengths that the layouts of its message have.
+    :param lengths: id -> the lengths of the layouts of its message.
     """
     messages = [
         SimpleNamespace(id=id, layouts=[SimpleNamespace(length=length) for length in layouts])
@@ -91,7 +91,7 @@ def packet_reference(shape: Shape, lengths: Mapping[int, Iterable[int]]) -> Pack
 
 
 def reference_check(check: Check, data: bytes) -> int:
-    """Return a check of some bytes: that of a packet in which they are the payload."""
+    """Return the check of some bytes, computed for a packet that has them as its payload."""
     shape = Shape(
         order=("start", "length", "id", "payload", "check"), start=b"\0", length=1, id=1,
         counts=("payload",), maximum=0xFF, check=check, covers=("payload",),

@@ -1,8 +1,8 @@
-"""A small invented protocol of commands, written by hand as the generator writes one.
+"""A small invented protocol of commands, handwritten in the style of the generator.
 
-Nothing in it is the MS-2000's: another prefix, another terminator, longer data, a setup command whose byte
-is a command's, and one whose byte is the prefix. What holds for it, holds for the rule and not for the one
-protocol that is documented.
+It differs from the MS-2000 in every respect: another prefix, another terminator, longer data, a setup command
+whose byte is also that of a command, and one whose byte is the prefix. Tests with it show that the code
+follows the rule, not the one documented protocol.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def layout(
     return Layout(name, id, direction, form, fields, length, **{"kind": "command", **more})
 
 
-# Replies, and the commands that they answer
+# Replies, and their commands
 
 
 class ReadCountReply(Reply):
@@ -107,7 +107,7 @@ class Stop(Command):
 
 
 class WriteCount(Command):
-    """Three bytes with a sign, and fewer values than they could hold."""
+    """A signed integer of three bytes with a range smaller than the bytes could hold."""
 
     __slots__ = ("count",)
     layout = layout("WRITE_COUNT", 0x57, "request", ("count",), 3, size=3, signed=("count",))
@@ -126,7 +126,7 @@ class WriteCount(Command):
 
 
 class WriteLimits(Command):
-    """Several fields, one of them a text."""
+    """Several fields, one of them text."""
 
     __slots__ = ("high", "label", "low")
     layout = layout("WRITE_LIMITS", 0x4C, "request", ("label", "low", "high"), 5, size=5)
@@ -155,7 +155,7 @@ class WriteLimits(Command):
 
 
 class WriteWide(Command):
-    """So many values that nobody can try them one by one."""
+    """A value with too many possibilities to try them one by one."""
 
     __slots__ = ("value",)
     layout = layout("WRITE_WIDE", 0x49, "request", ("value",), 8, size=8)
@@ -227,7 +227,7 @@ class Restart(SetupCommand):
 
 
 class Standby(SetupCommand):
-    """Its byte is WRITE_COUNT's."""
+    """Its byte is also that of WRITE_COUNT."""
 
     __slots__ = ()
     layout = layout("STANDBY", 0x57, "request", (), 0, kind="setup")

@@ -1,4 +1,4 @@
-"""Both formats of a host, and the replies to them, on a line that is listened to."""
+"""A listener on a line with both formats: what the host sends, and the replies."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SWITCH_IN_DATA = b"\x18T\x03\xffA\x00:"
 
 
 def kinds(events: list[Event]) -> str:
-    """Return events in letters: Text, Command, Garbage, other."""
+    """Return the kinds of events as letters: Text, Command, Garbage, other."""
     letters = {TextReceived: "T", CommandReceived: "C", Garbage: "G"}
     return "".join(letters.get(type(event), "?") for event in events)
 
@@ -44,19 +44,19 @@ def kinds(events: list[Event]) -> str:
         ([b"W X\r", b"/\r"], "TT"),
         ([b"W X\r", b"\n", b"/\r", b"\r"], "TTTT"),
         ([b"W X\r", LOW, ASK], "TCC"),
-        ([b"W ", LOW, ASK], "GCC"),  # a line that is interrupted
-        ([ASK, STATUS], "CC"),  # nobody switched: it is no text
-        ([ASK, b"W X\r"], "C"),  # from then on it is no text either
-        ([b"a", b"\x03:", ASK], "GGC"),  # a recording that begins within a command
+        ([b"W ", LOW, ASK], "GCC"),  # an interrupted line
+        ([ASK, STATUS], "CC"),  # not text, although nothing switched
+        ([ASK, b"W X\r"], "C"),  # later bytes are not text either
+        ([b"a", b"\x03:", ASK], "GGC"),  # a recording that begins inside a command
         ([b":", ASK], "GC"),
-        ([HUNDREDTHS, b"W X\r"], "CT"),  # switches nothing
+        ([HUNDREDTHS, b"W X\r"], "CT"),  # does not switch
         ([LOW, b"Xa\x03:", HIGH, b"W X\r"], "CCCT"),  # an axis by a letter
         ([LOW, SWITCH_IN_DATA, ASK], "CCC"),
-        ([HIGH, b"\x18a\r", LOW, ASK], "CTCC"),  # text is what it is said to be
+        ([HIGH, b"\x18a\r", LOW, ASK], "CTCC"),  # high level, so these bytes are text
         ([LOW, RESET, b"W X\r"], "CCT"),
         ([LOW, RESET, ASK], "CCC"),
         ([HIGH, RESET, ASK], "CCC"),
-        ([HIGH, b"\xff\r", b"\xff\xff\r"], "CTT"),  # the prefix and no setup command
+        ([HIGH, b"\xff\r", b"\xff\xff\r"], "CTT"),  # the prefix without a setup command
         ([b"\xff\x18:", ASK], "GC"),
         ([LOW, HIGH, LOW, HIGH, b"W\r"], "CCCCT"),
         ([b"x" * (LONGEST_LINE - 1) + b"\r", b"/\r"], "TT"),
@@ -65,7 +65,7 @@ def kinds(events: list[Event]) -> str:
     ],
 )
 @pytest.mark.parametrize("size", [1, 2, 3, 1 << 20])
-def test_what_is_text_and_what_a_command(sent: list[bytes], found: str, size: int) -> None:
+def test_text_and_commands_are_distinguished(sent: list[bytes], found: str, size: int) -> None:
     framer = FormatFramer(PROTOCOL)
     data = b"".join(sent)
     events: list[Event] = []
@@ -91,7 +91,7 @@ PIECES = [HIGH, LOW, RESET, HUNDREDTHS, ASK, STATUS, SWITCH_IN_DATA, b"W X\r", b
     parts=st.lists(st.sampled_from(PIECES) | st.binary(max_size=8), max_size=20),
     cuts=st.lists(st.integers(0, 160), max_size=12),
 )
-def test_any_chunking_gives_the_same(parts: list[bytes], cuts: list[int]) -> None:
+def test_chunking_does_not_matter(parts: list[bytes], cuts: list[int]) -> None:
     data = b"".join(parts)
     whole, chunked = FormatFramer(PROTOCOL), FormatFramer(PROTOCOL)
     events: list[Event] = []
@@ -103,8 +103,8 @@ def test_any_chunking_gives_the_same(parts: list[bytes], cuts: list[int]) -> Non
 
 
 @given(st.lists(st.sampled_from(PIECES) | st.binary(max_size=8), max_size=20))
-def test_the_low_level_is_cut_as_the_framer_of_commands_cuts_it(parts: list[bytes]) -> None:
-    data = b"".join(parts).replace(b"A", b"a").replace(b"R", b"r")  # nothing leaves it
+def test_low_level_is_cut_like_the_command_framer_cuts(parts: list[bytes]) -> None:
+    data = b"".join(parts).replace(b"A", b"a").replace(b"R", b"r")  # nothing switches back
     both, commands = FormatFramer(PROTOCOL), PROTOCOL.framer()
     assert join_garbage(both.feed(LOW + data)) == join_garbage(commands.feed(LOW + data))
     assert both.pending == commands.pending
@@ -119,7 +119,7 @@ def test_memory_is_bounded(mode: bytes) -> None:
         assert len(framer.pending) <= LONGEST_LINE
 
 
-def test_a_protocol_without_text_has_commands_alone() -> None:
+def test_a_protocol_without_text_has_only_commands() -> None:
     assert isinstance(host_framer(INVENTED), CommandFramer)
     assert isinstance(host_framer(PROTOCOL), FormatFramer)
 
@@ -168,7 +168,7 @@ SWITCHING = CommandProtocol(
         ([b"\x01c", b"2a;\r", b"\x01d", b"\x02a;", b"2a;"], "CTCCC"),
     ],
 )
-def test_what_switches_says_the_layout_whatever_its_name(sent: list[bytes], found: str) -> None:
+def test_the_layout_determines_what_switches_not_the_name(sent: list[bytes], found: str) -> None:
     events = host_framer(SWITCHING).feed(b"".join(sent))
     assert [event.raw for event in events] == sent
     assert kinds(events) == found
@@ -178,7 +178,7 @@ def test_what_switches_says_the_layout_whatever_its_name(sent: list[bytes], foun
 
 
 def heard(*turns: tuple[bytes, bytes]) -> list[list[bytes | str]]:
-    """Return the replies of each turn: what was asked, text as its bytes, garbage in hex."""
+    """Return the replies of each turn: the command name, text as its bytes, garbage in hex."""
     replies = ReplyListener()
     asking = HostListener(PROTOCOL, replies)
     found: list[list[bytes | str]] = []
@@ -204,17 +204,17 @@ def _words(event: Event) -> bytes | str:
             [[b"N\r\n", "READ_MOTOR_POSITION"]],
         ),
         ([(b"/\r", b"N"), (LOW + STATUS, b"b")], [[], ["garbage 4e", "READ_STATUS"]]),
-        ([(b"\r\n", b"N\r\n")], [["garbage 4e0d0a"]]),  # an empty line asks nothing
+        ([(b"\r\n", b"N\r\n")], [["garbage 4e0d0a"]]),  # an empty line is not a request
         ([(b"/\r", b"x" * LONGEST_LINE)], [["garbage " + "78" * LONGEST_LINE]]),
     ],
 )
-def test_text_is_answered_by_lines(
+def test_lines_answer_text(
     turns: list[tuple[bytes, bytes]], found: list[list[bytes | str]]
 ) -> None:
     assert heard(*turns) == found
 
 
-def test_what_goes_on_gives_nothing_up() -> None:
+def test_requests_of_the_same_turn_give_nothing_up() -> None:
     replies = ReplyListener()
     asking = HostListener(PROTOCOL, replies)
     asking.feed(LOW + ASK)

@@ -1,4 +1,4 @@
-"""Commands, setup commands and replies as values, and what carries them."""
+"""Commands, setup commands and replies as values, and the frames that carry them."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def test_an_axis_may_be_a_member_of_an_enumeration() -> None:
     assert type(frame.axis) is int
 
 
-def test_a_setup_command_is_prefix_and_byte() -> None:
+def test_a_setup_command_is_the_prefix_and_its_byte() -> None:
     assert Restart().pack() == b"\x1b\x51"
     assert Standby().pack() == b"\x1b\x57"
     assert Standby.unpack(b"\x1b\x57") == Standby() != Restart()
 
 
-def test_a_reply_is_its_data() -> None:
+def test_a_reply_is_only_its_data() -> None:
     assert ReadCountReply(-2).pack() == b"\xfe\xff\xff"
     assert ReadCountReply.unpack(b"\xfe\xff\xff") == ReadCountReply(-2)
     assert ReadCount.reply is ReadCountReply
@@ -73,7 +73,7 @@ def test_messages_are_values(message: Message) -> None:
 
 
 @pytest.mark.parametrize("axis", [0, 1, 0x0C, 0x0E, 0x1A, 0x1C, 0x57, 0xFE, 0xFF])
-def test_any_byte_but_two_is_an_axis(axis: int) -> None:
+def test_every_byte_except_two_is_an_axis(axis: int) -> None:
     assert MOVE.pack(axis) == bytes((axis,)) + RAW[1:]
     assert CommandFrame(MOVE, axis).axis == axis
 
@@ -91,14 +91,14 @@ def test_any_byte_but_two_is_an_axis(axis: int) -> None:
     ],
 )
 @pytest.mark.parametrize("message", [MOVE, ReadCount()])
-def test_what_is_no_axis(message: Command, axis: int, kind: type[CodecError], text: str) -> None:
+def test_invalid_axes(message: Command, axis: int, kind: type[CodecError], text: str) -> None:
     for call in (lambda: message.pack(axis), lambda: CommandFrame(message, axis)):
         with pytest.raises(kind) as caught:
             call()
         assert str(caught.value) == text
 
 
-def test_a_dummy_is_refused_unless_asked_for() -> None:
+def test_a_dummy_is_refused_unless_allowed() -> None:
     for dummy, raw in (
         (WriteSpare(7), b"\x21\x73\x01\x07\x0d"),
         (ReadSpare(), b"\x21\x74\x01\x0d"),
@@ -115,7 +115,7 @@ def test_a_dummy_is_refused_unless_asked_for() -> None:
 # Frames
 
 
-def test_a_frame_has_the_form_of_the_document_unless_told() -> None:
+def test_a_frame_has_the_form_of_the_document_by_default() -> None:
     assert CommandFrame(ReadCount(), 0x21).sized is True
     assert CommandFrame(ReadState(), 0x21).sized is False
     assert CommandFrame(Restart()).sized is False
@@ -142,12 +142,12 @@ def test_the_other_form(message: Command, form: str, raw: bytes) -> None:
     assert PROTOCOL.decode(raw) == frame
 
 
-def test_forms_by_their_effect_are_equal() -> None:
+def test_forms_with_the_same_bytes_are_equal() -> None:
     assert CommandFrame(ReadState(), 0x21, sized=True) != CommandFrame(ReadState(), 0x21)
     assert CommandFrame(ReadState(), 0x21, sized=False) == CommandFrame(ReadState(), 0x21)
 
 
-def test_extra_bytes_stand_before_the_terminator() -> None:
+def test_extra_bytes_come_before_the_terminator() -> None:
     assert CommandFrame(MOVE, 0x21, b"\x01\x02").encode() == RAW[:-1] + b"\x01\x02\x0d"
     sized = CommandFrame(ReadState(), 0x21, b"\x09", sized=True)
     assert sized.encode() == b"\x21\x3f\x00\x09\x0d"
@@ -181,7 +181,7 @@ REFUSED: list[tuple[Callable[[], object], str]] = [
 
 
 @pytest.mark.parametrize(("call", "text"), REFUSED)
-def test_what_no_frame_is_made_of(call: Callable[[], object], text: str) -> None:
+def test_invalid_frames(call: Callable[[], object], text: str) -> None:
     with pytest.raises(BadValueError) as caught:
         call()
     assert str(caught.value).startswith(text)
@@ -218,7 +218,7 @@ def test_a_frame_is_a_value() -> None:
         (CommandFrame(Restart()), "CommandFrame(Restart())"),
     ],
 )
-def test_what_a_frame_looks_like(frame: CommandFrame, text: str) -> None:
+def test_repr_of_a_frame(frame: CommandFrame, text: str) -> None:
     assert repr(frame) == text
     names = {
         "CommandFrame": CommandFrame,
@@ -245,7 +245,7 @@ EXTRA = st.binary(max_size=40).filter(lambda data: TERMINATOR not in data)
 
 
 @given(COMMANDS, AXES, EXTRA, st.sampled_from([None, True, False]))
-def test_what_is_encoded_comes_back(
+def test_encoded_frames_decode_to_equal_ones(
     message: Command, axis: int, extra: bytes, sized: bool | None
 ) -> None:
     frame = CommandFrame(message, axis, sized=None if message.layout.length else sized)
@@ -255,7 +255,7 @@ def test_what_is_encoded_comes_back(
 
 
 @given(st.integers(-(1 << 23), (1 << 23) - 1), AXES)
-def test_a_value_that_is_out_of_range_is_kept_and_sent_byte_for_byte(count: int, axis: int) -> None:
+def test_a_decoded_value_out_of_range_is_kept_and_encoded_unchanged(count: int, axis: int) -> None:
     raw = bytes((axis, 0x57, 3)) + count.to_bytes(3, "little", signed=True) + b"\x0d"
     frame = PROTOCOL.decode(raw)
     assert frame.message.count == count

@@ -1,4 +1,4 @@
-"""The framing rule of commands, sentence by sentence, and what must hold for any bytes."""
+"""The framing rule of commands, rule by rule, and properties that hold for any bytes."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def received(raw: bytes) -> Event:
 
 
 def frame(stream: bytes) -> list[Event]:
-    """Frame a stream and check that not a byte went astray."""
+    """Frame a stream and check that no byte was lost."""
     framer = PROTOCOL.framer()
     events = framer.feed(stream)
     assert b"".join(event.raw for event in events) + framer.pending == stream
@@ -67,7 +67,7 @@ def frame(stream: bytes) -> list[Event]:
 
 
 def pieces(stream: bytes, sizes: list[int] | None = None) -> list[Piece]:
-    """Frame a stream in chunks of the given sizes, as the reference shows it."""
+    """Frame a stream in chunks of the given sizes; return the events as the reference describes them."""
     chunks, position = [], 0
     for size in sizes or [len(stream)]:
         chunks.append(stream[position : position + size])
@@ -75,14 +75,14 @@ def pieces(stream: bytes, sizes: list[int] | None = None) -> list[Piece]:
     return references.pieces(PROTOCOL.framer(), chunks, LONGEST)
 
 
-# 1. Where a command is due
+# 1. The beginning of a command
 
 
-def test_commands_come_out_one_by_one() -> None:
+def test_commands_are_returned_one_by_one() -> None:
     assert frame(MOVE + READ + STATE) == [received(MOVE), received(READ), received(STATE)]
 
 
-def test_what_is_received_is_decoded_when_it_is_asked_for() -> None:
+def test_a_received_command_is_decoded_on_demand() -> None:
     (event,) = frame(MOVE)
     assert isinstance(event, CommandReceived)
     assert event.frame == CommandFrame(WriteCount(100_000), 0x21)
@@ -103,7 +103,7 @@ def test_setup_and_command_may_share_a_byte() -> None:
     assert frame(b("57 57 03 01 02 03 0D")) == [received(b("57 57 03 01 02 03 0D"))]
 
 
-def test_the_prefix_and_anything_else_is_garbage_up_to_a_terminator() -> None:
+def test_the_prefix_and_another_byte_is_garbage_up_to_a_terminator() -> None:
     assert frame(b("1B 63 03 51 0D") + MOVE) == [Garbage(b("1B 63 03 51 0D")), received(MOVE)]
     assert frame(b("1B 0D") + MOVE) == [Garbage(b("1B 0D")), received(MOVE)]
 
@@ -122,10 +122,10 @@ def test_any_other_byte_is_an_axis(axis: int) -> None:
     assert frame(command) == [received(command)]
 
 
-# 2. The byte of the command
+# 2. The command byte
 
 
-def test_a_terminator_there_aborts() -> None:
+def test_a_terminator_as_command_byte_aborts() -> None:
     assert frame(b("21 0D") + MOVE) == [Garbage(b("21 0D")), received(MOVE)]
 
 
@@ -138,18 +138,18 @@ def test_another_byte_is_an_unknown_command_up_to_a_terminator() -> None:
 
 
 @pytest.mark.parametrize("command", ["21 63 0D", "21 3F 0D", "21 53 0D", "21 6E 0D", "21 74 0D"])
-def test_a_command_without_data_may_leave_its_size_out(command: str) -> None:
+def test_a_command_without_data_may_omit_its_size(command: str) -> None:
     raw = b(command)
     assert frame(raw + MOVE) == [received(raw), received(MOVE)]
 
 
 @pytest.mark.parametrize("command", ["21 63 03 0D", "21 3F 00 0D", "21 53 00 0D", "21 6E 06 0D"])
-def test_or_say_its_number(command: str) -> None:
+def test_a_command_without_data_may_send_its_size(command: str) -> None:
     raw = b(command)
     assert frame(raw + MOVE) == [received(raw), received(MOVE)]
 
 
-def test_a_command_with_data_cannot_leave_its_size_out() -> None:
+def test_a_command_with_data_cannot_omit_its_size() -> None:
     assert frame(b("21 57 0D") + MOVE) == [BadCommandLength(b("21 57 0D")), received(MOVE)]
 
 
@@ -171,17 +171,17 @@ def test_a_terminator_in_the_data_is_data(data: str) -> None:
     assert frame(raw + MOVE) == [received(raw), received(MOVE)]
 
 
-# 5. What is ignored
+# 5. Ignored bytes
 
 
-def test_what_follows_the_data_is_kept_as_extra() -> None:
+def test_bytes_after_the_data_are_kept_as_extra() -> None:
     raw = MOVE[:-1] + b("01 02 1B 51 0D")
     (event,) = frame(raw)
     assert isinstance(event, CommandReceived)
     assert event.frame == CommandFrame(WriteCount(100_000), 0x21, b("01 02 1B 51"))
 
 
-def test_a_lost_byte_makes_the_next_command_a_part_of_the_one_before() -> None:
+def test_a_lost_byte_makes_the_next_command_part_of_the_previous() -> None:
     lost = b("21 57 03 A0 86 0D 21 3F 0D")
     (event,) = frame(lost)
     assert isinstance(event, CommandReceived)
@@ -203,7 +203,7 @@ def test_the_longest_command_is_a_command() -> None:
 @pytest.mark.parametrize(
     "begins", ["21 63 03", "21 57 03 0D 0D 0D", "21 99", "21 57 07", "21 50 FE"]
 )
-def test_what_goes_on_longer_is_garbage_up_to_a_terminator(begins: str) -> None:
+def test_a_longer_command_is_garbage_up_to_a_terminator(begins: str) -> None:
     head = b(begins)
     longest = head + bytes(LONGEST - 1 - len(head))
     kind = type(frame(longest + b"\x0d" + MOVE)[0])
@@ -213,7 +213,7 @@ def test_what_goes_on_longer_is_garbage_up_to_a_terminator(begins: str) -> None:
         assert frame(raw + MOVE) == [Garbage(raw), received(MOVE)]
 
 
-def test_garbage_is_given_out_at_the_end_of_each_feed() -> None:
+def test_garbage_is_returned_at_the_end_of_each_feed() -> None:
     framer = PROTOCOL.framer()
     assert framer.feed(b("1B 99 01")) == [Garbage(b("1B 99 01"))]
     assert framer.feed(b("02 03")) == [Garbage(b("02 03"))]
@@ -237,7 +237,7 @@ def test_a_flood_without_a_terminator_leaves_little_pending(flood: str, size: in
 # The framer itself
 
 
-def test_reset_forgets_what_is_pending() -> None:
+def test_reset_discards_pending_bytes() -> None:
     for begun in (MOVE[:4], b("1B 99"), b("21 99") + bytes(300)):
         framer = PROTOCOL.framer()
         framer.feed(begun)
@@ -246,12 +246,12 @@ def test_reset_forgets_what_is_pending() -> None:
         assert framer.feed(MOVE) == [received(MOVE)]
 
 
-def test_feeding_text_is_a_wrong_call() -> None:
+def test_feeding_text_raises() -> None:
     with pytest.raises(TypeError, match="a framer takes bytes, not str"):
         PROTOCOL.framer().feed("21")  # type: ignore[arg-type]
 
 
-def test_all_kinds_of_bytes_are_taken_and_kept() -> None:
+def test_all_types_of_bytes_are_accepted_and_copied() -> None:
     for data in (bytearray(MOVE), memoryview(MOVE), memoryview(bytearray(MOVE))):
         framer = PROTOCOL.framer()
         assert framer.feed(data[:4]) == []
@@ -272,7 +272,7 @@ def test_events_are_equal_only_to_their_own_kind() -> None:
 @pytest.mark.parametrize(
     "message", [WriteCount(0x0D0D), ReadCount(), Stop(), WriteLimits("\r", 13, 13), WriteSpare(13)]
 )
-def test_every_split_gives_the_same(message: WriteCount) -> None:
+def test_every_split_gives_the_same_events(message: WriteCount) -> None:
     raw = CommandFrame(message, 0x21).encode(allow_dummy=True)
     stream = RESTART + raw + raw
     expected = pieces(stream)
@@ -305,7 +305,7 @@ STREAMS = st.lists(
 
 
 @given(STREAMS, st.lists(st.integers(1, 90), max_size=20))
-def test_the_framer_reads_as_the_reference_does(stream: bytes, sizes: list[int]) -> None:
+def test_the_framer_agrees_with_the_reference(stream: bytes, sizes: list[int]) -> None:
     expected = REFERENCE.read(stream)
     assert pieces(stream) == expected
     assert pieces(stream, [*sizes, len(stream) + 1]) == expected
@@ -327,21 +327,21 @@ def test_thousands_of_damaged_streams() -> None:
 
 
 @given(STREAMS)
-def test_a_feed_has_no_neighbouring_garbage_and_no_empty_event(stream: bytes) -> None:
+def test_a_feed_has_no_adjacent_garbage_and_no_empty_event(stream: bytes) -> None:
     events = frame(stream)
     assert join_garbage(events) == events
     assert all(event.raw for event in events)
 
 
 @given(STREAMS)
-def test_what_is_received_decodes_and_nothing_else_does(stream: bytes) -> None:
+def test_only_received_commands_decode(stream: bytes) -> None:
     for event in frame(stream):
         if isinstance(event, CommandReceived):
             assert event.frame.encode(allow_dummy=True) == event.raw
             assert event.frame == PROTOCOL.decode(event.raw)
 
 
-def test_the_setup_command_after_garbage_is_not_seen_before_its_end() -> None:
+def test_a_setup_command_inside_garbage_is_ignored() -> None:
     assert frame(b("1B 99") + RESTART + b("0D") + RESTART) == [
         Garbage(b("1B 99") + RESTART + b("0D")),
         received(RESTART),

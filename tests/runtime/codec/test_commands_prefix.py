@@ -1,4 +1,4 @@
-"""Values that look like a setup command: when they are refused, and what is offered instead."""
+"""Values that look like a setup command: when they are refused, and the safe values suggested instead."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def unsafe(value: int, size: int = 3) -> bool:
 
 
 def nearest(value: int) -> list[int]:
-    """Return the nearest safe values, found by trying one after the other."""
+    """Return the nearest safe values, found by trying them one by one."""
     found = []
     for step in (-1, 1):
         tried = value + step
@@ -58,11 +58,11 @@ def nearest(value: int) -> list[int]:
     return found
 
 
-def test_it_is_off_unless_asked_for() -> None:
+def test_the_check_is_off_by_default() -> None:
     assert CommandFrame(WriteCount(0x511B), 0x21).encode() == b"\x21\x57\x03\x1b\x51\x00\x0d"
 
 
-def test_the_refusal_says_why_and_what_is_safe() -> None:
+def test_the_error_states_the_reason_and_the_safe_values() -> None:
     assert refusal(WriteCount(0x511B)) == (
         "WRITE_COUNT.count 20763 is not sent: bytes 3 and 4 of the command would be 1b 51, which a "
         "controller may take for RESTART; the nearest safe values are 20762 and 20764"
@@ -76,11 +76,11 @@ def test_the_refusal_says_why_and_what_is_safe() -> None:
 @pytest.mark.parametrize(
     "count", [0, -1, 0x1B, 0x511A, 0x521B, 0x1B51, 0x51001B, 0x0D1B, -8_000_000]
 )
-def test_other_values_are_sent(count: int) -> None:
+def test_safe_values_are_sent(count: int) -> None:
     assert refusal(WriteCount(count)) is None
 
 
-def test_setup_commands_are_what_they_look_like() -> None:
+def test_setup_commands_themselves_are_sent() -> None:
     assert CommandFrame(Restart()).encode(refuse_prefix_bytes=True) == b"\x1b\x51"
 
 
@@ -96,7 +96,7 @@ UPPER = st.tuples(st.sampled_from((PREFIX, *SETUP, 0x00, 0xFF)), st.sampled_from
 @example(0x571B00)
 @example(0x571BFF)
 @example(0x1B1BFF)
-def test_the_offered_values_are_the_nearest(count: int) -> None:
+def test_the_suggested_values_are_the_nearest(count: int) -> None:
     text = refusal(WriteCount(count))
     if not unsafe(count):
         assert text is None
@@ -106,13 +106,13 @@ def test_the_offered_values_are_the_nearest(count: int) -> None:
     assert all(refusal(WriteCount(safe)) is None for safe in offered(text))
 
 
-def test_a_value_that_was_kept_far_out_of_range_has_no_safe_neighbour() -> None:
+def test_a_decoded_value_far_out_of_range_has_no_safe_neighbour() -> None:
     text = refusal(WriteCount.keep({"count": 0x7F511B}))
     assert text is not None
     assert "no value nearby avoids it" in text
 
 
-def test_a_range_that_ends_within_the_unsafe_values_leaves_one_side() -> None:
+def test_a_range_that_ends_within_unsafe_values_has_one_suggestion() -> None:
     class Narrow(WriteCount):
         __slots__ = ()
         layout = WriteCount.layout
@@ -127,13 +127,13 @@ def test_a_range_that_ends_within_the_unsafe_values_leaves_one_side() -> None:
     assert text.endswith("the nearest safe value is 5315584")
 
 
-def test_billions_of_unsafe_values_are_passed_over() -> None:
+def test_billions_of_unsafe_values_are_skipped() -> None:
     text = refusal(WriteWide(0x571B << 48 | 5))
     assert text is not None
     assert offered(text) == [(0x571B << 48) - 1, 0x571C << 48]
 
 
-def test_a_prefix_that_is_doubled_to_be_a_setup_command() -> None:
+def test_a_doubled_prefix_that_is_a_setup_command() -> None:
     class Value(WriteWide):
         __slots__ = ()
         layout = WriteWide.layout
@@ -148,7 +148,7 @@ def test_a_prefix_that_is_doubled_to_be_a_setup_command() -> None:
     assert offered(text) == [0x04FFFEFF, 0x05000000]
 
 
-def test_the_field_that_is_to_blame_is_found() -> None:
+def test_the_error_names_the_unsafe_field() -> None:
     low = WriteLimits("ab", PREFIX, 0x0051)
     text = refusal(low)
     assert text is not None
@@ -161,13 +161,13 @@ def test_the_field_that_is_to_blame_is_found() -> None:
     assert offered(text) == [22298, 22300]
 
 
-def test_a_value_and_the_ignored_bytes_behind_it_may_look_like_one_together() -> None:
+def test_a_value_and_the_extra_bytes_may_form_a_setup_command() -> None:
     text = refusal(WriteCount(0x1B0000), b"\x51")
     assert text is not None
     assert offered(text) == [0x1AFFFF, 0x1C0000]
 
 
-def test_what_is_no_number_is_refused_without_an_offer() -> None:
+def test_an_unsafe_value_that_is_not_a_number_has_no_suggestion() -> None:
     for message, extra in (
         (WriteLimits("\x1bW", 1, 2), b""),
         (WritePage(b"\x1b\x51" + bytes(253)), b""),
@@ -178,18 +178,18 @@ def test_what_is_no_number_is_refused_without_an_offer() -> None:
         assert "no value nearby avoids it" in text
 
 
-def test_two_fields_that_both_look_like_one_leave_no_offer() -> None:
+def test_two_unsafe_fields_have_no_suggestion() -> None:
     text = refusal(WriteLimits("\x1b\x51", PREFIX, 0x0051))
     assert text is not None
     assert "no value nearby avoids it" in text
 
 
 @given(st.lists(st.sampled_from((PREFIX, *SETUP, 0x00, 0xFF)), min_size=8, max_size=8).map(bytes))
-def test_whatever_is_sent_holds_no_setup_command(data: bytes) -> None:
+def test_no_sent_value_contains_a_setup_command(data: bytes) -> None:
     message = WriteWide(int.from_bytes(data, "little"))
     assert (refusal(message) is not None) == unsafe(message.value, 8)
 
 
-def test_the_marks_are_those_of_the_protocol() -> None:
+def test_the_marks_of_the_protocol_are_used() -> None:
     assert (PROTOCOL.marks.prefix, PROTOCOL.marks.terminator) == (0x1B, 0x0D)
     assert set(PROTOCOL.marks.setup) == set(SETUP)

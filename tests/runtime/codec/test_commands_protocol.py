@@ -1,4 +1,4 @@
-"""From bytes to commands and replies, by name and back, and what is refused in which words."""
+"""Decoding commands and replies, building them by name, and the messages of all errors."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def b(text: str) -> bytes:
     return bytes.fromhex(text)
 
 
-def test_the_protocol_knows_itself() -> None:
+def test_the_attributes_of_the_protocol() -> None:
     assert repr(PROTOCOL) == "<Protocol invented: 13 messages>"
     assert PROTOCOL.axes == {"LEFT": 0x21, "RIGHT": 0x22}
     assert PROTOCOL.marks.setup == {0x51: "RESTART", 0x57: "STANDBY", 0x1B: "ESCAPE"}
@@ -73,7 +73,7 @@ def test_decoding(raw: str, frame: CommandFrame) -> None:
     assert frame.encode() == b(raw)
 
 
-def test_a_reply_is_decoded_by_its_command() -> None:
+def test_a_reply_is_decoded_with_its_command() -> None:
     frame = CommandFrame(ReadCount(), 0x21)
     for command in ("READ_COUNT", ReadCount, ReadCount(), frame):
         for data in (b("FE FF FF"), bytearray(b("FE FF FF"))):
@@ -87,7 +87,7 @@ def test_a_reply_is_decoded_by_its_command() -> None:
 # By name
 
 
-def test_a_name_means_the_command_unless_a_form_is_given() -> None:
+def test_a_name_selects_the_command_unless_a_form_is_given() -> None:
     assert PROTOCOL.message_class("READ_COUNT") is ReadCount
     assert PROTOCOL.message_class("READ_COUNT", "request") is ReadCount
     assert PROTOCOL.message_class("READ_COUNT", "reply") is ReadCountReply
@@ -283,14 +283,14 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
 
 
 @pytest.mark.parametrize(("call", "kind", "text"), REFUSALS)
-def test_what_a_refusal_says(call: Callable[[], object], kind: type[CodecError], text: str) -> None:
+def test_error_messages(call: Callable[[], object], kind: type[CodecError], text: str) -> None:
     with pytest.raises(kind) as caught:
         call()
     assert type(caught.value) is kind
     assert str(caught.value) == text
 
 
-# Protocols that cannot be
+# Invalid protocols
 
 
 def command(byte: int, length: int = 0, size: int | None = 0) -> type[Command]:
@@ -330,12 +330,12 @@ def protocol(*classes: type, prefix: int = 0xFE, terminator: int = 0x2E) -> Comm
         (lambda: protocol(prefix=-1), "-0x1 is not a byte"),
     ],
 )
-def test_commands_that_no_stream_can_carry(make: Callable[[], object], text: str) -> None:
+def test_invalid_commands_are_refused(make: Callable[[], object], text: str) -> None:
     with pytest.raises(ValueError, match=text):
         make()
 
 
-def test_the_marks_are_the_protocols_and_not_the_runtimes() -> None:
+def test_the_marks_come_from_the_protocol_not_the_runtime() -> None:
     cls, reset = command(0x3A, size=2), setup_command(0x41)
     made = protocol(cls, reset, prefix=0x00, terminator=0xFF)
     assert cls().pack(0x3A) == b"\x3a\x3a\x02\xff"
@@ -371,7 +371,7 @@ def test_a_class_belongs_to_one_protocol() -> None:
         ("21 63 03" + " 01" * 300, range(258, 259)),
     ],
 )
-def test_a_refusal_says_where(raw: str, at: range) -> None:
+def test_errors_name_the_wrong_bytes(raw: str, at: range) -> None:
     with pytest.raises(CodecError) as caught:
         PROTOCOL.decode(b(raw))
     assert caught.value.at == at
@@ -392,7 +392,7 @@ def test_a_refusal_says_where(raw: str, at: range) -> None:
         ).map(lambda parts: bytes(parts[:3]) + parts[3] + parts[4]),
     )
 )
-def test_decode_takes_what_the_framer_gives_out_as_one_command(raw: bytes) -> None:
+def test_decode_accepts_what_the_framer_returns_as_one_command(raw: bytes) -> None:
     framer = PROTOCOL.framer()
     events = framer.feed(raw)
     one = len(events) == 1 and isinstance(events[0], CommandReceived) and not framer.pending

@@ -1,4 +1,4 @@
-"""Replies by the request that is outstanding: whole, late, and unasked."""
+"""Replies, identified by the outstanding request: complete, late and unexpected ones."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def asked(frame: CommandFrame = COUNT) -> ReplyDecoder:
     return decoder
 
 
-def test_the_request_says_what_the_reply_is() -> None:
+def test_the_request_determines_the_reply() -> None:
     decoder = asked()
     assert decoder.outstanding is COUNT
     (event,) = decoder.feed(ANSWER)
@@ -49,7 +49,7 @@ def test_the_request_says_what_the_reply_is() -> None:
     assert event.reply == ReadNameReply("EMOT \r")
 
 
-def test_a_reply_may_come_in_pieces() -> None:
+def test_a_reply_may_arrive_in_pieces() -> None:
     decoder = asked()
     assert decoder.feed(ANSWER[:1]) == []
     assert decoder.feed(b"") == []
@@ -58,7 +58,7 @@ def test_a_reply_may_come_in_pieces() -> None:
     assert decoder.pending == b""
 
 
-def test_bytes_that_nobody_asked_for_are_garbage_and_poison_the_line() -> None:
+def test_unexpected_bytes_are_garbage_and_poison_the_line() -> None:
     decoder = PROTOCOL.replies()
     assert decoder.feed(b"") == []
     assert not decoder.poisoned
@@ -72,7 +72,7 @@ def test_bytes_that_nobody_asked_for_are_garbage_and_poison_the_line() -> None:
     assert decoder.poisoned
 
 
-def test_a_reply_that_comes_twice_answers_one_question_in_any_chunks() -> None:
+def test_a_duplicated_reply_answers_one_request_in_any_chunks() -> None:
     for cut in range(2 * len(ANSWER) + 1):
         decoder = asked()
         twice = ANSWER + ANSWER
@@ -96,7 +96,7 @@ def test_a_motor_can_be_stopped_while_a_reply_is_outstanding() -> None:
     assert decoder.feed(ANSWER) == [ReplyReceived(ANSWER, COUNT)]
 
 
-def test_one_request_is_outstanding_at_most() -> None:
+def test_at_most_one_request_is_outstanding() -> None:
     decoder = asked()
     decoder.feed(ANSWER[:2])
     for again in (COUNT, STATE):
@@ -123,7 +123,7 @@ def test_a_late_reply_never_answers_another_request() -> None:
     assert decoder.feed(b"B") == [ReplyReceived(b"B", STATE)]
 
 
-def test_what_came_of_a_reply_that_is_given_up_is_garbage() -> None:
+def test_the_bytes_of_an_abandoned_reply_are_garbage() -> None:
     decoder = asked()
     decoder.feed(ANSWER[:2])
     assert decoder.abandon() == [Garbage(ANSWER[:2])]
@@ -132,14 +132,14 @@ def test_what_came_of_a_reply_that_is_given_up_is_garbage() -> None:
     assert decoder.poisoned
 
 
-def test_a_poisoned_line_still_carries_what_has_no_reply() -> None:
+def test_commands_without_a_reply_are_sent_on_a_poisoned_line() -> None:
     decoder = asked()
     decoder.abandon()
     decoder.sent(CommandFrame(Stop(), 0x21))
     assert decoder.poisoned
 
 
-def test_giving_up_nothing_changes_nothing() -> None:
+def test_abandoning_without_a_request_has_no_effect() -> None:
     decoder = PROTOCOL.replies()
     assert decoder.abandon() == []
     assert not decoder.poisoned
@@ -148,24 +148,24 @@ def test_giving_up_nothing_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("wrong", [ReadCount(), "READ_COUNT", None, b"\x21\x3f\x0d"])
-def test_only_frames_are_sent(wrong: object) -> None:
+def test_only_frames_can_be_sent(wrong: object) -> None:
     with pytest.raises(BadValueError, match="sent takes a CommandFrame, not"):
         PROTOCOL.replies().sent(wrong)  # type: ignore[arg-type]
 
 
-def test_feeding_text_is_a_wrong_call() -> None:
+def test_feeding_text_raises() -> None:
     with pytest.raises(TypeError, match="a framer takes bytes, not str"):
         asked().feed("ab")  # type: ignore[arg-type]
 
 
-def test_all_kinds_of_bytes_are_taken_and_kept() -> None:
+def test_all_types_of_bytes_are_accepted_and_copied() -> None:
     for data in (bytearray(ANSWER), memoryview(ANSWER)):
         (event,) = asked().feed(data)
         assert event == ReplyReceived(ANSWER, COUNT)
         assert type(event.raw) is bytes
 
 
-def test_an_event_is_equal_only_with_the_same_request() -> None:
+def test_events_with_different_requests_differ() -> None:
     event = ReplyReceived(b"B", STATE)
     assert event != ReplyReceived(b"B", CommandFrame(ReadState(), 0x22))
     assert event != Garbage(b"B")
@@ -186,7 +186,7 @@ STEPS = st.lists(
 def test_no_byte_is_lost_and_no_reply_is_shifted(steps: list[CommandFrame | bytes | str]) -> None:
     decoder = PROTOCOL.replies()
     fed = out = b""
-    since = 0  # where in the stream the request that is outstanding was sent
+    since = 0  # position in the stream at which the outstanding request was sent
     for step in steps:
         events: list[Event] = []
         if isinstance(step, CommandFrame):
@@ -216,7 +216,7 @@ def test_no_byte_is_lost_and_no_reply_is_shifted(steps: list[CommandFrame | byte
 
 
 @given(st.binary(min_size=6, max_size=20), st.sets(st.integers(1, 19)))
-def test_any_chunking_gives_the_same(data: bytes, cuts: set[int]) -> None:
+def test_chunking_does_not_matter(data: bytes, cuts: set[int]) -> None:
     whole = join_garbage(asked(NAME).feed(data))
     decoder = asked(NAME)
     places = sorted({0, len(data), *(cut for cut in cuts if cut < len(data))})

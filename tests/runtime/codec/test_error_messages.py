@@ -1,4 +1,4 @@
-"""What a refusal says: which message and field, what was expected, what came instead."""
+"""Error messages: the message and field, what was expected, and what was found instead."""
 
 from __future__ import annotations
 
@@ -299,9 +299,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
 
 
 @pytest.mark.parametrize(("call", "kind", "text"), REFUSALS)
-def test_what_a_refusal_says(
-    call: Callable[[], object], kind: type[StagewireError], text: str
-) -> None:
+def test_error_messages(call: Callable[[], object], kind: type[StagewireError], text: str) -> None:
     with pytest.raises(kind) as caught:
         call()
     assert type(caught.value) is kind
@@ -311,7 +309,7 @@ def test_what_a_refusal_says(
 @pytest.mark.parametrize(
     ("message", "form"), [("HW_RICHRESPONSE", None), ("MOT_MOVE_STOPPED", "data:undecided")]
 )
-def test_data_is_given_beside_the_fields_and_not_among_them(message: str, form: str | None) -> None:
+def test_data_is_an_argument_not_a_field(message: str, form: str | None) -> None:
     data = bytes(14)
     with pytest.raises(UnknownFieldError, match=f"{message} .*: data is the packet, not a field"):
         build(message, {"data": data}, form, data)
@@ -319,7 +317,7 @@ def test_data_is_given_beside_the_fields_and_not_among_them(message: str, form: 
 
 
 def test_codes() -> None:
-    """What a refusal is called in the testee's protocol."""
+    """Errors have the codes of the testee protocol."""
     codes = {
         errors.CodecError: "bad_value",
         errors.DecodeError: "bad_value",

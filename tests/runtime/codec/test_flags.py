@@ -1,4 +1,4 @@
-"""Named bits and named values; what has no name is kept."""
+"""Named bits and named values; bits and values without a name are kept."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Mood(Enumeration):
     BUSY = 2
 
 
-def test_bits_of_a_class_and_of_a_value() -> None:
+def test_bits_on_a_class_and_on_a_value() -> None:
     assert Lamp.bits == {"red": 1, "green": 2, "blue": 0x8000_0000}
     assert Lamp.green == 2
     lamp = Lamp(0x8000_0001)
@@ -41,7 +41,7 @@ def test_bits_of_a_class_and_of_a_value() -> None:
         (0x14, (), 0x14, "<Lamp 0x14>"),
     ],
 )
-def test_names_and_what_has_none(
+def test_named_and_unnamed_bits(
     value: int, names: tuple[str, ...], unnamed: int, shown: str
 ) -> None:
     lamp = Lamp(value)
@@ -50,7 +50,7 @@ def test_names_and_what_has_none(
     assert repr(lamp) == shown
 
 
-def test_a_value_of_named_bits() -> None:
+def test_a_value_made_from_named_bits() -> None:
     assert Lamp.of() == 0
     assert Lamp.of(red=True, green=False, blue=True) == 0x8000_0001
     assert type(Lamp.of(red=True)) is Lamp

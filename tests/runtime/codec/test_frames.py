@@ -1,4 +1,4 @@
-"""A frame as a value: what it shows, how a pattern takes it apart, what makes two of them differ."""
+"""Frames as values: repr, pattern matching and equality."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOVE = m.MotMoveAbsolute(1, 5)
 FRAME = Frame(MOVE, 0x50, 0x01, b"ab")
 
 
-def test_a_pattern_takes_the_parts_by_position() -> None:
+def test_a_pattern_matches_the_parts_by_position() -> None:
     match FRAME:
         case Frame(message, dest, source, extra):
             assert (message, dest, source, extra) == (MOVE, 0x50, 0x01, b"ab")
@@ -22,7 +22,7 @@ def test_a_pattern_takes_the_parts_by_position() -> None:
             pytest.fail("no match")
 
 
-def test_what_a_frame_shows() -> None:
+def test_repr_of_a_frame() -> None:
     shown = "Frame(MotMoveAbsolute(chan_ident=1, absolute_distance=5), dest=0x50, source=0x01"
     assert repr(FRAME) == f"{shown}, extra=b'ab')"
     assert repr(Frame(MOVE, 0x50, 0x01)) == f"{shown})"
@@ -39,7 +39,7 @@ def test_what_a_frame_shows() -> None:
         MOVE,
     ],
 )
-def test_every_part_makes_a_difference(other: object) -> None:
+def test_frames_that_differ_in_one_part_are_unequal(other: object) -> None:
     assert other != FRAME
     assert hash(other) != hash(FRAME)
 
@@ -57,7 +57,7 @@ def test_a_frame_cannot_be_changed() -> None:
         del MOVE.chan_ident
 
 
-def test_extra_bytes_count_in_the_length() -> None:
+def test_the_length_counts_extra_bytes() -> None:
     assert FRAME.encode() == bytes.fromhex("5304 0800 d001 0100 05000000") + b"ab"
     longest = Frame(MOVE, 0x50, 0x01, bytes(249)).encode()
     assert longest[2:4] == b"\xff\0"
@@ -68,7 +68,7 @@ def test_ends_by_name() -> None:
     assert [End(name) for name in ("host", "device", "none")] == [End.HOST, End.DEVICE, End.NONE]
 
 
-def test_an_undocumented_message_is_what_came() -> None:
+def test_an_undocumented_message_keeps_the_received_bytes() -> None:
     header = bytes.fromhex("8100 0102 0150")
     assert m.decode(header).message == m.HwRichResponse(param1=1, param2=2)
     data = bytes.fromhex("8100 0200 8150 abcd")
@@ -83,14 +83,14 @@ def test_an_undocumented_message_is_what_came() -> None:
 
 
 class Nothing(UndecidedMessage):
-    """An undecided packet whose layouts have no field in common."""
+    """An undecided packet whose layouts have no common field."""
 
     __slots__ = ()
     layout = Layout("NOTHING", 0x0777, Direction.TO_HOST, "data:undecided", ("data",), 4)
     shared = ()
 
 
-def test_an_undecided_message_that_shares_no_field() -> None:
+def test_an_undecided_message_without_shared_fields() -> None:
     protocol = FramedProtocol("one", "One", "one", [Nothing], 1, frozenset({0x50}), {})
     made = protocol.build("NOTHING", {}, "data:undecided", b"abcd")
     assert made == Nothing(b"abcd")
@@ -104,14 +104,14 @@ def test_a_framer_s_events_are_decoded_in_step_and_after_garbage(before: str) ->
     completed = bytes.fromhex("6404 0e00 81 50 0100 68aaa001 0000 0000 30000080")
     framer = PROTOCOL.framer(End.HOST)
     framer.tell(0x50, status="dc")
-    for _ in range(2):  # a header that was seen before takes another way
+    for _ in range(2):  # a header seen before takes another code path
         event = framer.feed(bytes.fromhex(before) + completed)[-1]
         assert isinstance(event, Received)
         assert isinstance(event.frame.message, m.MotMoveCompletedDc)
         assert event.frame.source == 0x50
 
 
-def test_the_outermost_sources_have_a_context() -> None:
+def test_the_lowest_and_highest_sources_have_a_context() -> None:
     framer = PROTOCOL.framer(End.HOST)
     framer.tell(0, status="dc")
     framer.tell(0xFF, status="stepper")

@@ -1,4 +1,4 @@
-"""The framing rule, sentence by sentence, and what must hold for any bytes at any chunking."""
+"""The framing rule, rule by rule, and properties that hold for any bytes in any chunks."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ STRAY = b("FF")
 
 
 def frame(data: bytes, end: End = End.HOST) -> list[Event]:
-    """Frame ``data`` and check that not a byte went astray."""
+    """Frame ``data`` and check that no byte was lost."""
     framer = Framer(TABLE, end)
     events = framer.feed(data)
     assert b"".join(event.raw for event in events) + framer.pending == data
@@ -67,7 +67,7 @@ def frame(data: bytes, end: End = End.HOST) -> list[Event]:
 # In step
 
 
-def test_starts_in_step_and_gives_out_each_frame() -> None:
+def test_starts_in_step_and_returns_each_frame() -> None:
     assert frame(STATUS + HOMED + STATUS) == [Received(STATUS), Received(HOMED), Received(STATUS)]
 
 
@@ -114,7 +114,7 @@ def test_a_message_of_both_directions_is_received_at_both_ends() -> None:
         assert frame(STRAY + disconnect, end) == [Garbage(STRAY), Received(disconnect)]
 
 
-def test_a_shorter_packet_is_bad_length_and_consumed_by_its_declared_length() -> None:
+def test_a_shorter_packet_is_bad_length_with_its_declared_length() -> None:
     short = b("81 04 04 00 81 50") + HOMED[:4]
     assert frame(short + STATUS) == [BadLength(short), Received(STATUS)]
     empty = b("81 04 00 00 81 50")
@@ -128,7 +128,7 @@ def test_a_packet_between_two_lengths_is_longer_than_the_shorter_one() -> None:
     assert frame(short) == [BadLength(short)]
 
 
-def test_up_to_5_bytes_longer_is_a_message_with_extra_and_not_looked_into() -> None:
+def test_up_to_5_bytes_longer_is_a_message_with_extra_and_is_not_searched() -> None:
     longer = b("81 04 13 00 81 50") + bytes(13) + HOMED
     assert frame(longer + STATUS) == [Received(longer), Received(STATUS)]
 
@@ -140,7 +140,7 @@ def test_6_bytes_longer_without_a_header_inside_is_a_message_with_extra() -> Non
     assert frame(newer_status + STATUS) == [Received(newer_status), Received(STATUS)]
 
 
-def test_6_bytes_longer_with_a_header_inside_is_garbage_up_to_there() -> None:
+def test_6_bytes_longer_with_a_header_inside_is_garbage_up_to_it() -> None:
     damaged = b("81 04 2E 00 81 50") + STATUS[6:]  # 14 became 46
     sent = STATUS + HOMED + STATUS
     assert frame(damaged + sent) == [
@@ -228,11 +228,11 @@ def test_an_id_without_a_layout_is_framed_like_an_unknown_one_and_undocumented()
         Undocumented(b("81 00 04 00 81 50") + bytes(4)),
     ],
 )
-def test_a_header_that_was_seen_before_means_the_same_again(event: Event) -> None:
+def test_a_header_seen_before_has_the_same_meaning(event: Event) -> None:
     assert frame(event.raw * 3) == [event, event, event]
 
 
-def test_a_longer_packet_is_looked_into_whatever_came_with_its_header_before() -> None:
+def test_a_longer_packet_is_searched_even_if_its_header_was_seen_before() -> None:
     head = b("81 04 14 00 81 50")
     longer, damaged = head + bytes(20), head + bytes(14)
     assert frame(longer + damaged + HOMED) == [
@@ -242,7 +242,7 @@ def test_a_longer_packet_is_looked_into_whatever_came_with_its_header_before() -
     ]
 
 
-def test_a_data_frame_that_lost_its_top_bit_must_not_start_a_stored_move() -> None:
+def test_a_data_frame_that_lost_its_top_bit_does_not_start_a_stored_move() -> None:
     move = b("53 04 06 00 D0 01 01 00 40 0D 03 00")
     lost = move[:4] + b("50") + move[5:]
     stored = b("53 04 01 00 50 01")
@@ -251,14 +251,14 @@ def test_a_data_frame_that_lost_its_top_bit_must_not_start_a_stored_move() -> No
     assert frame(STRAY + lost + stored, End.DEVICE) == [Garbage(STRAY + lost), Received(stored)]
 
 
-def test_disconnect_counts_only_with_zero_parameters() -> None:
+def test_disconnect_is_accepted_only_with_zero_parameters() -> None:
     right, wrong = b("02 00 00 00 01 50"), b("02 00 00 01 01 50")
     assert frame(right + HOMED) == [Received(right), Received(HOMED)]
     assert frame(wrong + HOMED) == [Garbage(wrong), Received(HOMED)]
     assert frame(STRAY + wrong + HOMED) == [Garbage(STRAY + wrong), Received(HOMED)]
 
 
-def test_a_form_that_the_message_has_not_is_garbage() -> None:
+def test_a_form_that_the_message_does_not_have_is_garbage() -> None:
     header_of_data = b("81 04 01 00 01 50")
     assert frame(header_of_data + STATUS) == [Garbage(header_of_data), Received(STATUS)]
     data_of_header = b("44 04 01 00 81 50")
@@ -294,13 +294,13 @@ def test_out_of_step_a_header_form_needs_right_addresses() -> None:
 
 
 @pytest.mark.parametrize("addresses", ["01 50", "50 01"])
-def test_who_listens_to_both_ends_is_in_step_with_both(addresses: str) -> None:
+def test_a_listener_is_in_step_with_both_ends(addresses: str) -> None:
     unknown, disconnect = b(f"77 0F 00 00 {addresses}"), b(f"02 00 00 00 {addresses}")
     assert frame(unknown, End.NONE) == [Unknown(unknown)]
     assert frame(STRAY + disconnect, End.NONE) == [Garbage(STRAY), Received(disconnect)]
 
 
-def test_right_addresses_point_in_the_direction_of_the_id_even_when_the_end_is_unknown() -> None:
+def test_a_listener_also_requires_addresses_in_the_direction_of_the_id() -> None:
     unswapped = b("44 04 01 00 50 01")
     events = frame(STRAY + unswapped + HOMED, End.NONE)
     assert events == [Garbage(STRAY + unswapped), Received(HOMED)]
@@ -329,20 +329,20 @@ def test_out_of_step_parameters_may_be_any_bytes(parameters: str) -> None:
     assert frame(STRAY + header) == [Garbage(STRAY), Received(header)]
 
 
-def test_neighbouring_garbage_is_one_event_at_the_end_of_a_feed() -> None:
+def test_adjacent_garbage_is_one_event_at_the_end_of_a_feed() -> None:
     framer = Framer(TABLE, End.HOST)
     assert framer.feed(b"\xff" * 20) == [Garbage(b"\xff" * 15)]
     assert framer.feed(b"\xff" * 20) == [Garbage(b"\xff" * 20)]
     assert framer.pending == b"\xff" * 5
 
 
-def test_join_garbage_joins_only_neighbours() -> None:
+def test_join_garbage_joins_only_adjacent_garbage() -> None:
     events = [Garbage(b"a"), Garbage(b"b"), Received(HOMED), Garbage(b"c"), Garbage(b"d")]
     assert join_garbage(events) == [Garbage(b"ab"), Received(HOMED), Garbage(b"cd")]
     assert join_garbage([]) == []
 
 
-# What the session asks for
+# Abandoning and resetting
 
 
 def test_an_abandoned_frame_is_garbage_and_the_framer_out_of_step() -> None:
@@ -354,7 +354,7 @@ def test_an_abandoned_frame_is_garbage_and_the_framer_out_of_step() -> None:
     assert framer.feed(longer + STATUS) == [Garbage(longer), Received(STATUS)]
 
 
-def test_frames_behind_a_damaged_length_are_given_out_when_it_is_abandoned() -> None:
+def test_abandoning_returns_frames_after_a_damaged_length() -> None:
     framer = Framer(TABLE, End.HOST)
     damaged = b("81 04 8E 00 81 50") + STATUS[6:]
     assert framer.feed(damaged + HOMED + STATUS + HOMED[:3]) == []
@@ -367,7 +367,7 @@ def test_frames_behind_a_damaged_length_are_given_out_when_it_is_abandoned() -> 
     assert framer.pending == b""
 
 
-def test_frames_behind_a_header_out_of_step_are_given_out_when_it_is_abandoned() -> None:
+def test_abandoning_returns_frames_after_a_header_out_of_step() -> None:
     framer = Framer(TABLE, End.HOST)
     assert framer.feed(STRAY + STATUS[:6] + HOMED) == [Garbage(STRAY)]
     assert framer.abandon() == [Garbage(STATUS[:6]), Received(HOMED)]
@@ -382,14 +382,14 @@ def test_an_unknown_frame_is_abandoned_as_a_whole() -> None:
         assert framer.abandon() == [Garbage(unknown)]
 
 
-def test_abandoning_nothing_changes_nothing() -> None:
+def test_abandoning_without_pending_bytes_has_no_effect() -> None:
     framer = Framer(TABLE, End.HOST)
     assert framer.abandon() == []
     zero = b("44 04 01 00 00 00")
     assert framer.feed(zero) == [Received(zero)]
 
 
-def test_reset_forgets_what_is_pending_and_is_in_step() -> None:
+def test_reset_discards_pending_bytes_and_is_in_step() -> None:
     framer = Framer(TABLE, End.HOST)
     framer.feed(STRAY + STATUS[:10])
     framer.reset()
@@ -398,12 +398,12 @@ def test_reset_forgets_what_is_pending_and_is_in_step() -> None:
     assert framer.feed(zero) == [Received(zero)]
 
 
-def test_feeding_text_is_a_wrong_call() -> None:
+def test_feeding_text_raises() -> None:
     with pytest.raises(TypeError, match="a framer takes bytes, not str"):
         Framer(TABLE).feed("81 04")  # type: ignore[arg-type]
 
 
-def test_all_kinds_of_bytes_are_taken_and_kept() -> None:
+def test_all_types_of_bytes_are_accepted_and_copied() -> None:
     for data in (bytearray(STATUS), memoryview(STATUS), memoryview(bytearray(STATUS))):
         framer = Framer(TABLE)
         assert framer.feed(data[:7]) == []
@@ -420,7 +420,7 @@ def test_events_are_equal_only_to_their_own_kind() -> None:
     assert repr(Garbage(b"\x01\xff")) == "Garbage('01 ff')"
 
 
-def test_a_pattern_takes_the_bytes_of_an_event() -> None:
+def test_a_pattern_matches_the_bytes_of_an_event() -> None:
     match frame(STRAY + HOMED):
         case [Garbage(stray), Received(raw)]:
             assert (stray, raw) == (STRAY, HOMED)
@@ -428,7 +428,7 @@ def test_a_pattern_takes_the_bytes_of_an_event() -> None:
             pytest.fail("no match")
 
 
-def test_a_table_with_impossible_numbers_is_refused() -> None:
+def test_a_table_with_invalid_numbers_is_refused() -> None:
     devices = frozenset({0x50})
     for length in (0, 256):
         forms = {0x0481: Forms("STATUS", IN, False, frozenset({length}))}
@@ -444,7 +444,7 @@ def test_a_table_with_impossible_numbers_is_refused() -> None:
             FramingTable({}, number, devices)
 
 
-def test_a_table_with_the_outermost_numbers_is_accepted() -> None:
+def test_a_table_with_the_extreme_numbers_is_accepted() -> None:
     forms = {
         0x0000: Forms("first", IN, True, frozenset({1})),
         0xFFFF: Forms("last", IN, True, frozenset({255})),
@@ -481,14 +481,14 @@ OVERLAPPING = FramingTable(
         ("53 04 06 01 D0 01", End.NONE),  # declares more than 255 bytes
         ("99 04 06 00 33 01", End.NONE),  # unknown, with addresses that are not right
         ("53 04 06 00 B3 01", End.NONE),  # ours, with addresses that are not tolerated
-        ("53 04 06 00 50 01", End.NONE),  # its parameters spell a length
+        ("53 04 06 00 50 01", End.NONE),  # its parameters equal a length
         ("55 04 06 00 50 01", End.NONE),  # has no header form
         ("54 04 06 00 D0 01", End.NONE),  # has no data form
-        ("53 04 06 00 D0 01", End.HOST),  # is not received here
+        ("53 04 06 00 D0 01", End.HOST),  # is not received at this end
     ],
 )
 def test_garbage_in_step_is_one_byte(header: str, end: End) -> None:
-    """A frame that begins with its second byte is found."""
+    """A frame that begins with the second byte is found."""
     framer = Framer(OVERLAPPING, end)
     raw = b(f"{header} 50")
     assert framer.feed(raw) == [Garbage(raw[:1]), Received(raw[1:])]
@@ -521,7 +521,7 @@ def cut(data: bytes, cuts: list[int]) -> list[bytes]:
 
 
 @given(STREAMS, ENDS, st.lists(st.integers(0, 3000), max_size=30))
-def test_any_chunking_gives_the_same(data: bytes, end: End, cuts: list[int]) -> None:
+def test_chunking_does_not_matter(data: bytes, end: End, cuts: list[int]) -> None:
     whole, single, random_ = Framer(TABLE, end), Framer(TABLE, end), Framer(TABLE, end)
     expected = join_garbage(whole.feed(data))
     bytewise = [e for i in range(len(data)) for e in single.feed(data[i : i + 1])]
@@ -550,7 +550,7 @@ def test_no_byte_is_lost_and_little_is_pending(
 
 
 @given(STREAMS, ENDS)
-def test_a_feed_has_no_neighbouring_garbage_and_no_empty_event(data: bytes, end: End) -> None:
+def test_a_feed_has_no_adjacent_garbage_and_no_empty_event(data: bytes, end: End) -> None:
     framer = Framer(TABLE, end)
     for events in (framer.feed(data), framer.abandon()):
         assert join_garbage(events) == events
@@ -558,7 +558,7 @@ def test_a_feed_has_no_neighbouring_garbage_and_no_empty_event(data: bytes, end:
 
 
 @given(STREAMS, ENDS)
-def test_events_are_what_they_say(data: bytes, end: End) -> None:
+def test_events_match_their_bytes(data: bytes, end: End) -> None:
     for event in Framer(TABLE, end).feed(data):
         if isinstance(event, Garbage):
             continue
@@ -573,9 +573,9 @@ FLOODS = {
     "status": STATUS,
     "zeros": bytes(20),
     "half headers": b("81 04 0E 00 81 FF"),
-    "lengths that never end": b("77 0F FF 01 81 50"),
+    "endless lengths": b("77 0F FF 01 81 50"),
     "longer packets": b("81 04 FF 00 81 50") + bytes(249),
-    "longest packets one in the other": b("81 04 FF 00 81 50"),
+    "nested longest packets": b("81 04 FF 00 81 50"),
     "candidates at every byte": b("04 04 00 01 50"),
 }
 

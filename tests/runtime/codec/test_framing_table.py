@@ -1,4 +1,4 @@
-"""What framing knows of the protocol is what the registry says."""
+"""The framing table of the protocol agrees with the registry."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_addresses() -> None:
 @pytest.mark.parametrize(
     ("raw", "kind"), [("02 00 00 00 01 50", Received), ("02 00 00 01 01 50", Garbage)]
 )
-def test_a_disconnection_is_believed_only_with_zero_parameters(raw: str, kind: type[Event]) -> None:
+def test_a_disconnection_is_accepted_only_with_zero_parameters(raw: str, kind: type[Event]) -> None:
     framer = PROTOCOL.framer(End.HOST)
     events = framer.feed(bytes.fromhex(raw + "440401000150"))
     assert [type(event) for event in events] == [kind, Received]

@@ -27,7 +27,7 @@ from stagewire_apt import messages as m
 MOVE = bytes.fromhex("5304 0600 d001 0100 400d0300")
 
 
-def test_the_architecture_s_example_decodes() -> None:
+def test_the_example_of_the_architecture_page_decodes() -> None:
     frame = m.decode(MOVE)
     assert frame == Frame(m.MotMoveAbsolute(chan_ident=1, absolute_distance=200_000), 0x50, 0x01)
     assert frame.encode() == MOVE
@@ -47,7 +47,7 @@ def test_the_architecture_s_example_decodes() -> None:
     ],
 )
 @pytest.mark.parametrize("before", [False, True])
-def test_any_buffer_decodes_whether_its_header_was_seen_before_or_not(
+def test_any_buffer_decodes_with_a_new_or_a_known_header(
     buffer: Callable[[bytes], bytes], before: bool
 ) -> None:
     protocol = FramedProtocol("own", "Own", "own", [m.MotMoveAbsolute], 1, frozenset({0x50}), {})
@@ -76,7 +76,7 @@ def test_a_message_cannot_be_changed() -> None:
 
 
 class _Own(m.MotMoveAbsolute):
-    """A user's own class on top of a generated one."""
+    """A user's subclass of a generated class."""
 
     layout = m.MotMoveAbsolute.layout
 
@@ -88,7 +88,7 @@ class _OwnStopped(m.MotMoveStoppedUndecided):
     __slots__ = ()
 
 
-def test_a_class_on_top_of_a_message_is_a_message_too() -> None:
+def test_a_subclass_of_a_message_is_a_message() -> None:
     own = _Own(1, 100_000).doubled()
     assert type(own) is _Own
     assert own.pack(0x50, 0x01) == MOVE
@@ -128,7 +128,7 @@ def test_matching() -> None:
             pytest.fail("no match")
 
 
-def test_values_out_of_range_are_kept_when_decoded_and_refused_when_set() -> None:
+def test_values_out_of_range_are_kept_when_decoded_but_refused_when_set() -> None:
     raw = bytes.fromhex("a0041400d001 0100 ffffffff 00000000 00000000 00000000 0f00")
     message = m.decode(raw).message
     assert isinstance(message, m.MotSetDcPidParams)
@@ -139,7 +139,7 @@ def test_values_out_of_range_are_kept_when_decoded_and_refused_when_set() -> Non
         message.replace(integral=1)
 
 
-def test_wrong_kinds_are_refused() -> None:
+def test_wrong_types_are_refused() -> None:
     for wrong in ("1", 1.0, None, True, b"1"):
         with pytest.raises(BadValueError, match=r"MOT_MOVE_ABSOLUTE\.chan_ident"):
             m.MotMoveAbsolute(wrong, 5)  # type: ignore[arg-type]
@@ -187,7 +187,7 @@ def test_unnamed_header_parameters_are_kept() -> None:
     assert repr(m.ModIdentify()) == "ModIdentify()"
 
 
-def test_a_framer_yields_frames_that_are_decoded_when_asked() -> None:
+def test_a_framer_returns_frames_that_are_decoded_on_demand() -> None:
     completed = bytes.fromhex("64040E0081500100 68AAA001 0000 0000 30000080".replace(" ", ""))
     framer = PROTOCOL.framer(End.HOST)
     (event,) = framer.feed(completed)
@@ -216,7 +216,7 @@ def test_an_undocumented_message_carries_data_or_parameters() -> None:
 
 
 @pytest.mark.parametrize("cls", PROTOCOL.messages, ids=lambda cls: cls.__name__)
-def test_a_pattern_takes_by_position_what_the_constructor_takes(cls: type[Message]) -> None:
+def test_a_pattern_has_the_positional_arguments_of_the_constructor(cls: type[Message]) -> None:
     parameters = inspect.signature(cls).parameters.values()
     positional = [p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
     assert list(cls.__match_args__) == positional
@@ -230,7 +230,7 @@ def test_a_reserved_word_does_not_shift_a_pattern() -> None:
             pytest.fail("no match")
 
 
-def test_replacing_what_is_no_field() -> None:
+def test_replacing_an_unknown_field() -> None:
     with pytest.raises(UnknownFieldError, match="MOT_MOVE_ABSOLUTE has no field speed: chan_ident"):
         m.MotMoveAbsolute(1, 5).replace(speed=1)
 
@@ -246,7 +246,7 @@ def test_only_bytes_are_decoded(wrong: object) -> None:
 @pytest.mark.parametrize("id", [0x0453, 0x0464, 0x0081])
 @pytest.mark.parametrize("length", [256, 65535])
 def test_no_packet_is_longer_than_255_bytes(id: int, length: int) -> None:
-    """The framer takes such a header for garbage, and no frame could be encoded from it."""
+    """The framer treats such a header as garbage, and no frame could be encoded from it."""
     raw = id.to_bytes(2, "little") + length.to_bytes(2, "little") + b"\x81\x50" + bytes(length)
     with pytest.raises(BadLengthError, match="no packet has more than 255"):
         m.decode(raw)
@@ -275,7 +275,7 @@ def test_no_packet_is_longer_than_255_bytes(id: int, length: int) -> None:
         ),
     ],
 )
-def test_a_refusal_says_which_byte_is_wrong(raw: bytes, error: type[Exception], said: str) -> None:
+def test_errors_name_the_wrong_byte(raw: bytes, error: type[Exception], said: str) -> None:
     with pytest.raises(error, match=said):
         m.decode(raw)
 
@@ -293,7 +293,7 @@ class Long(UndecidedMessage):
 @pytest.mark.parametrize(
     ("length", "cls"), [(4, Short), (6, Short), (11, Short), (12, Long), (13, Long)]
 )
-def test_a_packet_is_read_by_the_longest_layout_that_it_fills(
+def test_a_packet_is_decoded_by_the_longest_layout_it_fills(
     length: int, cls: type[Message]
 ) -> None:
     two = FramedProtocol("two", "Two", "two", [Short, Long], 1, frozenset({0x50}), {})
@@ -304,7 +304,7 @@ def test_a_packet_is_read_by_the_longest_layout_that_it_fills(
         two.decode(bytes((0xFE, 0x04, 3, 0, 0x81, 0x50)) + bytes(3))
 
 
-def test_a_frame_is_made_of_the_right_parts() -> None:
+def test_a_frame_refuses_parts_of_the_wrong_type() -> None:
     move = m.MotMoveAbsolute(1, 5)
     frame = Frame(move, 0x50, 1, bytearray(b"ab"))  # type: ignore[arg-type]
     assert frame.extra == b"ab"
@@ -319,7 +319,7 @@ def test_a_frame_is_made_of_the_right_parts() -> None:
         Frame(m.ModIdentify(), 0x50, 1, b"a")
 
 
-def test_fields_beside_the_data_of_an_undecided_message_have_to_agree() -> None:
+def test_fields_must_agree_with_the_data_of_an_undecided_message() -> None:
     data = bytes.fromhex("0100 68aaa001 0000 0000 30000080")
     name, form = "MOT_MOVE_COMPLETED", "data:undecided"
     assert PROTOCOL.build(name, {"chan_ident": 1}, form, data).pack(1, 0x50)[6:] == data
@@ -327,7 +327,7 @@ def test_fields_beside_the_data_of_an_undecided_message_have_to_agree() -> None:
         PROTOCOL.build(name, {"chan_ident": 2}, form, data)
 
 
-def test_a_framer_called_wrongly() -> None:
+def test_invalid_calls_of_a_framer() -> None:
     with pytest.raises(BadValueError, match="end of a line"):
         PROTOCOL.framer("host")  # type: ignore[arg-type]
     for source in ("0x50", True, -1, 256):

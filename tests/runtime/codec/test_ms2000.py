@@ -1,6 +1,6 @@
-"""The codec of the MS-2000 over the whole ranges of its values, and its framer over every split and damage.
+"""The codec of the MS-2000 over the whole ranges of its values; its framer over every split and damage.
 
-The facts are typed from the document and are not read from the registry.
+The facts are typed from the document, not read from the registry.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def b(text: str) -> bytes:
 
 
 def pieces(stream: bytes, edges: list[int] | None = None) -> list[Piece]:
-    """Frame a stream that is cut at the given places, as the reference shows it."""
+    """Frame a stream cut at the given positions; return the events as the reference describes them."""
     chunks = [stream[start:stop] for start, stop in pairwise(edges or [0, len(stream)])]
     return references.pieces(PROTOCOL.framer(), chunks, LONGEST)
 
@@ -95,7 +95,7 @@ U16 = st.integers(0, 0xFFFF)
 @example(-1, POSITIONS[0], Axis.Z)
 @example(-(1 << 23), POSITIONS[1], Axis.Y)
 @example((1 << 23) - 1, POSITIONS[1], Axis.Y)
-def test_every_position_is_sent_and_comes_back(
+def test_every_position_survives_a_round_trip(
     counts: int, kind: tuple[Any, int, str], axis: Axis
 ) -> None:
     cls, byte, field = kind
@@ -166,7 +166,7 @@ def test_every_speed_with_a_sign(speed: int) -> None:
         (m.ReadRampTimeReply, 1, 255),
     ],
 )
-def test_nothing_wraps_and_nothing_is_clamped(make: Any, lowest: int, highest: int) -> None:
+def test_values_neither_wrap_nor_are_clamped(make: Any, lowest: int, highest: int) -> None:
     for value in (lowest, highest):
         assert next(iter(make(value).values().values())) == value
     for value in (lowest - 1, highest + 1, 1 << 24, -(1 << 24)):
@@ -188,7 +188,7 @@ def test_positions_round_to_the_nearest_count_also_below_zero(
 
 
 @pytest.mark.parametrize("byte", sorted(COMMANDS))
-def test_commands_without_data_have_two_forms_and_the_document_says_which_is_sent(
+def test_commands_without_data_have_two_forms_and_are_sent_as_documented(
     byte: int,
 ) -> None:
     length, size, sized = COMMANDS[byte]
@@ -206,7 +206,7 @@ def test_commands_without_data_have_two_forms_and_the_document_says_which_is_sen
 
 
 @pytest.mark.parametrize("byte", sorted(SETUP))
-def test_setup_commands_are_of_another_kind_than_commands_of_the_same_byte(byte: int) -> None:
+def test_setup_commands_differ_from_commands_with_the_same_byte(byte: int) -> None:
     frame = PROTOCOL.decode(bytes((0xFF, byte)))
     assert frame.axis is None
     assert frame.message.layout.kind == "setup"
@@ -221,7 +221,7 @@ def test_setup_commands_are_of_another_kind_than_commands_of_the_same_byte(byte:
         ]
 
 
-def test_dummies_are_sent_only_when_asked_for() -> None:
+def test_dummies_are_encoded_only_if_allowed() -> None:
     for dummy in (m.ReadStartSpeed(), m.WriteStartSpeed(5)):
         with pytest.raises(UnsupportedError):
             CommandFrame(dummy, X).encode()
@@ -251,7 +251,7 @@ def test_values_that_look_like_a_setup_command_are_refused_on_request(
 @example(0x41FF)
 @example(0x3A41FF)
 @example(-0xBE01)
-def test_what_passes_holds_no_setup_command(counts: int) -> None:
+def test_no_accepted_value_contains_a_setup_command(counts: int) -> None:
     frame = CommandFrame(m.WriteTargetPosition(counts), X)
     raw = frame.encode()
     looks = any(first == 0xFF and second in SETUP for first, second in pairwise(raw))
@@ -265,7 +265,7 @@ def test_what_passes_holds_no_setup_command(counts: int) -> None:
 # Streams
 
 
-def test_all_commands_there_are_are_tried() -> None:
+def test_every_command_is_covered() -> None:
     assert {raw[1] for raw in EVERY if raw[0] != 0xFF} == set(COMMANDS)
     assert {raw[1] for raw in EVERY if raw[0] == 0xFF} == SETUP
     kinds = {(cls.layout.kind, cls.layout.id) for cls in PROTOCOL.messages}
@@ -286,17 +286,17 @@ def test_every_split_of_every_command(raw: bytes) -> None:
 @pytest.mark.parametrize(
     ("stream", "found"),
     [
-        # a lost byte: the next command becomes data and extra bytes of the one before
+        # a lost byte: the next command becomes data and extra bytes of the previous one
         ("18 54 03 A0 86 3A 18 3F 3A", [("message", "18 54 03 A0 86 3A 18 3F 3A")]),
         ("18 54 A0 86 01 3A 18 3F 3A", [("bad_length", "18 54 A0 86 01 3A"), ("message", "18 3F 3A")]),
         ("54 03 A0 86 01 3A 18 3F 3A", [("unknown", "54 03 A0 86 01 3A"), ("message", "18 3F 3A")]),
         ("18 03 A0 86 01 3A 18 3F 3A", [("unknown", "18 03 A0 86 01 3A"), ("message", "18 3F 3A")]),
-        # bytes too many
+        # surplus bytes
         ("18 54 03 A0 86 01 00 3A", [("message", "18 54 03 A0 86 01 00 3A")]),
         ("00 18 54 03 A0 86 3A 18 3F 3A", [("unknown", "00 18 54 03 A0 86 3A"), ("message", "18 3F 3A")]),
         ("0D 0A 3A 18 3F 3A", [("unknown", "0D 0A 3A"), ("message", "18 3F 3A")]),
         ("3A 3A 3A 18 3F 3A", [("garbage", "3A 3A 3A"), ("message", "18 3F 3A")]),
-        # colons after half a command are a position, and no way out
+        # colons after half a command are data and do not end it
         ("18 54 03 3A 3A 3A", [("pending", "18 54 03 3A 3A 3A")]),
         ("18 54 03 3A 3A 3A 3A", [("message", "18 54 03 3A 3A 3A 3A")]),
         # the document's own example of a wrong size
@@ -305,14 +305,14 @@ def test_every_split_of_every_command(raw: bytes) -> None:
         ("18 3A 18 3F 3A", [("garbage", "18 3A"), ("message", "18 3F 3A")]),
     ],
 )  # fmt: skip
-def test_lost_bytes_and_bytes_too_many(stream: str, found: list[tuple[str, str]]) -> None:
+def test_lost_bytes_and_surplus_bytes(stream: str, found: list[tuple[str, str]]) -> None:
     data = b(stream)
     expected = [Piece(kind, b(raw)) for kind, raw in found]
     assert pieces(data) == expected == REFERENCE.read(data)
     assert pieces(data, list(range(len(data) + 1))) == expected
 
 
-def test_the_move_that_a_lost_byte_makes() -> None:
+def test_a_lost_byte_can_cause_a_move() -> None:
     frame = PROTOCOL.decode(b("18 54 03 A0 86 3A 18 3F 3A"))
     assert frame == CommandFrame(m.WriteTargetPosition(3835552), X, b("18 3F"))
 
@@ -332,7 +332,7 @@ def test_floods_without_a_colon(flood: str, size: int) -> None:
     assert given_out >= len(data) - LONGEST
 
 
-def test_thousands_of_damaged_streams_are_read_as_the_reference_reads_them() -> None:
+def test_the_framer_agrees_with_the_reference_on_damaged_streams() -> None:
     rng = Random(1)
     for _ in range(4000):
         stream = bytearray(b"".join(rng.choices(EVERY, k=rng.randrange(1, 10))))
@@ -355,7 +355,7 @@ def test_thousands_of_damaged_streams_are_read_as_the_reference_reads_them() -> 
 @given(
     st.lists(st.one_of(st.sampled_from(EVERY), st.binary(max_size=6)), max_size=12).map(b"".join)
 )
-def test_any_bytes_are_read_as_the_reference_reads_them(data: bytes) -> None:
+def test_the_framer_agrees_with_the_reference_on_any_bytes(data: bytes) -> None:
     expected = REFERENCE.read(data)
     assert pieces(data) == expected
     assert pieces(data, list(range(len(data) + 1))) == expected
@@ -386,7 +386,7 @@ def test_every_split_of_every_reply(byte: int) -> None:
             assert decoder.feed(b":") == [Garbage(b":")]
 
 
-def test_replies_of_equal_length_are_told_apart_by_their_request_alone() -> None:
+def test_only_the_request_distinguishes_replies_of_equal_length() -> None:
     decoder = PROTOCOL.replies()
     for cls in (m.ReadMotorPosition, m.ReadTargetPosition, m.ReadIncrementValue):
         decoder.sent(CommandFrame(cls(), X))

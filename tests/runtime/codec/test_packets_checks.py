@@ -1,4 +1,4 @@
-"""Checks of packets against published values, the standard library, and their definitions."""
+"""Checks of packets, compared with published values, the standard library and their definitions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stagewire.protocols import Check, Crc, Sum, Xor
 
 DIGITS = b"123456789"
 
-# name of the catalogue of parametrised CRC algorithms: size, polynomial, initial, reflected, final, check
+# name in the catalogue of parametrised CRC algorithms: size, polynomial, initial, reflected, final, check
 CATALOGUE = {
     "CRC-8/SMBUS": (1, 0x07, 0x00, False, 0x00, 0xF4),
     "CRC-8/MAXIM-DOW": (1, 0x31, 0x00, True, 0x00, 0xA1),
@@ -56,7 +56,7 @@ def test_crcs_of_the_standard_library(data: bytes) -> None:
 
 
 @given(st.binary(max_size=40), st.sampled_from(CHECKS))
-def test_every_check_is_what_its_definition_says(data: bytes, check: Check) -> None:
+def test_every_check_agrees_with_its_definition(data: bytes, check: Check) -> None:
     found = check.of(data)
     assert found == reference_check(check, data)
     assert 0 <= found < 1 << 8 * check.size
@@ -86,12 +86,12 @@ def test_sums(check: Check, value: int) -> None:
         (lambda: Crc(0, 0, 0, False, 0), "1 to 8 bytes"),
     ],
 )
-def test_what_cannot_be(make: object, said: str) -> None:
+def test_invalid_checks(make: object, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         make()  # type: ignore[operator]
 
 
-def test_they_are_data() -> None:
+def test_checks_are_values() -> None:
     for check in CHECKS:
         assert pickle.loads(pickle.dumps(check)) == check == copy.copy(check)
         assert hash(copy.deepcopy(check)) == hash(check)

@@ -1,4 +1,4 @@
-"""The framing rule of packets, sentence by sentence, and what must hold for any bytes."""
+"""The framing rule of packets, rule by rule, and properties that hold for any bytes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def received(raw: bytes) -> Event:
 
 
 def frame(stream: bytes) -> list[Event]:
-    """Frame a stream and check that not a byte went astray."""
+    """Frame a stream and check that no byte was lost."""
     framer = PROTOCOL.framer()
     events = framer.feed(stream)
     assert b"".join(event.raw for event in events) + framer.pending == stream
@@ -43,7 +43,7 @@ def frame(stream: bytes) -> list[Event]:
 
 
 def pieces(protocol: PacketProtocol, stream: bytes, sizes: list[int] | None = None) -> list[Piece]:
-    """Frame a stream in chunks of the given sizes, as the reference shows it."""
+    """Frame a stream in chunks of the given sizes; return the events as the reference describes them."""
     chunks, position = [], 0
     for size in sizes or [len(stream)]:
         chunks.append(stream[position : position + size])
@@ -52,14 +52,14 @@ def pieces(protocol: PacketProtocol, stream: bytes, sizes: list[int] | None = No
     return references.pieces(protocol.framer(), chunks, shape.least + shape.maximum)
 
 
-# 1. Where a packet stands
+# 1. A packet is found
 
 
-def test_packets_come_out_one_by_one() -> None:
+def test_packets_are_returned_one_by_one() -> None:
     assert frame(MOVE + STOP + STATE) == [received(MOVE), received(STOP), received(STATE)]
 
 
-def test_what_is_received_is_decoded_when_it_is_asked_for() -> None:
+def test_a_received_packet_is_decoded_on_demand() -> None:
     (event,) = frame(MOVE)
     assert isinstance(event, PacketReceived)
     assert event.packet == Packet(SetAngle(100_000, 10), 7)
@@ -94,7 +94,7 @@ def test_packets_inside_a_payload_are_payload() -> None:
     assert frame(raw + STOP) == [received(raw), received(STOP)]
 
 
-# 2. Where none stands
+# 2. No packet is found
 
 
 @pytest.mark.parametrize("at", range(len(MOVE)))
@@ -109,24 +109,24 @@ def test_a_damaged_packet_loses_only_itself(at: int) -> None:
 
 
 @pytest.mark.parametrize("number", [0, 1, 35, 0xFF])
-def test_a_length_that_no_packet_has_is_not_waited_for(number: int) -> None:
+def test_an_invalid_length_is_not_waited_for(number: int) -> None:
     impossible = b"\xaa\x55" + bytes((number,))
     assert frame(impossible) == [Garbage(impossible)]
 
 
-def test_bytes_in_between_are_garbage() -> None:
+def test_bytes_between_packets_are_garbage() -> None:
     assert frame(b"\x00\x55" + MOVE + b"\xaa\x0d" + STOP + b"\x55") == [
         Garbage(b"\x00\x55"), received(MOVE), Garbage(b"\xaa\x0d"), received(STOP), Garbage(b"\x55")
     ]  # fmt: skip
 
 
 def test_start_bytes_that_begin_inside_others() -> None:
-    protocol = PROTOCOLS["odd"]  # they are AA AA 55
+    protocol = PROTOCOLS["odd"]  # its start bytes are AA AA 55
     raw = packet(1, shape=protocol.shape)
     assert pieces(protocol, b"\xaa" + raw) == [Piece("garbage", b"\xaa"), Piece("message", raw)]
 
 
-# 3. What is not all there
+# 3. Missing bytes
 
 
 @pytest.mark.parametrize("there", range(1, len(MOVE)))
@@ -138,7 +138,7 @@ def test_the_beginning_of_a_packet_waits(there: int) -> None:
     assert framer.pending == b""
 
 
-def test_what_does_not_come_is_given_up() -> None:
+def test_a_packet_whose_rest_does_not_arrive_is_given_up() -> None:
     framer = PROTOCOL.framer()
     longer = MOVE[:2] + b"\x20" + MOVE[3:]  # it declares 14 bytes more than it has
     assert framer.feed(longer + STOP) == []
@@ -150,7 +150,7 @@ def test_what_does_not_come_is_given_up() -> None:
     assert framer.feed(MOVE) == [received(MOVE)]
 
 
-def test_a_framer_begins_anew() -> None:
+def test_reset_discards_pending_bytes() -> None:
     framer = PROTOCOL.framer()
     framer.feed(MOVE[:5])
     framer.reset()
@@ -158,18 +158,18 @@ def test_a_framer_begins_anew() -> None:
     assert framer.feed(STOP) == [received(STOP)]
 
 
-def test_it_is_fed_bytes() -> None:
+def test_feeding_text_raises() -> None:
     framer = PROTOCOL.framer()
     assert framer.feed(memoryview(MOVE)) == framer.feed(bytearray(MOVE)) == [received(MOVE)]
     with pytest.raises(BadValueError, match="a framer takes bytes, not str"):
         framer.feed("aa55")  # type: ignore[arg-type]
 
 
-# Whatever comes, in whatever chunks, in any shape
+# Any bytes, in any chunks, in any shape
 
 
 def packets_of(shape: Shape, rng: Random, number: int) -> list[bytes]:
-    """Return packets one after the other, known and unknown, whose payloads hold start bytes, too."""
+    """Return consecutive packets, known and unknown; some payloads contain start bytes."""
     made = []
     for _ in range(number):
         id, length = rng.choice(
@@ -182,7 +182,7 @@ def packets_of(shape: Shape, rng: Random, number: int) -> list[bytes]:
 
 
 def damaged(stream: bytes, rng: Random) -> bytes:
-    """Return a stream in which a bit is flipped, or a byte lost, doubled or inserted."""
+    """Return a stream with one bit flipped, or one byte lost, doubled or inserted."""
     at = rng.randrange(len(stream))
     kind = rng.randrange(4)
     if kind == 0:
@@ -199,7 +199,7 @@ def chunks(rng: Random, length: int) -> list[int]:
 
 
 @shapes
-def test_damaged_streams_are_read_as_by_the_reference(shape: str) -> None:
+def test_the_framer_agrees_with_the_reference_on_damaged_streams(shape: str) -> None:
     protocol, rng = PROTOCOLS[shape], Random(shape)
     reference = packet_reference(protocol.shape, LENGTHS)
     seen: set[str] = set()
@@ -217,12 +217,12 @@ def test_damaged_streams_are_read_as_by_the_reference(shape: str) -> None:
 
 
 @pytest.mark.parametrize("shape", ["usual", "ended", "odd"])
-def test_what_a_damage_costs(shape: str) -> None:
+def test_a_damage_costs_few_packets(shape: str) -> None:
     protocol, rng = PROTOCOLS[shape], Random(shape)
     lost = invented = 0
     for _ in range(500):
         sent = packets_of(protocol.shape, rng, 6)
-        stream = damaged(b"".join(sent), rng) + bytes(400)  # until nothing is waited for
+        stream = damaged(b"".join(sent), rng) + bytes(400)  # so that no packet is pending
         came = [piece.raw for piece in pieces(protocol, stream) if piece.kind != "garbage"]
         missing = list(sent)
         for raw in came:
@@ -232,7 +232,7 @@ def test_what_a_damage_costs(shape: str) -> None:
                 invented += 1
         lost = max(lost, len(missing))
     assert lost == 1
-    assert not invented or shape != "usual"  # its check covers all that can be taken for another
+    assert not invented or shape != "usual"  # its check covers everything that could be mistaken
 
 
 @given(st.sampled_from(sorted(SHAPES)), st.data())
@@ -263,7 +263,7 @@ def test_every_split_of_a_stream(shape: str) -> None:
 
 
 @shapes
-def test_giving_up_gives_out_what_is_whole(shape: str) -> None:
+def test_abandoning_returns_whole_packets(shape: str) -> None:
     protocol, rng = PROTOCOLS[shape], Random(shape)
     for _ in range(300):
         stream = b"".join(packets_of(protocol.shape, rng, 3))
@@ -297,7 +297,7 @@ def test_the_work_for_hostile_bytes_is_bounded(monkeypatch: pytest.MonkeyPatch) 
     assert 0 < looked <= len(stream) * longest
 
 
-def test_stop_is_no_instance_of_another_shape() -> None:
+def test_stop_belongs_to_one_shape() -> None:
     other = PROTOCOLS["small"].message_class("STOP")
     assert Packet(other()).encode() == b"\x02\x00\x01\x03"
     assert Packet(Stop(), 7).encode() == STOP

@@ -1,4 +1,4 @@
-"""Packets: shapes that can and cannot be, messages with addresses and extra bytes, refusals."""
+"""Packets: valid and invalid shapes, messages with addresses and extra bytes, error messages."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ PROTOCOLS = {name: protocol_of(shape) for name, shape in SHAPES.items()}
 
 
 def with_check(raw: bytes) -> bytes:
-    """Return a packet of the usual shape with the check that its bytes have."""
+    """Return a packet of the usual shape with the right check."""
     return raw[:-3] + USUAL.check_of(raw).to_bytes(2, "little") + raw[-1:]
 
 
@@ -111,11 +111,11 @@ messages: st.SearchStrategy[tuple[str, str, dict[str, Any], int]] = st.one_of(
 
 
 @given(st.sampled_from(sorted(SHAPES)), messages, addresses, st.binary(max_size=26))
-def test_any_message_comes_back(
+def test_any_message_survives_a_round_trip(
     shape: str, said: tuple[str, str, dict[str, Any], int], address: int, extra: bytes
 ) -> None:
     protocol = PROTOCOLS[shape]
-    name, form, fields, room = said  # of bytes beyond the layout, before the next layout
+    name, form, fields, room = said  # room: bytes beyond the layout, before the next layout
     message: Any = protocol.build(name, fields, form)
     packet = Packet(message, address if protocol.shape.address else None, extra[:room])
     raw = packet.encode()
@@ -125,7 +125,7 @@ def test_any_message_comes_back(
 
 
 @given(st.sampled_from(sorted(SHAPES)), st.binary(max_size=20), st.booleans())
-def test_any_bytes_are_decoded_or_refused(shape: str, raw: bytes, begins: bool) -> None:
+def test_any_bytes_decode_or_raise(shape: str, raw: bytes, begins: bool) -> None:
     protocol = PROTOCOLS[shape]
     raw = protocol.shape.start + raw if begins else raw
     events = protocol.framer().feed(raw)
@@ -159,7 +159,7 @@ def test_any_bytes_are_decoded_or_refused(shape: str, raw: bytes, begins: bool) 
          "leaves 1 byte for its payload, which has 0 or 2 or 8"),
     ],
 )  # fmt: skip
-def test_what_is_refused_and_where(
+def test_errors_and_their_positions(
     raw: bytes, error: type[CodecError], at: range, said: str
 ) -> None:
     with pytest.raises(error, match=said) as refused:
@@ -177,12 +177,12 @@ def test_what_is_refused_and_where(
         ("AA 21 0D", BadLengthError),
     ],
 )
-def test_a_length_that_no_check_guards(raw: str, error: type[CodecError]) -> None:
+def test_wrong_lengths_without_a_check(raw: str, error: type[CodecError]) -> None:
     with pytest.raises(error):
         PROTOCOLS["bare"].decode(bytes.fromhex(raw))
 
 
-def test_the_check_of_a_damaged_packet_is_said() -> None:
+def test_the_error_of_a_damaged_packet_contains_the_right_check() -> None:
     good = Packet(Stop(), 7).encode()
     with pytest.raises(DamagedError) as refused:
         PROTOCOL.decode(good[:3] + b"\x08" + good[4:])
@@ -195,7 +195,7 @@ def test_the_check_of_a_damaged_packet_is_said() -> None:
     assert refused.value.code == "bad_value"
 
 
-def test_what_is_no_bytes() -> None:
+def test_only_bytes_are_decoded() -> None:
     with pytest.raises(BadValueError, match=r"use bytes\.fromhex to convert hex text"):
         PROTOCOL.decode("AA55")  # type: ignore[arg-type]
 
@@ -218,14 +218,12 @@ def test_what_is_no_bytes() -> None:
         (lambda: Packet(SetAngle(0, 0), 1, bytes(27)).encode(), OutOfRangeError, "at most 32 bytes, not 33"),
     ],
 )  # fmt: skip
-def test_what_a_packet_refuses(
-    make: Callable[[], object], error: type[Exception], said: str
-) -> None:
+def test_invalid_packets(make: Callable[[], object], error: type[Exception], said: str) -> None:
     with pytest.raises(error, match=said):
         make()
 
 
-def test_an_address_has_as_many_bytes_as_the_shape_says() -> None:
+def test_the_shape_sets_the_size_of_an_address() -> None:
     stop: Any = PROTOCOLS["odd"].message_class("STOP")
     assert Packet(stop(), 0xFFFF).address == 0xFFFF
     with pytest.raises(OutOfRangeError, match="0 to 0xffff"):
@@ -292,7 +290,7 @@ def made(name: str, id: int, length: int) -> type[PacketMessage]:
         ([made("A", 1, 2), made("A", 1, 2)], "A has two layouts of 2 bytes"),
     ],
 )
-def test_messages_that_packets_cannot_carry(classes: list[type[PacketMessage]], said: str) -> None:
+def test_messages_that_packets_cannot_hold(classes: list[type[PacketMessage]], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         PacketProtocol("other", "Other", "other", classes, USUAL, {})
 
@@ -343,12 +341,12 @@ def shape(**changes: Any) -> Shape:
           "covers": ("end",)}, "cannot cover the end"),
     ],
 )  # fmt: skip
-def test_shapes_that_cannot_be(changes: dict[str, Any], said: str) -> None:
+def test_invalid_shapes(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         shape(**changes)
 
 
-def test_shapes_are_data() -> None:
+def test_shapes_are_values() -> None:
     for one in SHAPES.values():
         assert pickle.loads(pickle.dumps(one)) == one == copy.deepcopy(one)
         assert hash(copy.copy(one)) == hash(one)
@@ -359,7 +357,7 @@ def test_shapes_are_data() -> None:
         USUAL.maximum = 1
 
 
-def test_where_the_parts_stand() -> None:
+def test_offsets_of_the_parts() -> None:
     places = [USUAL.place(part, 6) for part in USUAL.order]
     assert places == [
         range(2), range(2, 3), range(3, 4), range(4, 5), range(5, 11), range(11, 13), range(13, 14)

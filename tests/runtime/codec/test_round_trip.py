@@ -1,4 +1,4 @@
-"""Every message and layout: boundaries, round trips, refusals. The registry's JSON names the fields."""
+"""Every message and layout: boundaries, round trips, errors. The JSON of the registry names the fields."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def strategy_of(field: dict[str, Any]) -> st.SearchStrategy[Any]:
 
 
 def by_hand(message: dict[str, Any], layout: dict[str, Any], values: dict[str, Any]) -> bytes:
-    """Lay the bytes out from offsets and sizes, without the generated code."""
+    """Build the bytes from offsets and sizes, without the generated code."""
     frame = bytearray(6 + layout["length"])
     struct.pack_into("<H", frame, 0, message["id"])
     if layout["form"] == "header":
@@ -83,7 +83,7 @@ def by_hand(message: dict[str, Any], layout: dict[str, Any], values: dict[str, A
     return bytes(frame)
 
 
-def test_the_registry_and_the_classes_are_the_same_set() -> None:
+def test_each_message_of_the_registry_has_its_class() -> None:
     documented = {(m["name"], layout["form"]) for m, layout in LAYOUTS}
     special = {
         key
@@ -110,7 +110,7 @@ def test_boundaries_encode_and_decode(
 
 
 @every_layout
-def test_a_value_outside_its_range_is_refused_by_name(
+def test_the_error_of_a_value_out_of_range_names_the_field(
     message: dict[str, Any], layout: dict[str, Any]
 ) -> None:
     values = {field["name"]: example_of(field, "minimum") for field in fields_of(layout)}
@@ -170,7 +170,7 @@ def test_other_lengths_are_refused_or_kept_as_extra(
 @every_layout
 @settings(max_examples=15, deadline=None)
 @given(data=st.data())
-def test_whatever_is_encoded_comes_back(
+def test_encoded_messages_decode_to_equal_ones(
     message: dict[str, Any], layout: dict[str, Any], data: st.DataObject
 ) -> None:
     values = {
@@ -186,7 +186,7 @@ def test_whatever_is_encoded_comes_back(
 @every_layout
 @settings(max_examples=15, deadline=None)
 @given(data=st.data())
-def test_whatever_is_decoded_encodes_back_byte_for_byte(
+def test_decoded_bytes_encode_to_the_same_bytes(
     message: dict[str, Any], layout: dict[str, Any], data: st.DataObject
 ) -> None:
     body = data.draw(st.binary(min_size=layout["length"], max_size=layout["length"]))
@@ -219,7 +219,7 @@ def test_a_message_without_an_id_is_never_encoded() -> None:
             PROTOCOL.build(name, {})
 
 
-def test_a_message_without_a_layout_is_kept_and_not_made_up() -> None:
+def test_a_message_without_a_layout_is_kept_but_not_built_from_fields() -> None:
     with pytest.raises(UnsupportedError, match="HW_RICHRESPONSE"):
         PROTOCOL.build("HW_RICHRESPONSE", {})
     raw = bytes.fromhex("8100 4400 81 50") + bytes(range(0x44))
@@ -231,7 +231,7 @@ def test_a_message_without_a_layout_is_kept_and_not_made_up() -> None:
     assert PROTOCOL.decode(header).encode() == header
 
 
-def test_an_undecided_layout_shows_what_all_candidates_share() -> None:
+def test_an_undecided_layout_has_the_fields_that_all_candidates_share() -> None:
     raw = bytes.fromhex("64040E00815001006 8AAA001000000003000 0080".replace(" ", ""))
     message = PROTOCOL.decode(raw).message
     assert isinstance(message, UndecidedMessage)
@@ -243,12 +243,12 @@ def test_an_undecided_layout_shows_what_all_candidates_share() -> None:
     assert type(PROTOCOL.decode(raw, {"status": "dc"}).message).__name__ == "MotMoveCompletedDc"
 
 
-def test_a_name_close_to_a_message_is_suggested() -> None:
+def test_a_similar_message_name_is_suggested() -> None:
     with pytest.raises(UnknownMessageError, match="MOT_SET_VELPARAMS"):
         PROTOCOL.build("MOT_SET_VELPARAM", {})
 
 
-def test_every_error_carries_a_refusal_code() -> None:
+def test_every_error_has_a_code() -> None:
     codes = {cls.code for cls in _tree(CodecError)}
     assert codes >= {
         "truncated", "trailing", "bad_length", "unknown_message", "unknown_field",
@@ -260,7 +260,7 @@ def _tree(cls: type[CodecError]) -> list[type[CodecError]]:
     return [cls, *(leaf for child in cls.__subclasses__() for leaf in _tree(child))]
 
 
-def test_documentation_stands_on_everything_public() -> None:
+def test_all_public_names_are_documented() -> None:
     for cls in PROTOCOL.messages:
         assert issubclass(cls, Message)
         assert f"``{cls.layout.message}``" in (cls.__doc__ or "")

@@ -1,4 +1,4 @@
-"""The text of a recorded session: what is written can be read, and what cannot be read is explained."""
+"""The text format of captures: writing, reading, and the errors for invalid text."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def read(text: str) -> Capture:
     return Capture(reader.heading, tuple(recorded))
 
 
-def test_a_capture_as_it_is_written() -> None:
+def test_the_text_of_a_capture() -> None:
     out = io.StringIO()
     writer = CaptureWriter(out, Heading("thorlabs_apt", "TDC001"))
     writer.write(0, TO_CONTROLLER, bytes.fromhex("050000005001"), "HW_REQ_INFO")
@@ -64,7 +64,7 @@ def test_a_capture_as_it_is_written() -> None:
     ),
     st.integers(1, 50),
 )
-def test_whatever_is_written_can_be_read_in_blocks_of_any_size(
+def test_written_captures_are_read_in_blocks_of_any_size(
     said: list[tuple[int, Direction, bytes, str]], size: int
 ) -> None:
     out = io.StringIO()
@@ -73,7 +73,7 @@ def test_whatever_is_written_can_be_read_in_blocks_of_any_size(
         writer.note(time, comment)
         writer.write(time, direction, data, comment)
     text = out.getvalue()
-    assert text.count("\n") == 1 + 2 * len(said)  # no comment makes lines
+    assert text.count("\n") == 1 + 2 * len(said)  # comments add no lines
     assert read(text).recorded == read(text.replace("\n", "\r\n")).recorded
     reader = CaptureReader()
     found = [r for at in range(0, len(text), size) for r in reader.feed(text[at : at + size])]
@@ -88,7 +88,7 @@ def test_whatever_is_written_can_be_read_in_blocks_of_any_size(
         assert recorded.time == latest // 1000 * 1000
 
 
-def test_a_large_chunk_takes_several_lines() -> None:
+def test_a_large_chunk_is_written_as_several_lines() -> None:
     out = io.StringIO()
     data = bytes(range(256)) * 8192  # 2 MiB
     CaptureWriter(out, Heading("thorlabs_apt")).write(5000, TO_HOST, data, "a flood")
@@ -106,7 +106,7 @@ def test_a_large_chunk_takes_several_lines() -> None:
         ("0.000000001 > ff#", 1, "ff"),
     ],
 )
-def test_lines_that_people_write(line: str, nanoseconds: int, data: str) -> None:
+def test_handwritten_lines(line: str, nanoseconds: int, data: str) -> None:
     (recorded,) = read(f"{HEADING}\n# a comment\n   \n{line}").recorded
     assert (recorded.time, recorded.data.hex(), recorded.line) == (nanoseconds, data, 5)
 
@@ -142,7 +142,7 @@ def test_lines_that_people_write(line: str, nanoseconds: int, data: str) -> None
     ],
     ids=range(19),
 )
-def test_what_is_no_capture_is_explained(text: str, said: str, tmp_path: Path) -> None:
+def test_errors_of_invalid_captures(text: str, said: str, tmp_path: Path) -> None:
     with pytest.raises(CaptureError) as caught:
         read(text)
     assert said in str(caught.value)
@@ -154,7 +154,7 @@ def test_what_is_no_capture_is_explained(text: str, said: str, tmp_path: Path) -
     assert str(named.value) == f"{path}, {caught.value}"
 
 
-def test_a_capture_of_a_file(tmp_path: Path) -> None:
+def test_reading_a_capture_from_a_file(tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     path.write_bytes(b"\xef\xbb\xbf" + f"{HEADING}0.1 > 00 # ".encode() + b"\xff\xfe\r\n")
     capture = read_capture(path)
@@ -171,12 +171,12 @@ def test_a_capture_of_a_file(tmp_path: Path) -> None:
         ("53 04", False),
     ],
 )
-def test_how_a_capture_begins(text: str, is_one: bool) -> None:
+def test_recognising_a_capture_by_its_beginning(text: str, is_one: bool) -> None:
     assert is_capture(text) is is_one
 
 
 @pytest.mark.parametrize("name", ["", "a b", "x\n", "a#"])
-def test_a_heading_cannot_hold_what_it_could_not_read(name: str) -> None:
+def test_a_heading_refuses_names_that_could_not_be_read(name: str) -> None:
     with pytest.raises(BadValueError, match="is not a valid name of a protocol or unit"):
         Heading(name)
     with pytest.raises(BadValueError):
@@ -184,7 +184,7 @@ def test_a_heading_cannot_hold_what_it_could_not_read(name: str) -> None:
 
 
 @pytest.mark.parametrize("direction", [Direction.BOTH, Direction(0)])
-def test_bytes_pass_one_way(direction: Direction) -> None:
+def test_bytes_need_exactly_one_direction(direction: Direction) -> None:
     writer = CaptureWriter(io.StringIO(), Heading("thorlabs_apt"))
     with pytest.raises(BadValueError, match="direction is TO_CONTROLLER or TO_HOST"):
         writer.write(0, direction, b"\x00")

@@ -1,4 +1,4 @@
-"""Columns say what decoding frame by frame says: every layout, both paths; nothing is lost in gathering."""
+"""Columns agree with decoding frame by frame, for all layouts and both paths; gathering loses nothing."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def frames_of(cls: type[Message], payloads: list[bytes], addresses: list[tuple[i
 
 
 def one_by_one(cls: type[Message], raw: bytes) -> dict[str, list[Any]]:
-    """Decode every frame; the reference for both paths."""
+    """Decode each frame; the reference for both paths."""
     size = 6 + cls.layout.length
     context = cls.layout.when or None
     found: dict[str, list[Any]] = {name: [] for name in ("dest", "source", *cls.layout.fields)}
@@ -95,7 +95,7 @@ def as_lists(found: dict[str, Any]) -> dict[str, list[Any]]:
 @pytest.mark.parametrize("cls", WITH_COLUMNS, ids=lambda cls: cls.__name__)
 @settings(max_examples=8, deadline=None)
 @given(data=st.data())
-def test_columns_say_what_decoding_says(cls: type[Message], data: st.DataObject) -> None:
+def test_columns_agree_with_decoding(cls: type[Message], data: st.DataObject) -> None:
     size = cls.layout.length or 2
     extremes = [bytes(size), b"\xff" * size, b"\x7f" * size, b"\x80" * size, b"A\0" * (size // 2)]
     extremes[-1] = extremes[-1].ljust(size, b"B")
@@ -114,8 +114,8 @@ def test_columns_say_what_decoding_says(cls: type[Message], data: st.DataObject)
 
 
 @BOTH
-def test_many_frames_are_many_rows(read_columns: Any) -> None:
-    """More frames than the standard library path reads at once."""
+def test_many_frames_give_many_rows(read_columns: Any) -> None:
+    """More frames than the standard library path reads together."""
     rng = random.Random(3)
     raw = b"".join(STATUS[:8] + rng.randbytes(12) for _ in range(20_001))
     assert as_lists(read_columns(m.MotGetDcStatusUpdate, raw)) == one_by_one(
@@ -125,13 +125,13 @@ def test_many_frames_are_many_rows(read_columns: Any) -> None:
 
 @BOTH
 @pytest.mark.parametrize("cls", [m.MotGetDcStatusUpdate, m.MotMoveHomed, m.HwGetInfo])
-def test_no_frames_are_empty_columns(read_columns: Any, cls: type[Message]) -> None:
+def test_no_frames_give_empty_columns(read_columns: Any, cls: type[Message]) -> None:
     found = read_columns(cls, b"")
     assert list(found) == ["dest", "source", *cls.layout.fields]
     assert {len(column) for column in found.values()} == {0}
 
 
-def test_types_are_those_of_the_fields() -> None:
+def test_columns_have_the_types_of_the_fields() -> None:
     found = columns(m.MotGetDcStatusUpdate, STATUS)
     widths = {name: column.itemsize for name, column in found.items()}
     assert list(widths.values()) == [1, 1, 2, 4, 2, 2, 4]
@@ -142,13 +142,13 @@ def test_types_are_those_of_the_fields() -> None:
 
 
 @BOTH
-def test_whatever_holds_bytes_is_read_and_let_go(read_columns: Any, tmp_path: Path) -> None:
+def test_any_buffer_is_read_and_released(read_columns: Any, tmp_path: Path) -> None:
     path = tmp_path / "capture"
     path.write_bytes(STATUS * 3)
     expected = as_lists(read_columns(m.MotGetDcStatusUpdate, STATUS * 3))
     growing = bytearray(STATUS * 3)
     assert as_lists(read_columns(m.MotGetDcStatusUpdate, growing)) == expected
-    growing += STATUS  # a view that was kept would forbid this
+    growing += STATUS  # fails if a view was kept
     assert as_lists(read_columns(m.MotGetDcStatusUpdate, memoryview(STATUS * 3))) == expected
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped:
         assert as_lists(read_columns(m.MotGetDcStatusUpdate, mapped)) == expected
@@ -168,7 +168,7 @@ def test_whatever_holds_bytes_is_read_and_let_go(read_columns: Any, tmp_path: Pa
         (STATUS[:4] + b"\x01" + STATUS[5:], BadLengthError, "91 04 0e 00 01 50"),
     ],
 )
-def test_the_first_wrong_frame_is_named(
+def test_the_error_names_the_first_invalid_frame(
     read_columns: Any, number: int, wrong: bytes, error: type[CodecError], said: str
 ) -> None:
     raw = STATUS * number + wrong + STATUS * 100 + wrong + STATUS[:5]
@@ -179,7 +179,7 @@ def test_the_first_wrong_frame_is_named(
 
 
 @BOTH
-def test_a_header_with_the_bit_of_a_packet_is_wrong(read_columns: Any) -> None:
+def test_a_header_with_the_bit_of_a_packet_is_refused(read_columns: Any) -> None:
     with pytest.raises(
         BadLengthError, match=r"byte 6: .* without packet, found the header 44 04 01 00 81"
     ):
@@ -188,7 +188,7 @@ def test_a_header_with_the_bit_of_a_packet_is_wrong(read_columns: Any) -> None:
 
 @BOTH
 @pytest.mark.parametrize("length", range(1, 20))
-def test_a_part_of_a_frame_at_the_end_is_wrong(read_columns: Any, length: int) -> None:
+def test_a_partial_frame_at_the_end_is_refused(read_columns: Any, length: int) -> None:
     with pytest.raises(
         TruncatedError, match=f"byte 40: .* with 20 bytes, but only {length} are left"
     ):
@@ -196,7 +196,7 @@ def test_a_part_of_a_frame_at_the_end_is_wrong(read_columns: Any, length: int) -
 
 
 @BOTH
-def test_called_wrongly(read_columns: Any) -> None:
+def test_invalid_arguments(read_columns: Any) -> None:
     for raw in ("91", None, [1], 5):
         with pytest.raises(BadValueError, match="columns are made from bytes, not"):
             read_columns(m.MotGetDcStatusUpdate, raw)
@@ -209,7 +209,7 @@ def test_called_wrongly(read_columns: Any) -> None:
         read_columns(m.HwRichResponse, b"")
 
 
-def test_a_class_that_does_not_say_where_its_fields_stand() -> None:
+def test_a_class_without_offsets_of_its_fields() -> None:
     class ByHand(FramedMessage):
         __slots__ = ()
         layout = m.MotMoveHomed.layout
@@ -219,7 +219,7 @@ def test_a_class_that_does_not_say_where_its_fields_stand() -> None:
 
 
 class Far(FramedMessage):
-    """As the generator writes a message with integers of three bytes."""
+    """A message with integers of three bytes, in the style of the generator."""
 
     __slots__ = ("far", "label", "near")
     layout = Layout(
@@ -244,7 +244,7 @@ FAR = FramedProtocol("far", "Far", "far", [Far], 1, frozenset({0x50}), {})
 
 
 @given(rows=st.lists(st.binary(min_size=8, max_size=8), max_size=6))
-def test_integers_of_three_bytes_are_what_decoding_says(rows: list[bytes]) -> None:
+def test_three_byte_integers_agree_with_decoding(rows: list[bytes]) -> None:
     raw = [bytes.fromhex("FE0408008150") + row for row in rows]
     frames = [FAR.decode(frame).message.values() for frame in raw]
     for read_columns in (columns, numpy_columns):
@@ -260,12 +260,12 @@ def test_a_protocol_without_headers_has_no_columns() -> None:
 
 
 @pytest.mark.parametrize("cls", [Command, Reply])
-def test_what_has_no_header_has_no_columns(cls: type[Message]) -> None:
+def test_messages_without_a_header_have_no_columns(cls: type[Message]) -> None:
     with pytest.raises(UnsupportedError, match="has no header"):
         columns(cls, b"")
 
 
-def test_without_numpy_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_without_numpy_names_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numpy", None)
     monkeypatch.delitem(sys.modules, "stagewire._columns.vectors", raising=False)
     with pytest.raises(UnsupportedError, match=r"pip install 'stagewire\[numpy\]'") as raised:
@@ -277,7 +277,7 @@ def test_without_numpy_the_error_says_what_to_install(monkeypatch: pytest.Monkey
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_integers_of_any_size(data: st.DataObject) -> None:
-    """Sizes that Struct has no code for, as other protocols use them."""
+    """Sizes that Struct has no code for, which other protocols use."""
     sizes = data.draw(st.lists(st.integers(1, 8), min_size=1, max_size=6))
     places, offset = [], 6
     for number, size in enumerate(sizes):
@@ -298,7 +298,7 @@ def test_integers_of_any_size(data: st.DataObject) -> None:
 
 
 @pytest.mark.parametrize("cls", WITH_COLUMNS, ids=lambda cls: cls.__name__)
-def test_the_shape_is_that_of_the_registry(cls: type[Message]) -> None:
+def test_the_shape_agrees_with_the_registry(cls: type[Message]) -> None:
     registry = {entry["name"]: entry for entry in PROTOCOL.registry()["messages"]}
     layouts = {layout["form"]: layout for layout in registry[cls.layout.message]["layouts"]}
     shape = shape_of(cls)
@@ -323,7 +323,7 @@ def test_the_shape_is_that_of_the_registry(cls: type[Message]) -> None:
 
 
 def stream_of_all() -> tuple[bytes, list[tuple[int, bytes]]]:
-    """A stream with everything in it, and where the frames of a known layout stand."""
+    """Return a stream with every kind of event, and the offsets of its frames with a known layout."""
     longer = STATUS[:2] + b"\x11" + STATUS[3:] + b"xyz"
     parts = [
         (STATUS, True),
@@ -346,7 +346,7 @@ def stream_of_all() -> tuple[bytes, list[tuple[int, bytes]]]:
 
 
 @pytest.mark.parametrize("size", [1, 2, 5, 7, 64, 1000])
-def test_a_stream_is_sorted_and_nothing_is_lost(size: int) -> None:
+def test_sorting_a_stream_loses_nothing(size: int) -> None:
     stream, frames = stream_of_all()
     chunks = [stream[start : start + size] for start in range(0, len(stream), size)]
     gathered = gather(PROTOCOL, chunks, End.HOST)
@@ -373,7 +373,7 @@ def test_a_stream_is_sorted_and_nothing_is_lost(size: int) -> None:
         ({"status": "stepper"}, m.MotMoveCompletedStepper),
     ],
 )
-def test_a_context_decides_for_a_layout(context: dict[str, str] | None, cls: type[Message]) -> None:
+def test_a_context_selects_a_layout(context: dict[str, str] | None, cls: type[Message]) -> None:
     raw = bytes.fromhex("64040e00 8150 0100 68aaa001 feff ffff 30000080")
     gathered = gather(PROTOCOL, [raw], context=context)
     frames = gathered.frames[cls]
@@ -381,14 +381,14 @@ def test_a_context_decides_for_a_layout(context: dict[str, str] | None, cls: typ
     assert as_lists(frames.numpy_columns()) == one_by_one(cls, raw)
 
 
-def test_only_what_is_asked_for_is_kept() -> None:
+def test_only_the_requested_messages_are_kept() -> None:
     stream, _ = stream_of_all()
     gathered = gather(PROTOCOL, [stream], only=[m.MotMoveHomed])
     assert set(gathered.frames) == {m.MotMoveHomed}
     assert gathered.counts[Received] == 6
 
 
-def test_frames_can_be_taken_and_forgotten() -> None:
+def test_frames_can_be_taken_and_cleared() -> None:
     frames = Frames(m.MotGetDcStatusUpdate)
     frames.append(7, STATUS + b"!")
     frames.clear()
@@ -397,7 +397,7 @@ def test_frames_can_be_taken_and_forgotten() -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.sampled_from([STATUS, HOMED, b"\xff", STATUS[:9], b""]), max_size=30))
-def test_what_is_kept_is_what_the_framer_gives_out(parts: list[bytes]) -> None:
+def test_the_kept_frames_are_those_of_the_framer(parts: list[bytes]) -> None:
     stream = b"".join(parts)
     gathered = gather(PROTOCOL, parts)
     events = PROTOCOL.framer().feed(stream)
@@ -413,7 +413,7 @@ def test_what_is_kept_is_what_the_framer_gives_out(parts: list[bytes]) -> None:
             assert stream[offset:].startswith(frames.raw[number * size : (number + 1) * size])
 
 
-def test_memory_grows_with_what_is_kept_alone() -> None:
+def test_memory_grows_only_with_kept_frames() -> None:
     stream = (STATUS * 9 + HOMED) * 5_000  # 0.9 MB in one piece
 
     def peak(only: list[type[Message]]) -> int:
@@ -428,7 +428,7 @@ def test_memory_grows_with_what_is_kept_alone() -> None:
     assert peak([m.MotMoveHomed]) < 1_200_000
 
 
-def test_feeding_what_is_no_bytes() -> None:
+def test_feeding_something_other_than_bytes() -> None:
     for wrong in ("53", None, 5):
         with pytest.raises(BadValueError, match="columns are made from bytes"):
             gather(PROTOCOL, [wrong])  # type: ignore[list-item]

@@ -124,7 +124,9 @@ def test_the_timeout_of_each_bay_mentions_ends_without_an_address(side: Side) ->
                 with pytest.raises(MotionTimeoutError) as late:
                     await settled(motion.wait())
                 text = str(late.value)
-                assert "2 x MOT_MOVE_COMPLETED without an address while several exchanges wait" in text
+                assert (
+                    "2 x MOT_MOVE_COMPLETED without an address while several exchanges wait" in text
+                )
                 assert end.hex(" ") in text
                 assert "run one motion at a time on this line, or read the status of each" in text
 
