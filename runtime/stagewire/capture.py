@@ -127,7 +127,7 @@ class CaptureWriter:
             said = ""
 
     def note(self, time: int, text: str) -> None:
-        """Write a comment of its own: a connection, a fault."""
+        """Write a comment line, such as for a connection or a fault."""
         self._out.write(f"# {self._spelled(time)} {_one_line(text)}\n")
 
     def _spelled(self, time: int) -> str:

@@ -70,7 +70,7 @@ def test_a_packet_to_an_address(stagewire: Stagewire, words: list[str], packet: 
     [
         (["STOP"], "STOP lacks the address of the controller; give it by --address"),
         (["STOP", "--address", "x"], "--address takes an address such as 0x50, not 'x'"),
-        (["STOP", "--address", "256"], "address takes 0 to 0xff, not 256"),
+        (["STOP", "--address", "256"], "address must be 0 to 0xff, not 256"),
         (["STOP", "--address", "3", "--dest", "3"], "--dest says nothing for messages of invented_packets"),
         (["STOP", "--address", "3", "--axis", "X"], "--axis says nothing for"),
         (["STOP", "--address", "3", "--allow-dummy"], "--allow-dummy says nothing for"),

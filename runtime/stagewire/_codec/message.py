@@ -216,11 +216,11 @@ def check_integer(layout: Layout, field: str, value: object, minimum: int, maxim
     """
     if isinstance(value, bool) or not isinstance(value, int):
         raise BadValueError(
-            f"{layout.message}.{field} takes an integer from {minimum} to {maximum}, not {value!r}"
+            f"{layout.message}.{field} must be an integer from {minimum} to {maximum}, not {value!r}"
         )
     if not minimum <= value <= maximum:
         raise OutOfRangeError(
-            f"{layout.message}.{field} takes {minimum} to {maximum} (raw counts), not {value}"
+            f"{layout.message}.{field} must be {minimum} to {maximum} (raw counts), not {value}"
         )
     return int(value)
 
@@ -232,10 +232,10 @@ def check_bytes(layout: Layout, field: str, value: object, size: int) -> bytes:
     :class:`~stagewire.errors.BadValueError` if it is not bytes.
     """
     if not isinstance(value, (bytes, bytearray, memoryview)):
-        raise BadValueError(f"{layout.message}.{field} takes {size} bytes, not {value!r}")
+        raise BadValueError(f"{layout.message}.{field} must be {size} bytes, not {value!r}")
     if len(value) != size:
         raise OutOfRangeError(
-            f"{layout.message}.{field} takes exactly {size} bytes, not {len(value)}"
+            f"{layout.message}.{field} must be exactly {size} bytes, not {len(value)}"
         )
     return bytes(value)
 
@@ -248,16 +248,16 @@ def check_text(layout: Layout, field: str, value: object, size: int) -> str:
     when encoding and are stripped when decoding.
     """
     if not isinstance(value, str):
-        raise BadValueError(f"{layout.message}.{field} takes text, not {value!r}")
+        raise BadValueError(f"{layout.message}.{field} must be text, not {value!r}")
     try:
         encoded = value.encode("latin-1")
     except UnicodeEncodeError as error:
         raise BadValueError(
-            f"{layout.message}.{field} takes Latin-1 text, which has no character {value[error.start]!r}"
+            f"{layout.message}.{field} must be Latin-1 text, which has no character {value[error.start]!r}"
         ) from None
     if len(encoded) > size:
         raise OutOfRangeError(
-            f"{layout.message}.{field} takes at most {size} characters, not {len(encoded)}"
+            f"{layout.message}.{field} must have at most {size} characters, not {len(encoded)}"
         )
     if encoded.endswith(b"\0"):
         raise BadValueError(f"{layout.message}.{field}: omit trailing NULs, encoding adds them")

@@ -116,7 +116,7 @@ class LinkSettings:
     def __post_init__(self) -> None:
         if not isinstance(self.baudrate, int) or isinstance(self.baudrate, bool):
             raise BadValueError(
-                f"baudrate takes a whole number of bits per second, not {self.baudrate!r}"
+                f"baudrate must be a whole number of bits per second, not {self.baudrate!r}"
             )
         if not 50 <= self.baudrate <= 12_000_000:
             raise OutOfRangeError(
@@ -126,7 +126,7 @@ class LinkSettings:
             value = getattr(self, name)
             if value is not None and not isinstance(value, bool):
                 raise BadValueError(
-                    f"{name} takes True, False or None (depending on the port), not {value!r}"
+                    f"{name} must be True, False or None (depending on the port), not {value!r}"
                 )
         if not 0 <= self._seconds("purge_dwell") <= 10:
             raise OutOfRangeError(f"purge_dwell {self.purge_dwell} is outside 0 to 10 seconds")
@@ -152,7 +152,7 @@ class LinkSettings:
     def _seconds(self, name: str) -> float:
         value = getattr(self, name)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
-            raise BadValueError(f"{name} takes seconds, not {value!r}")
+            raise BadValueError(f"{name} must be a number of seconds, not {value!r}")
         return value
 
 

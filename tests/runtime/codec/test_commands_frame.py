@@ -159,7 +159,7 @@ def test_the_longest_command() -> None:
         frame = CommandFrame(message, 0x21, bytes(room))
         assert len(frame.encode()) == MAXIMUM
         assert PROTOCOL.decode(frame.encode()) == frame
-        with pytest.raises(OutOfRangeError, match=f"extra takes at most {room} bytes, not"):
+        with pytest.raises(OutOfRangeError, match=f"extra must have at most {room} bytes, not"):
             CommandFrame(message, 0x21, bytes(room + 1))
     assert len(CommandFrame(WritePage(bytes(255)), 0x21).encode()) == MAXIMUM
 
@@ -172,9 +172,9 @@ REFUSED: list[tuple[Callable[[], object], str]] = [
     (lambda: CommandFrame(Restart(), 0), "RESTART is two bytes and has no axis"),
     (lambda: CommandFrame(Restart(), extra=b"a"), "RESTART is two bytes and has no extra"),
     (lambda: CommandFrame(Restart(), sized=True), "RESTART is two bytes and has no sized"),
-    (lambda: CommandFrame(MOVE, 0x21, "ab"), "extra takes bytes, not 'ab'"),
+    (lambda: CommandFrame(MOVE, 0x21, "ab"), "extra must be bytes, not 'ab'"),
     (lambda: CommandFrame(MOVE, 0x21, b"\x01\x0d"), "extra holds 0x0d, which would end the command"),
-    (lambda: CommandFrame(MOVE, 0x21, sized=1), "sized takes True, False or None, not 1"),
+    (lambda: CommandFrame(MOVE, 0x21, sized=1), "sized must be True, False or None, not 1"),
     (lambda: CommandFrame(MOVE, 0x21, sized=False), "WRITE_COUNT has data, so its size"),
     (lambda: CommandFrame(ReadState(), 0x21, b"a"), "READ_STATE without its size slot"),
 ]  # fmt: skip

@@ -277,7 +277,7 @@ REFUSALS: list[tuple[Callable[[], object], type[CodecError], str]] = [
     (
         lambda: PROTOCOL.build("WRITE_COUNT", {"count": 8_000_001}),
         OutOfRangeError,
-        "WRITE_COUNT.count takes -8000000 to 8000000 (raw counts), not 8000001",
+        "WRITE_COUNT.count must be -8000000 to 8000000 (raw counts), not 8000001",
     ),
 ]
 

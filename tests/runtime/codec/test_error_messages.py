@@ -35,28 +35,28 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.MotMoveAbsolute(65536, 5),
         OutOfRangeError,
-        "MOT_MOVE_ABSOLUTE.chan_ident takes 0 to 65535 (raw counts), not 65536",
+        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536",
     ),
     (
         lambda: m.MotMoveAbsolute(1, True),
         BadValueError,
-        "MOT_MOVE_ABSOLUTE.absolute_distance takes an integer from -2147483648 to 2147483647,"
+        "MOT_MOVE_ABSOLUTE.absolute_distance must be an integer from -2147483648 to 2147483647,"
         " not True",
     ),
     (
         lambda: m.HwGetInfo(1, 2, 44, bytes(4), "", 1),
         BadValueError,
-        "HW_GET_INFO.model_number takes text, not 2",
+        "HW_GET_INFO.model_number must be text, not 2",
     ),
     (
         lambda: m.HwGetInfo(1, "ab€", 44, bytes(4), "", 1),
         BadValueError,
-        "HW_GET_INFO.model_number takes Latin-1 text, which has no character '€'",
+        "HW_GET_INFO.model_number must be Latin-1 text, which has no character '€'",
     ),
     (
         lambda: m.HwGetInfo(1, "123456789", 44, bytes(4), "", 1),
         OutOfRangeError,
-        "HW_GET_INFO.model_number takes at most 8 characters, not 9",
+        "HW_GET_INFO.model_number must have at most 8 characters, not 9",
     ),
     (
         lambda: m.HwGetInfo(1, "a\0", 44, bytes(4), "", 1),
@@ -66,28 +66,28 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwGetInfo(1, "a", 44, "abcd", "", 1),
         BadValueError,
-        "HW_GET_INFO.software_version takes 4 bytes, not 'abcd'",
+        "HW_GET_INFO.software_version must be 4 bytes, not 'abcd'",
     ),
     (
         lambda: m.HwGetInfo(1, "a", 44, bytes(5), "", 1),
         OutOfRangeError,
-        "HW_GET_INFO.software_version takes exactly 4 bytes, not 5",
+        "HW_GET_INFO.software_version must be exactly 4 bytes, not 5",
     ),
     (
         lambda: m.MotMoveStoppedUndecided(bytes(13)),
         OutOfRangeError,
-        "MOT_MOVE_STOPPED.data takes exactly 14 bytes, not 13",
+        "MOT_MOVE_STOPPED.data must be exactly 14 bytes, not 13",
     ),
     (
         lambda: m.HwRichResponse(),
         UnsupportedError,
         "HW_RICHRESPONSE has no documented layout; give the bytes of its data",
     ),
-    (lambda: m.HwRichResponse("ab"), BadValueError, "HW_RICHRESPONSE.data takes bytes, not 'ab'"),
+    (lambda: m.HwRichResponse("ab"), BadValueError, "HW_RICHRESPONSE.data must be bytes, not 'ab'"),
     (
         lambda: m.HwRichResponse(bytes(256)),
         OutOfRangeError,
-        "HW_RICHRESPONSE.data takes at most 255 bytes, not 256",
+        "HW_RICHRESPONSE.data must have at most 255 bytes, not 256",
     ),
     (
         lambda: m.HwRichResponse(b"ab", param2=1),
@@ -97,12 +97,12 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwRichResponse(param1=256),
         OutOfRangeError,
-        "HW_RICHRESPONSE.param1 takes 0 to 255 (raw counts), not 256",
+        "HW_RICHRESPONSE.param1 must be 0 to 255 (raw counts), not 256",
     ),
     (
         lambda: m.HwRichResponse(param2="1"),
         BadValueError,
-        "HW_RICHRESPONSE.param2 takes an integer from 0 to 255, not '1'",
+        "HW_RICHRESPONSE.param2 must be an integer from 0 to 255, not '1'",
     ),
     (
         lambda: MOVE.replace(speed=1),
@@ -116,26 +116,30 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
         "digital_output_3, digital_output_4)",
     ),
     # Frames
-    (lambda: MOVE.pack(128, 1), OutOfRangeError, "dest takes an address from 0 to 0x7f, not 128"),
-    (lambda: MOVE.pack(1, 256), OutOfRangeError, "source takes an address from 0 to 0xff, not 256"),
-    (lambda: MOVE.pack("1", 1), BadValueError, "dest takes an address from 0 to 0x7f, not '1'"),
+    (lambda: MOVE.pack(128, 1), OutOfRangeError, "dest must be an address from 0 to 0x7f, not 128"),
+    (
+        lambda: MOVE.pack(1, 256),
+        OutOfRangeError,
+        "source must be an address from 0 to 0xff, not 256",
+    ),
+    (lambda: MOVE.pack("1", 1), BadValueError, "dest must be an address from 0 to 0x7f, not '1'"),
     (
         lambda: MOVE.pack(1, False),
         BadValueError,
-        "source takes an address from 0 to 0xff, not False",
+        "source must be an address from 0 to 0xff, not False",
     ),
     (
         lambda: m.HwRichResponse(b"").pack(1, -1),
         OutOfRangeError,
-        "source takes an address from 0 to 0xff, not -1",
+        "source must be an address from 0 to 0xff, not -1",
     ),
     (
         lambda: m.MotMoveStoppedUndecided(bytes(14)).pack(-1, 1),
         OutOfRangeError,
-        "dest takes an address from 0 to 0x7f, not -1",
+        "dest must be an address from 0 to 0x7f, not -1",
     ),
     (lambda: Frame("move", 1, 1), BadValueError, "a frame carries a message, not 'move'"),
-    (lambda: Frame(MOVE, 1, 1, "ab"), BadValueError, "extra takes bytes, not 'ab'"),
+    (lambda: Frame(MOVE, 1, 1, "ab"), BadValueError, "extra must be bytes, not 'ab'"),
     (
         lambda: Frame(m.ModIdentify(), 1, 1, b"a"),
         BadValueError,

@@ -134,7 +134,7 @@ def test_values_out_of_range_are_kept_when_decoded_but_refused_when_set() -> Non
     assert isinstance(message, m.MotSetDcPidParams)
     assert message.proportional == -1
     with pytest.raises(
-        OutOfRangeError, match=r"MOT_SET_DCPIDPARAMS\.proportional takes 0 to 32767"
+        OutOfRangeError, match=r"MOT_SET_DCPIDPARAMS\.proportional must be 0 to 32767"
     ):
         message.replace(integral=1)
 
@@ -313,7 +313,7 @@ def test_a_frame_refuses_parts_of_the_wrong_type() -> None:
     for wrong in (("move", 0x50, 1), (move, "0x50", 1), (move, 0x50, 1, "ab"), (move, 0x50, 1, 2)):
         with pytest.raises(BadValueError):
             Frame(*wrong)  # type: ignore[arg-type]
-    with pytest.raises(OutOfRangeError, match="dest takes an address"):
+    with pytest.raises(OutOfRangeError, match="dest must be an address"):
         Frame(move, 0xD0, 1)
     with pytest.raises(BadValueError, match="no packet to add extra bytes to"):
         Frame(m.ModIdentify(), 0x50, 1, b"a")

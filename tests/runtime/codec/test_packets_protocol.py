@@ -206,13 +206,13 @@ def test_only_bytes_are_decoded() -> None:
 @pytest.mark.parametrize(
     ("make", "error", "said"),
     [
-        (lambda: Packet(Stop()), BadValueError, "address takes an integer from 0 to 0xff, not None"),
+        (lambda: Packet(Stop()), BadValueError, "address must be an integer from 0 to 0xff, not None"),
         (lambda: Packet(Stop(), True), BadValueError, "not True"),
         (lambda: Packet(Stop(), "7"), BadValueError, "not '7'"),
-        (lambda: Packet(Stop(), 256), OutOfRangeError, "address takes 0 to 0xff, not 256"),
+        (lambda: Packet(Stop(), 256), OutOfRangeError, "address must be 0 to 0xff, not 256"),
         (lambda: Packet(Stop(), -1), OutOfRangeError, "not -1"),
         (lambda: Packet(Stop(), 1, b"x"), BadValueError, "STOP has no payload to add extra bytes to"),
-        (lambda: Packet(StateBrief(1), 1, "00"), BadValueError, "extra takes bytes"),
+        (lambda: Packet(StateBrief(1), 1, "00"), BadValueError, "extra must be bytes"),
         (lambda: Packet("STOP", 1), BadValueError, "carries a message of its protocol, not 'STOP'"),
         (lambda: Packet(PROTOCOLS["bare"].message_class("STOP")(), 7), BadValueError, "have no address"),
         (lambda: Packet(SetAngle(0, 0), 1, bytes(27)).encode(), OutOfRangeError, "at most 32 bytes, not 33"),

@@ -47,7 +47,7 @@ class Frame(Frozen):
         check_addresses(dest, source)
         if extra.__class__ is not bytes:
             if not isinstance(extra, (bytes, bytearray, memoryview)):
-                raise BadValueError(f"extra takes bytes, not {extra!r}")
+                raise BadValueError(f"extra must be bytes, not {extra!r}")
             extra = bytes(extra)
         if extra and not message.layout.length:
             raise BadValueError(f"{message.layout.message} has no packet to add extra bytes to")

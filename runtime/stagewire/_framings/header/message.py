@@ -112,10 +112,10 @@ class UndocumentedMessage(FramedMessage, abstract=True):
         param2 = 0 if param2 is None else param2
         if data is not None:
             if not isinstance(data, (bytes, bytearray, memoryview)):
-                raise BadValueError(f"{cls.layout.message}.data takes bytes, not {data!r}")
+                raise BadValueError(f"{cls.layout.message}.data must be bytes, not {data!r}")
             if len(data) > MAXIMUM_PACKET:
                 raise OutOfRangeError(
-                    f"{cls.layout.message}.data takes at most {MAXIMUM_PACKET} bytes, "
+                    f"{cls.layout.message}.data must have at most {MAXIMUM_PACKET} bytes, "
                     f"not {len(data)}"
                 )
             if param1 or param2:
@@ -153,6 +153,10 @@ def check_addresses(dest: object, source: object) -> None:
     """
     for name, value, maximum in (("dest", dest, 0x7F), ("source", source, 0xFF)):
         if isinstance(value, bool) or not isinstance(value, int):
-            raise BadValueError(f"{name} takes an address from 0 to {maximum:#04x}, not {value!r}")
+            raise BadValueError(
+                f"{name} must be an address from 0 to {maximum:#04x}, not {value!r}"
+            )
         if not 0 <= value <= maximum:
-            raise OutOfRangeError(f"{name} takes an address from 0 to {maximum:#04x}, not {value}")
+            raise OutOfRangeError(
+                f"{name} must be an address from 0 to {maximum:#04x}, not {value}"
+            )

@@ -63,7 +63,7 @@ class Packet(Frozen):
         address = _checked_address(message.shape, address)
         if extra.__class__ is not bytes:
             if not isinstance(extra, (bytes, bytearray, memoryview)):
-                raise BadValueError(f"extra takes bytes, not {extra!r}")
+                raise BadValueError(f"extra must be bytes, not {extra!r}")
             extra = bytes(extra)
         if extra and not message.layout.length:
             raise BadValueError(f"{message.layout.message} has no payload to add extra bytes to")
@@ -107,9 +107,9 @@ def _checked_address(shape: Shape, address: object) -> int | None:
         return None
     most = (1 << 8 * shape.address) - 1
     if isinstance(address, bool) or not isinstance(address, int):
-        raise BadValueError(f"address takes an integer from 0 to {most:#04x}, not {address!r}")
+        raise BadValueError(f"address must be an integer from 0 to {most:#04x}, not {address!r}")
     if not 0 <= address <= most:
-        raise OutOfRangeError(f"address takes 0 to {most:#04x}, not {int(address)}")
+        raise OutOfRangeError(f"address must be 0 to {most:#04x}, not {int(address)}")
     return int(address)
 
 

@@ -138,10 +138,10 @@ class CommandFrame(Frozen):
         """
         if extra.__class__ is not bytes:
             if not isinstance(extra, (bytes, bytearray, memoryview)):
-                raise BadValueError(f"extra takes bytes, not {extra!r}")
+                raise BadValueError(f"extra must be bytes, not {extra!r}")
             extra = bytes(extra)
         if sized is not None and not isinstance(sized, bool):
-            raise BadValueError(f"sized takes True, False or None, not {sized!r}")
+            raise BadValueError(f"sized must be True, False or None, not {sized!r}")
         if isinstance(message, SetupCommand):
             for name, value in (("axis", axis is not None), ("extra", extra), ("sized", sized)):
                 if value:
@@ -166,7 +166,7 @@ class CommandFrame(Frozen):
                 )
             room = MAXIMUM_COMMAND - SLOTS - layout.length - 1
             if len(extra) > room:
-                raise OutOfRangeError(f"extra takes at most {room} bytes, not {len(extra)}")
+                raise OutOfRangeError(f"extra must have at most {room} bytes, not {len(extra)}")
         return make_command_frame(message, axis, extra, sized)
 
     @property
