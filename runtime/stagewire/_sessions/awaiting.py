@@ -85,7 +85,7 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
                 watchers.remove(over)
         if not exchange.done:
             raise MotionTimeoutError(
-                f"{self.url}: no end within {timeout} s; the exchange goes on, and you can wait for it again"
+                f"{self.url}: no end within {timeout} s; nothing was stopped, so you can wait again"
             )
         return exchange.value()
 

@@ -100,7 +100,7 @@ class Session(ThreadDriver[_C], Closing):
                 self._leave(waiter)
         if not exchange.done:
             raise MotionTimeoutError(
-                f"{self.url}: no end within {timeout} s; the exchange goes on, and you can wait for it again"
+                f"{self.url}: no end within {timeout} s; nothing was stopped, so you can wait again"
             )
         return exchange.value()
 

@@ -62,7 +62,7 @@ def test_a_started_motion_can_be_waited_for_later(tdc: TDC001, line: RecordingLi
 
 def test_a_wait_can_time_out_before_the_motion_ends(tdc: TDC001) -> None:
     motion = tdc.start_move_absolute(mm=5)
-    with pytest.raises(MotionTimeoutError, match="still waited for"):
+    with pytest.raises(MotionTimeoutError, match="nothing was stopped, so you can wait again"):
         motion.wait(0.1)
     assert isinstance(motion.wait().message, m.MotMoveCompletedDc)
 
@@ -72,7 +72,7 @@ def test_a_second_motion_is_refused_before_anything_is_sent(
 ) -> None:
     motion = tdc.start_move_absolute(mm=5)
     line.forget()
-    with pytest.raises(MotionUnderWayError, match="is under way"):
+    with pytest.raises(MotionUnderWayError, match="is in progress"):
         tdc.move_absolute(mm=1)
     assert line.raw == b""
     assert tdc.stop() is not None  # the first motion is still registered

@@ -174,7 +174,7 @@ def test_an_invalid_class_is_refused(wrong: tuple[Any, ...], side: Side) -> None
                 BadValueError, match="MotGetDcStatusUpdate both as message and as values"
             ):
                 device.subscribe(m.MotGetDcStatusUpdate, v.DcStatusUpdate)
-            with pytest.raises(OutOfRangeError, match="from 1 on, not 0"):
+            with pytest.raises(OutOfRangeError, match="at least 1, not 0"):
                 device.subscribe(v.DcStatusUpdate, limit=0)
 
     side.run(Controller(), scenario)
