@@ -409,7 +409,7 @@ def test_files(tmp_path: Path) -> None:
     path.write_text(SESSION, encoding="utf-8")
     assert load_replay(path, SteppedClock()).requests == 4
     path.write_text(SESSION.replace("14.1", "x"), encoding="utf-8")
-    with pytest.raises(CaptureError, match=r"session\.txt, line 13: 'x00000' is no time"):
+    with pytest.raises(CaptureError, match=r"session\.txt, line 13: 'x00000' is not a time"):
         load_replay(path, SteppedClock())
     path.write_text("# stagewire capture 1 protocol=nothing\n", encoding="utf-8")
     with pytest.raises(
