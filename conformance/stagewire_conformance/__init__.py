@@ -1,7 +1,7 @@
-"""What an implementation must do: the worked examples of the documents, and the testee protocol.
+"""Conformance suites: worked examples of the documents, codecs in any language, and controllers.
 
-:func:`run` runs every worked example and capture of a protocol, :func:`coverage` says which messages
-have any, :func:`serve` answers the requests of the testee protocol.
+:func:`run` runs the worked examples and captures of a protocol, :func:`coverage` returns which messages have
+any, and :func:`serve` answers the requests of the testee protocol.
 """
 
 from stagewire_conformance.examples import Coverage, coverage, run

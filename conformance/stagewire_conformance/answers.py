@@ -1,4 +1,4 @@
-"""What a testee answers with: messages as JSON objects, and refusals."""
+"""The answers of a testee: messages as JSON objects, and refusals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Json = dict[str, Any]
 
 
 class Carrier(typing.Protocol):
-    """What carries a message, such as a frame, a command or a packet."""
+    """An object with a message, such as a frame, a command or a packet."""
 
     @property
     def message(self) -> Message:
@@ -30,16 +30,16 @@ class Carrier(typing.Protocol):
 
 
 Decoded: TypeAlias = Carrier | Reply
-"""What bytes decode to, however they are framed."""
+"""The result of decoding, with any framing."""
 
 ADDRESSES = ("dest", "source", "axis", "address")
-"""The keys of an answer that say whom a message is for; which of them depends on the protocol."""
+"""The keys of an answer with the addressee of a message. They depend on the protocol."""
 
 _MAXIMUM_DETAIL = 500
 
 
 class RefusalError(Exception):
-    """A request that is not granted: a refusal code of the testee protocol, and a sentence."""
+    """A refused request, with a refusal code of the testee protocol and a sentence."""
 
     def __init__(self, code: str, detail: str) -> None:
         self.code = code
@@ -48,7 +48,7 @@ class RefusalError(Exception):
 
 
 def refusal(error: RefusalError | CodecError) -> Json:
-    """Return the part of an answer that refuses."""
+    """Return the refusal part of an answer."""
     detail = error.detail if isinstance(error, RefusalError) else str(error)
     if len(detail) > _MAXIMUM_DETAIL:
         detail = f"{detail[:_MAXIMUM_DETAIL]}…"
@@ -56,18 +56,18 @@ def refusal(error: RefusalError | CodecError) -> Json:
 
 
 def message_of(decoded: Decoded) -> Message:
-    """Return what is said; a reply is its own content."""
+    """Return the message. A reply is itself the message."""
     return decoded if isinstance(decoded, Reply) else decoded.message
 
 
 @singledispatch
 def frame_answer(frame: object) -> Json:
-    """Return what a decoded frame, command, reply or packet says.
+    """Return a decoded frame, command, reply or packet as a JSON object.
 
-    Integers are integers, byte strings hex, text is text; bytes beyond the layout are ``extra``. What carries
-    the messages of another framing is registered where its codec is.
+    Integers become integers, byte strings hex, text text; bytes beyond the layout are ``extra``. Types of
+    other framings are registered in the modules of their codecs.
     """
-    raise TypeError(f"{frame!r} is nothing that a protocol decodes to")
+    raise TypeError(f"{frame!r} is not a decoded message")
 
 
 @frame_answer.register
@@ -82,7 +82,7 @@ def _(frame: Frame) -> Json:
         "fields": fields_answer(message),
     }
     if isinstance(message, UndecidedMessage):
-        # The whole payload: it encodes back from this alone.
+        # The whole payload, which is enough to encode the message again.
         answer["data"] = (message.data + frame.extra).hex()
     elif isinstance(message, UndocumentedMessage):
         answer["data"] = None if message.data is None else message.data.hex()
@@ -93,7 +93,7 @@ def _(frame: Frame) -> Json:
 
 @frame_answer.register
 def _(frame: CommandFrame) -> Json:
-    """Return command, kind, form, axis and fields; a setup command has no axis."""
+    """Return command, kind, form, axis and fields. A setup command has no axis."""
     message = frame.message
     answer: Json = {
         "message": message.layout.message,
@@ -110,7 +110,7 @@ def _(frame: CommandFrame) -> Json:
 
 @frame_answer.register
 def _(packet: Packet) -> Json:
-    """Return message, form, address and fields of a packet; not every protocol has addresses."""
+    """Return message, form, address and fields of a packet. Some protocols have no address."""
     layout = packet.message.layout
     answer: Json = {"message": layout.message, "form": layout.form}
     if packet.address is not None:
@@ -123,7 +123,7 @@ def _(packet: Packet) -> Json:
 
 @frame_answer.register
 def _(reply: Reply) -> Json:
-    """Return the fields of a reply; its axis nobody says."""
+    """Return the fields of a reply. It does not contain its axis."""
     layout = reply.layout
     return {
         "message": layout.message,
@@ -136,8 +136,8 @@ def _(reply: Reply) -> Json:
 def fields_answer(message: Message) -> Json:
     """Return the fields of a message.
 
-    A header parameter without a name is shown when it is not zero, or when leaving it out would
-    encode as something else.
+    A header parameter without a name is included if it is not zero, or if the message would otherwise encode
+    differently.
     """
     if isinstance(message, UndecidedMessage):
         return {name: _plain(getattr(message, name)) for name in message.shared}

@@ -1,8 +1,8 @@
-"""Worked examples that are numbers: in bytes, and scaled.
+"""Worked examples with numbers: encoded, and scaled.
 
-Documents print arithmetic such as ``512 * 67``: integers, decimals, ``+ - * /`` and parentheses.
-``//`` cuts a quotient off to an integer and ``%`` is the remainder, as documents take numbers apart.
-Nothing is evaluated by Python; every number is a fraction, decimals exactly as they are written.
+Documents print arithmetic such as ``512 * 67``: integers, decimals, ``+ - * /`` and parentheses. ``//``
+truncates a quotient to an integer and ``%`` is the remainder, as in documents that split a number into bytes.
+Expressions are not evaluated by Python: every number is a fraction, and decimals are exact.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ _BINARY: dict[type[ast.operator], Callable[[Fraction, Fraction], Fraction]] = {
 def evaluate(text: str) -> Fraction:
     """Return the exact value of an arithmetic expression.
 
-    Raises :class:`ValueError` with a plain sentence for anything that is none.
+    Raises :class:`ValueError` with a plain message for an invalid expression.
     """
     if len(text) > _MAXIMUM_TEXT:
-        raise ValueError(f"arithmetic of more than {_MAXIMUM_TEXT} characters")
+        raise ValueError(f"the expression has more than {_MAXIMUM_TEXT} characters")
     try:
         return _value(ast.parse(text.strip(), mode="eval").body, text.strip())
     except SyntaxError:
-        raise ValueError(f"{text!r} is not arithmetic") from None
+        raise ValueError(f"{text!r} is not an arithmetic expression") from None
     except ZeroDivisionError:
         raise ValueError(f"{text!r} divides by zero") from None
 
@@ -55,13 +55,15 @@ def _value(node: ast.expr, text: str) -> Fraction:
         return Fraction(node.value)
     if isinstance(node, ast.Constant) and type(node.value) is float:
         return Fraction(ast.get_source_segment(text, node) or "")  # as written, not as a float
-    raise ValueError(f"{text!r} holds more than numbers, + - * / // % and parentheses")
+    raise ValueError(
+        f"{text!r} contains something other than numbers, + - * / // % and parentheses"
+    )
 
 
 def rounded(value: Fraction, step: Fraction) -> Fraction:
     """Return ``value`` rounded to a multiple of ``step``, ties away from zero."""
     if step <= 0:
-        raise ValueError("a rounding step is positive")
+        raise ValueError("a rounding step must be positive")
     return round_half_away(value / step) * step
 
 
@@ -72,20 +74,18 @@ def check_number(registry: Registry, entry: Mapping[str, Any], findings: Finding
         return
     value, printed = entry["value"], octets(entry, "printed")
     if not isinstance(value, int):
-        findings.problems.append(f"{entry['format']} holds integers, not {value}")
+        findings.problems.append(f"{entry['format']} requires an integer, not {value}")
         return
     try:
         made = value.to_bytes(size, "little", signed=signed)
     except OverflowError:
-        findings.problems.append(f"{entry['format']} does not hold {value}")
+        findings.problems.append(f"{value} does not fit into {entry['format']}")
         return
     if "encoded" in entry:
-        findings.expect(
-            made != printed, "unexpected pass: the printed bytes are those of the value"
-        )
+        findings.expect(made != printed, "unexpected pass: the printed bytes match the value")
         printed = octets(entry, "encoded")
     elif entry["verdict"] == "erratum":
-        findings.problems.append("`encoded` does not say what the value gives")
+        findings.problems.append("`encoded` does not match the value")
     findings.expect(made == printed, f"{value} is {spaced(made)}, not {spaced(printed)}")
     read = int.from_bytes(printed, "little", signed=signed)
     findings.expect(read == value, f"{spaced(printed)} is {read}, not {value}")
@@ -110,7 +110,7 @@ def check_scaling(registry: Registry, entry: Mapping[str, Any], findings: Findin
 
 
 def _arithmetic(entry: Mapping[str, Any], findings: Findings) -> None:
-    """Expect that arithmetic gives the value, exactly or as the document rounds it."""
+    """Check that arithmetic gives the stated value, exactly or with the rounding of the document."""
     try:
         result = evaluate(entry["arithmetic"])
     except ValueError as error:
@@ -118,7 +118,7 @@ def _arithmetic(entry: Mapping[str, Any], findings: Findings) -> None:
         return
     value = entry.get("equals", entry.get("value"))
     if value is None:
-        findings.problems.append("neither `equals` nor `value` says what the arithmetic gives")
+        findings.problems.append("neither `equals` nor `value` states the result of the arithmetic")
         return
     right = {result}
     if "rounded_to" in entry:
@@ -143,9 +143,9 @@ def check_stated(
     entry: Mapping[str, Any],
     findings: Findings,
 ) -> None:
-    """Check a stated value: its counts by the exact factor, and how the document got its own.
+    """Check the counts of a stated value with the exact factor, and find how the document computed its own.
 
-    The difference between the two is noted in counts.
+    The difference is noted in counts.
     """
     what = f"{name} {item['value']} {item['unit']}"
     try:
@@ -160,7 +160,7 @@ def check_stated(
         findings.expect(stated == counts, f"{what} is {counts} counts, not {stated}")
     else:
         way = _way(scale, value, stated, entry.get("printed_is", {}), name)
-        if findings.expect(way != "", f"{what}: nothing that is printed gives {stated} counts"):
+        if findings.expect(way != "", f"{what}: no printed number gives {stated} counts"):
             findings.notes.append(
                 f"{what}: {counts} counts exactly, {stated} {way} ({stated - counts:+d})"
             )
@@ -172,13 +172,13 @@ def check_stated(
 def _way(
     scale: Scale, value: Fraction, stated: int, printed_is: Mapping[str, Any], name: str
 ) -> str:
-    """Return how the document got its counts; empty when nothing that it prints gives them."""
+    """Return how the document computed its counts; empty if unknown."""
     factor = printed_factor(scale)
     if factor is not None and stated == round_half_away(value * factor):
         return "by the printed factor"
     factors = [scale.counts_per_unit, *([factor] if factor is not None else [])]
     if stated in [int(value * factor) for factor in factors]:
-        return "cut off instead of rounded"
+        return "truncated instead of rounded"
     if stated == printed_is.get("decodes", {}).get("fields", {}).get(name):
         return "in the printed bytes"
     return ""

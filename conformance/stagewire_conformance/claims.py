@@ -1,4 +1,4 @@
-"""What prose claims, as far as a program can check it against the registry or the framer."""
+"""Claims of the document's prose, checked against the registry or the framer where a program can."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ _Claim = Mapping[str, Any]
 
 
 def check_claim(protocol: Protocol, entry: Mapping[str, Any], findings: Findings) -> None:
-    """Check that the registry holds what a statement is taken to mean, where a program can."""
+    """Check that the registry agrees with the stated meaning of a sentence, where a program can."""
     claim = entry["claim"]
     if "prose" in claim:
         findings.checked = False
-        findings.notes.append("prose; nothing that a program could check")
+        findings.notes.append("prose that a program cannot check")
         return
     try:
         holds, truth = _claim(protocol, claim)
     except LookupError as error:
         findings.problems.append(str(error.args[0]))
         return
-    findings.expect(holds, f"{truth}: not what the statement is taken to mean")
+    findings.expect(holds, f"{truth}, which contradicts the statement")
     findings.notes.append(truth)
 
 
 def _claim(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
-    """Return whether all of a claim holds, and what the registry or the framer says."""
+    """Return whether a claim is true, and the facts of the registry or the framer."""
     found = [check(protocol, claim) for key, check in _CLAIMS.items() if key in claim]
     if not found:
-        raise LookupError(f"no such claim is known: {', '.join(claim)}")
+        raise LookupError(f"unknown claim: {', '.join(claim)}")
     return all(holds for holds, _ in found), "; ".join(truth for _, truth in found)
 
 
@@ -57,8 +57,8 @@ def _range(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     field = _field(protocol, claim["range"])
     ends = {key: claim[key] for key in ("minimum", "maximum") if key in claim}
     if not ends:
-        raise LookupError(f"the claim says no end of the range of {claim['range']}")
-    truth = f"{claim['range']} takes {field['minimum']} to {field['maximum']}"
+        raise LookupError(f"the claim states neither end of the range of {claim['range']}")
+    truth = f"{claim['range']} ranges from {field['minimum']} to {field['maximum']}"
     return all(field[key] == value for key, value in ends.items()), truth
 
 
@@ -75,7 +75,7 @@ def _enum(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
         return claim["missing"] not in values, f"{claim['enum']} has {', '.join(values)}"
     name = claim["member"]
     if name not in values:
-        raise LookupError(f"{claim['enum']} has no {name}, only {', '.join(values)}")
+        raise LookupError(f"{claim['enum']} has no {name} (it has {', '.join(values)})")
     value = values[name]["value"]
     return value == claim["value"], f"{claim['enum']} has {value} for {name}"
 
@@ -90,13 +90,13 @@ def _format(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
 def _sizes(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     sizes = [command["size"] for command in _commands(protocol) if command["size"] is not None]
     found = {"minimum": min(sizes), "maximum": max(sizes)}
-    truth = f"commands send sizes from {found['minimum']} to {found['maximum']}"
+    truth = f"commands have sizes from {found['minimum']} to {found['maximum']}"
     return found == claim["sizes"], truth
 
 
 def _without_size(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     found = {command["name"] for command in _commands(protocol) if command["size"] is None}
-    truth = f"without the size slot are sent {_list(found)}"
+    truth = f"the commands without a size slot are {_list(found)}"
     return found == set(claim["without_size"]), truth
 
 
@@ -114,7 +114,7 @@ def _unanswered(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
 def _switches_to(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     name = claim["command"]
     found = _message(protocol, name).get("switches_to")
-    truth = f"{name} switches to {found}" if found else f"{name} leaves the format as it is"
+    truth = f"{name} switches to {found}" if found else f"{name} does not change the format"
     return found == claim["switches_to"], truth
 
 
@@ -123,16 +123,16 @@ def _firmware(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
     stated = _message(protocol, claim["message"]) if "message" in claim else whole
     versions = [fact["version"] for fact in stated.get("firmware", ())]
     of = claim.get("message", "the protocol")
-    truth = f"of {of} something is stated for firmware {', '.join(versions) or 'of no version'}"
+    truth = f"the registry has statements about {of} for firmware {', '.join(versions) or '(none)'}"
     return claim["firmware"] in versions, truth
 
 
 def _stream(protocol: Protocol, claim: _Claim) -> tuple[bool, str]:
-    """Return whether bytes that come to a controller are cut as claimed, and how they are cut."""
+    """Return whether bytes sent to a controller are split as claimed, and the actual events."""
     raw = bytes.fromhex(claim["stream"])
     answer = codec_of(protocol).stream([raw], {"end": "device"})
     found = [event["event"] for event in answer["events"]]
-    waiting = ["what waits for more"] if answer["pending"] else []
+    waiting = ["incomplete bytes"] if answer["pending"] else []
     truth = f"{claim['stream']} is {', '.join([*found, *waiting])}"
     return not waiting and found == claim["events"], truth
 

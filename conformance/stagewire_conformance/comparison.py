@@ -1,8 +1,8 @@
-"""Compare an answer of a testee with the one that a case expects, and name the difference.
+"""Compare the answer of a testee with the expected one, and name the difference.
 
-Cases follow from the registry: the boundaries of every field, every name, every refusal. Requests and
-answers are those of the testee protocol, so that a testee in any language can be asked; here any
-object that answers lines is.
+Cases follow from the registry: the boundaries of every field, every name, every refusal. Requests and answers
+are those of the testee protocol, so that codecs in any language can be tested. Any object that answers lines
+can be a testee.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ REFUSALS = (
     "truncated", "trailing", "bad_length", "unknown_message", "unknown_field", "missing_field",
     "out_of_range", "bad_value", "bad_request", "unsupported",
 )  # fmt: skip
-"""Codes with which a testee refuses."""
+"""Codes of refusals."""
 
 
 class Outcome(enum.StrEnum):
-    """What became of a case; its value is how people are told."""
+    """The result of a case. The values are shown to users."""
 
     PASSED = "passed"
     FAILED = "failed"
-    """Granted as it should be with something else, or refused as it should be for something else."""
+    """Granted with a wrong answer, or refused with a wrong code."""
     REFUSED_WRONGLY = "refused wrongly"
     ACCEPTED_WRONGLY = "accepted wrongly"
     RUBBISH = "rubbish"
-    """What came is no answer at all, or more came than was asked."""
+    """The answer is not a JSON object of the right shape, or there is more than one line."""
     OUT_OF_ORDER = "out of order"
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
     SKIPPED = "skipped"
-    """Not asked: the testee says that it has not got it."""
+    """Not run: the testee does not support it."""
 
 
 def compare(wanted: Json, came: Json, ids: Collection[int | str | None]) -> Outcome:
-    """Return whether an answer is what is wanted, and if not, in which way.
+    """Compare an answer with the expected one, and return the kind of difference.
 
-    :param wanted: the answer without ``id`` and without ``detail``, which is for people; empty where any
-        answer of the right shape will do.
-    :param came: the answer as it came.
+    :param wanted: the expected answer without ``id`` and ``detail``; empty if any answer of the right shape
+        is accepted.
+    :param came: the actual answer.
     :param ids: the ids that it may echo.
     """
     if shape(came) or _text(came.get("id")) not in {_text(id) for id in ids}:
@@ -59,19 +59,19 @@ def compare(wanted: Json, came: Json, ids: Collection[int | str | None]) -> Outc
 
 
 def shape(came: Json) -> str:
-    """Return what is wrong with the shape of an answer, whatever it answers; empty for nothing."""
+    """Return what is wrong with the shape of an answer, or an empty string."""
     if not isinstance(came.get("ok"), bool):
-        return "ok is true or false"
+        return "ok must be true or false"
     if came["ok"]:
-        return "detail is said of a refusal only" if "detail" in came else ""
+        return "only a refusal has detail" if "detail" in came else ""
     if came.get("error") not in REFUSALS:
-        return f"error is one of {', '.join(REFUSALS)}"
+        return f"error must be one of {', '.join(REFUSALS)}"
     detail = came.get("detail")
-    return "" if isinstance(detail, str) and detail else "detail says in words why it is refused"
+    return "" if isinstance(detail, str) and detail else "detail must be a text with the reason"
 
 
 def canonical(answer: Json) -> str:
-    """Return an answer as text that is the same for the same JSON; in Python true is equal to 1."""
+    """Return an answer as text that is equal for equal JSON. In Python ``True == 1``, in JSON they differ."""
     return json.dumps(answer, sort_keys=True, ensure_ascii=False)
 
 
@@ -80,7 +80,7 @@ def _text(id: object) -> str:
 
 
 class Answering(typing.Protocol):
-    """What can be asked: the Python testee, or what stands for a process that is one."""
+    """An object that answers lines: the Python testee, or a running process."""
 
     def answer(self, line: bytes) -> Json:
         """Return the answer to one line."""
@@ -89,12 +89,12 @@ class Answering(typing.Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Mismatch:
-    """A case that was answered in another way.
+    """A case with a wrong answer.
 
     :param id: of the case.
-    :param request: what was asked.
-    :param wanted: what the case has for an answer.
-    :param came: what came, without ``id``.
+    :param request: the request.
+    :param wanted: the expected answer.
+    :param came: the actual answer, without ``id``.
     """
 
     id: str
@@ -104,16 +104,16 @@ class Mismatch:
 
     def __str__(self) -> str:
         asked, wanted, came = map(canonical, (self.request, self.wanted, self.came))
-        return f"{self.id}: {asked} is answered with {came}; it should be {wanted}"
+        return f"{self.id}: the answer to {asked} is {came}, expected {wanted}"
 
 
 def mismatches(testee: Answering, protocol: str, cases: Iterable[Json]) -> Iterator[Mismatch]:
-    """Ask every case, and yield those that are answered in another way.
+    """Run all cases, and yield those with a wrong answer.
 
     :param protocol: its name in the registry.
-    :param cases: as the vectors of the protocol have them.
+    :param cases: as in the vectors of the protocol.
 
-    The ``detail`` of a refusal is for people: it has to be there, and is not compared.
+    A refusal must have a ``detail``, but its text is not compared.
     """
     for number, case in enumerate(cases):
         request = {"id": number, "protocol": protocol, **case["request"]}

@@ -1,9 +1,9 @@
 """Run the worked examples of a document, and the captures, against a protocol.
 
-Examples are read from the document and never made from the registry. Each is tried in both directions: what
-the prose states must encode to the bytes, the bytes must decode to what the prose states. Where the
-document is wrong (verdict ``erratum``) the printed bytes must do exactly what the example says that they do,
-and an erratum that passes after all is also a failure. The coverage says which messages have examples.
+The examples are transcribed from the document, never generated from the registry. Each is tried in both
+directions: the stated values must encode to the bytes, and the bytes must decode to the stated values. If the
+document is wrong (verdict ``erratum``), the printed bytes must behave exactly as the example describes; an
+erratum that passes is a failure. The coverage states which messages have examples.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from stagewire_conformance.verdict import Findings, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """How a message is covered.
+    """The coverage of a message.
 
     :param pages: where the document describes it.
-    :param layouts: in how many forms it stands on the wire; 0 when no layout is documented.
-    :param examples: worked examples of the document that are about it.
-    :param example_pages: the pages of those.
-    :param captures: frames of third parties.
+    :param layouts: the number of its forms on the wire; 0 if no layout is documented.
+    :param examples: the number of worked examples about it.
+    :param example_pages: the pages of these examples.
+    :param captures: the number of captured frames from third parties.
     """
 
     message: str
@@ -93,7 +93,7 @@ def run_example(protocol: Protocol, entry: Mapping[str, Any]) -> Verdict:
     elif kind == "statement":
         check_claim(protocol, entry, findings)
     else:
-        findings.problems.append(f"there is no kind of example {kind}")
+        findings.problems.append(f"unknown kind of example {kind}")
     return _verdict(entry, findings)
 
 
@@ -123,4 +123,4 @@ def _known_errata(registry: Registry, entry: Mapping[str, Any], findings: Findin
     named = [*entry.get("errata", []), *entry.get("breakdown", {}).get("errata", [])]
     known = registry.table("errata")
     for slug in named:
-        findings.expect(slug in known, f"there is no erratum {slug}")
+        findings.expect(slug in known, f"unknown erratum {slug}")

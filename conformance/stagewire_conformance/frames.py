@@ -1,4 +1,4 @@
-"""Worked examples that are frames: stated values to bytes and bytes to stated values."""
+"""Worked examples with frames: stated values to bytes, and bytes to stated values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ABSENT = object()
 
 
 def check_frame(protocol: Protocol, entry: Mapping[str, Any], findings: Findings) -> None:
-    """Check a worked example in both directions, as its verdict demands."""
+    """Check a worked example in both directions, according to its verdict."""
     wanted = wanted_of(protocol, entry)
     printed = octets(entry, "printed")
     if entry["verdict"] == "erratum":
@@ -30,7 +30,7 @@ def check_frame(protocol: Protocol, entry: Mapping[str, Any], findings: Findings
 
 
 def check_capture(protocol: Protocol, entry: Mapping[str, Any], findings: Findings) -> None:
-    """Check a frame that somebody sent or published."""
+    """Check a frame that a third party sent or published."""
     printed = octets(entry, "printed")
     if entry["verdict"] != "rejected":
         check_reproduced(protocol, wanted_of(protocol, entry), printed, "captured", findings)
@@ -40,7 +40,7 @@ def check_capture(protocol: Protocol, entry: Mapping[str, Any], findings: Findin
     if "fields" in entry:
         raw = _encode(codec, wanted, findings)
         if raw is not None and findings.expect(
-            raw != printed, "unexpected pass: it can be encoded"
+            raw != printed, "unexpected pass: the message can be encoded"
         ):
             findings.notes.append(f"should be {spaced(raw)}")
 
@@ -48,7 +48,7 @@ def check_capture(protocol: Protocol, entry: Mapping[str, Any], findings: Findin
 def check_reproduced(
     protocol: Protocol, wanted: Json, raw: bytes, origin: str, findings: Findings
 ) -> None:
-    """Expect that what is wanted encodes to ``raw``, and that ``raw`` decodes to just that."""
+    """Check that ``wanted`` encodes to ``raw``, and that ``raw`` decodes to exactly that."""
     codec = codec_of(protocol)
     made = _encode(codec, wanted, findings)
     if made is not None:
@@ -65,20 +65,20 @@ def _erratum(
     printed: bytes,
     findings: Findings,
 ) -> None:
-    findings.expect(bool(entry.get("errata")), "an erratum without the name of one")
+    findings.expect(bool(entry.get("errata")), "the name of the erratum is missing")
     if entry.get("encoded") is None:
-        findings.problems.append("`encoded` does not say what the stated values give")
+        findings.problems.append("`encoded` does not match the stated values")
         return
     encoded = octets(entry, "encoded")
     if findings.expect(
-        encoded != printed, "unexpected pass: the printed bytes are those of the stated values"
+        encoded != printed, "unexpected pass: the printed bytes match the stated values"
     ):
         check_reproduced(protocol, wanted, encoded, "`encoded`", findings)
     truth = entry.get("printed_is", {})
     codec = codec_of(protocol)
     if "rejected" in truth:
         _rejected(codec, printed, wanted, truth["rejected"], findings)
-    elif findings.expect("decodes" in truth, "`printed_is` does not say what the bytes are"):
+    elif findings.expect("decodes" in truth, "`printed_is` does not describe the bytes"):
         said = wanted_of(
             protocol, {**{key: entry[key] for key in ("message", "form")}, **truth["decodes"]}
         )
@@ -86,11 +86,11 @@ def _erratum(
 
 
 def _rejected(codec: Codec, raw: bytes, wanted: Json, code: str, findings: Findings) -> None:
-    """Expect that ``raw``, read as what is wanted would be, is refused with ``code``."""
+    """Check that ``raw``, decoded in the same way as the stated message, is refused with ``code``."""
     try:
         reading = codec.reading(wanted) if "message" in wanted else {}
     except CodecError as error:
-        findings.problems.append(f"what is stated cannot be looked for: {error}")
+        findings.problems.append(f"the stated values cannot be used: {error}")
         return
     try:
         name = codec.decode(raw, reading)["message"]
@@ -110,7 +110,7 @@ def _encode(codec: Codec, wanted: Json, findings: Findings) -> bytes | None:
 
 
 def _decodes(codec: Codec, raw: bytes, wanted: Json, what: str, findings: Findings) -> None:
-    """Expect that ``raw`` decodes to what is wanted, and says nothing beyond it."""
+    """Check that ``raw`` decodes to exactly ``wanted``."""
     try:
         cls = codec.protocol.message_class(wanted["message"], wanted.get("form"))
         answer = codec.decode(raw, codec.reading(wanted))
@@ -121,7 +121,7 @@ def _decodes(codec: Codec, raw: bytes, wanted: Json, what: str, findings: Findin
         if key in wanted:
             findings.expect(
                 answer.get(key) == wanted[key],
-                f"the {what} say {key} {answer.get(key)}, expected {wanted[key]}",
+                f"the {what} have {key} {answer.get(key)}, expected {wanted[key]}",
             )
     findings.expect(
         answer.get("extra", "") == _hex(wanted.get("extra", "")),
@@ -137,16 +137,16 @@ def _decodes(codec: Codec, raw: bytes, wanted: Json, what: str, findings: Findin
         if got is _ABSENT:
             findings.problems.append(f"{answer['message']} has no field {name}")
         else:
-            findings.expect(got == value, f"the {what} say {name} {got}, expected {value}")
+            findings.expect(got == value, f"the {what} have {name} {got}, expected {value}")
     for name, value in answer["fields"].items():
         silent = cls.layout.constants.get(name, 0)
         empty = not value.strip("0") if isinstance(value, str) else value == silent
         if name not in stated and not (empty and name in cls.layout.optional):
-            findings.problems.append(f"the {what} say {name} {value}, which is not stated")
+            findings.problems.append(f"the {what} have {name} {value}, which is not stated")
 
 
 def wanted_of(protocol: Protocol, entry: Mapping[str, Any]) -> Json:
-    """Return what an example says, with hex as the testee protocol writes it."""
+    """Return the values that an example states, with hex as in the testee protocol."""
     wanted = {key: entry[key] for key in _WANTED if entry.get(key) is not None}
     for key in ("extra", "data"):
         if key in wanted:

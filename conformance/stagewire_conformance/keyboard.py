@@ -1,7 +1,7 @@
-"""Worked examples at a terminal: what is typed for a command, and what a reply looks like.
+"""Worked examples at a terminal: the keys for a command, and the appearance of a reply.
 
-A key is written as the document does: ``Ctrl<X>`` with Ctrl held down, ``Alt[255]`` for a decimal number,
-``ESC``, ``'A'`` or the character alone. Blanks between keys only divide.
+A key is written as in the document: ``Ctrl<X>`` for X with Ctrl, ``Alt[255]`` for a decimal number, ``ESC``,
+``'A'`` or the character alone. Blanks only separate keys.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _UNREADABLE = "_"
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key that is pressed: the byte that it sends, and its one spelling."""
+    """A key press: the byte that it sends, and its canonical spelling."""
 
     byte: int
     spelling: str
@@ -39,7 +39,7 @@ def key_of(byte: int) -> Key:
         return Key(byte, "ESC")
     if byte < 0x20:
         return Key(byte, f"Ctrl<{chr(byte | 0x40)}>")
-    # a blank only divides, so that its key is written as a number
+    # blanks separate keys, so the space key is written as a number
     return Key(byte, chr(byte) if 0x20 < byte < 0x7F else f"Alt[{byte}]")
 
 
@@ -58,18 +58,18 @@ def _byte(match: re.Match[str]) -> int:
         return ord(match["ctrl"]) & 0x1F
     byte = int(match["alt"]) if match["alt"] else ord(match["quoted"] or match["char"])
     if byte > 0xFF:
-        raise ValueError(f"{match[0]} is the key of no byte")
+        raise ValueError(f"the key {match[0]} does not send a byte")
     return byte
 
 
 def shown_as(raw: bytes, code_page: str) -> str:
-    """Return what a terminal with this character set shows; ``_`` for what nobody can read."""
+    """Return the text that a terminal with this code page shows; ``_`` replaces unreadable characters."""
     text = raw.decode(code_page, errors="replace").replace("\N{REPLACEMENT CHARACTER}", "\0")
     return "".join(char if char.isprintable() else _UNREADABLE for char in text)
 
 
 def check_keyboard(protocol: Protocol, entry: Mapping[str, Any], findings: Findings) -> None:
-    """Check what is typed or shown in both directions, as the verdict demands."""
+    """Check keys or displayed text in both directions, according to the verdict."""
     if "message" not in entry:
         _axis(protocol, entry, findings)
         return
@@ -86,21 +86,23 @@ def check_keyboard(protocol: Protocol, entry: Mapping[str, Any], findings: Findi
 
 
 def _axis(protocol: Protocol, entry: Mapping[str, Any], findings: Findings) -> None:
-    """Check the key of an axis identifier: its byte, and what the registry has for it."""
+    """Check the key of an axis identifier: its byte, and its entry in the registry."""
     keys = _keys(entry["typed"], findings)
     raw = bytes(key.byte for key in keys)
     said = octets(entry, "encoded" if entry["verdict"] == "erratum" else "printed")
     findings.expect(raw == said, f"{entry['typed']} sends {spaced(raw)}, not {spaced(said)}")
     findings.expect(raw == bytes((entry["axis"],)), f"{spaced(raw)} is not axis {entry['axis']}")
     if entry["verdict"] == "erratum":
-        findings.expect(octets(entry, "printed") != said, "unexpected pass: printed is right")
+        findings.expect(
+            octets(entry, "printed") != said, "unexpected pass: the printed text is right"
+        )
     known = _keyboard_of_axis(registry_of(protocol), entry["axis"])
-    if findings.expect(known != "", f"the registry has no key for the axis {entry['axis']}"):
+    if findings.expect(known != "", f"the registry has no key for axis {entry['axis']}"):
         _same(keys, _keys(known, findings), findings)
 
 
 def _typed(protocol: Protocol, entry: Mapping[str, Any], raw: bytes, findings: Findings) -> None:
-    """Check a typed command: its keys send the bytes, and are those that the registry gives."""
+    """Check that typed keys send the bytes of the command and match the registry."""
     text = _truth(entry, "typed", findings)
     keys = _keys(text, findings)
     check_reproduced(
@@ -109,28 +111,28 @@ def _typed(protocol: Protocol, entry: Mapping[str, Any], raw: bytes, findings: F
     _same(keys, _known(registry_of(protocol), entry, raw, findings), findings)
     if "corrected" in entry:
         sent = bytes(key.byte for key in _keys(entry["typed"], findings))
-        findings.expect(sent != raw, "unexpected pass: what is printed sends the command")
+        findings.expect(sent != raw, "unexpected pass: the printed keys send the command")
 
 
 def _shown(protocol: Protocol, entry: Mapping[str, Any], raw: bytes, findings: Findings) -> None:
-    """Check what a terminal shows of a reply; where all of it can be read, also back to bytes."""
+    """Check the displayed text of a reply. If all of it is readable, check that it converts back to bytes."""
     text = _truth(entry, "shown", findings)
     code_page = entry.get("code_page", "ascii")
     seen = shown_as(raw, code_page)
     findings.expect(seen == text, f"a terminal shows {seen!r}, not {text!r}")
     if "corrected" in entry:
-        findings.expect(seen != entry["shown"], "unexpected pass: a terminal shows just that")
+        findings.expect(seen != entry["shown"], "unexpected pass: a terminal shows exactly this")
     if _UNREADABLE not in text:
         read = text.encode(code_page, errors="replace")
         check_reproduced(protocol, wanted_of(protocol, entry), read, "shown", findings)
 
 
 def _truth(entry: Mapping[str, Any], key: str, findings: Findings) -> str:
-    """Return the text that has to be right: as printed, or corrected where that is an erratum."""
+    """Return the correct text: as printed, or as corrected if the text is an erratum."""
     if entry["verdict"] != "erratum":
         return str(entry[key])
-    findings.expect(bool(entry.get("errata")), "an erratum without the name of one")
-    findings.expect("corrected" in entry, "`corrected` does not say what it should be")
+    findings.expect(bool(entry.get("errata")), "the name of the erratum is missing")
+    findings.expect("corrected" in entry, "`corrected` is missing")
     return str(entry.get("corrected", entry[key]))
 
 
@@ -145,7 +147,7 @@ def _keys(text: str, findings: Findings) -> list[Key]:
 def _known(
     registry: Registry, entry: Mapping[str, Any], raw: bytes, findings: Findings
 ) -> list[Key]:
-    """Return the keys of a command: its axis and its byte as the registry has them, then the rest."""
+    """Return the keys of a command: axis and command byte from the registry, then the rest."""
     stated = {1: registry.messages[entry["message"]]["keyboard"]}
     if "axis" in entry:
         stated[0] = _keyboard_of_axis(registry, entry["axis"])
@@ -156,11 +158,11 @@ def _known(
 
 
 def _keyboard_of_axis(registry: Registry, axis: int) -> str:
-    """Return what the registry has for an axis identifier; empty where it has nothing."""
+    """Return the key for an axis identifier from the registry; empty if there is none."""
     found = (entry for entry in registry.axes.values() if entry["value"] == axis)
     return str(next(found, {}).get("keyboard", ""))
 
 
 def _same(keys: list[Key], known: list[Key], findings: Findings) -> None:
     typed, right = (" ".join(key.spelling for key in line) for line in (keys, known))
-    findings.expect(keys == known, f"typed is {typed}, the registry has {right}")
+    findings.expect(keys == known, f"the typed keys are {typed}, those of the registry {right}")

@@ -1,4 +1,4 @@
-"""Notations: bytes as hex of JSON lines and as the documents print them; a command as it is typed."""
+"""Notations for bytes in JSON and in documents, and for shell commands."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _STRICT = re.compile(r"(?:[0-9A-Fa-f]{2})*\Z")
 
 
 def from_hex(text: str) -> bytes:
-    """Return the bytes of ``text``: hex digits in pairs and nothing else.
+    """Return the bytes of a text that consists of pairs of hex digits.
 
-    Raises :class:`ValueError` with a plain sentence.
+    Raises :class:`ValueError` with a plain message.
     """
     if not _STRICT.match(text):
         shown = text if len(text) <= 40 else f"{text[:40]}…"
@@ -24,12 +24,12 @@ def from_hex(text: str) -> bytes:
 
 
 def spaced(raw: bytes) -> str:
-    """Return bytes as the documents print them: ``13 04 0E 00``."""
+    """Return bytes in the notation of the documents: ``13 04 0E 00``."""
     return raw.hex(" ").upper()
 
 
 def octets(entry: Mapping[str, Any], key: str) -> bytes:
-    """Return bytes that an example writes in its notation: hex, ``24 97 03 58`` or ``#FF#41``."""
+    """Return the bytes of an example in one of its notations: hex, ``24 97 03 58`` or ``#FF#41``."""
     text: str = entry[key]
     notation = entry.get("notation")
     if notation == "decimal":
@@ -40,5 +40,5 @@ def octets(entry: Mapping[str, Any], key: str) -> bytes:
 
 
 def as_typed(words: Sequence[str]) -> str:
-    """Return the words of a command as they are typed at a prompt of this system."""
+    """Return a command line for the shell of this system."""
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)

@@ -1,4 +1,4 @@
-"""The resolved registry of a protocol as data, and the rules of its document that can concern a check."""
+"""The resolved registry of a protocol as data, and the rules of its document that may concern a check."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Json = dict[str, Any]
 
 
 class Registry:
-    """An index over the JSON of one protocol's registry; it computes nothing of its own."""
+    """An index of the JSON of one protocol's registry. It computes nothing."""
 
     def __init__(self, data: Json) -> None:
         self.data = data
@@ -36,14 +36,14 @@ class Registry:
     def axes(self) -> dict[str, Json]:
         """The documented axes by name, each with its identifier as ``value``.
 
-        There are none where messages have addresses.
+        Empty if messages have addresses.
         """
         name = self.data["framing"].get("axes")
         values: dict[str, Json] = self.table("enumerations")[name]["values"] if name else {}
         return values
 
     def document(self, overlay: str = "") -> Json:
-        """Return the document of an overlay; that of the protocol itself for an empty name."""
+        """Return the document of an overlay, or of the protocol itself for an empty name."""
         found: Json = self.data["document"]
         for entry in found.get("overlays", ()) if overlay else ():
             if entry["name"] == overlay:
@@ -51,9 +51,9 @@ class Registry:
         return found
 
     def where(self, pages: Iterable[int], overlay: str = "") -> str:
-        """Return where in the document something stands: its pages, or the titles of its sections.
+        """Return a reference into the document: page numbers or titles of sections.
 
-        :param overlay: the overlay that it comes from, whose document then has them.
+        :param overlay: the overlay whose document has these pages.
         """
         sections = self.document(overlay).get("sections")
         named = f" of {overlay}" if overlay else ""
@@ -79,7 +79,7 @@ def _named(layout: Json) -> Iterator[tuple[str, Json]]:
 
 @cache
 def registry_of(protocol: Protocol) -> Registry:
-    """Return the registry of an installed protocol; read once."""
+    """Return the registry of an installed protocol. It is read only once."""
     return Registry(protocol.registry())
 
 
@@ -89,19 +89,19 @@ _OF_BAYS: Final = frozenset(
         "bays-are-single-channel", "bay-used", "bay-idents", "bay-states",
     }
 )  # fmt: skip
-"""Rules of APT that concern units with bays alone."""
+"""Rules of APT that concern only units with bays."""
 _OF_OTHERS: Final = frozenset({"generic-unit-address"})
-"""Rules of APT that concern units without bays alone."""
+"""Rules of APT that concern only units without bays."""
 
 
 def about(
     registry: Registry, rules: Iterable[str], messages: Iterable[str], *, bays: bool | None = None
 ) -> tuple[str, ...]:
-    """Return the rules that can concern messages: those about one of them, and those about none or all.
+    """Return the rules about at least one of the messages, and the rules about no or all messages.
 
-    Without messages all are returned. A name that is no rule stays; ``rules_page.unknown_rules`` finds it.
+    Without messages return all rules. Unknown names are kept; ``rules_page.unknown_rules`` finds them.
 
-    :param bays: whether the unit has bays; rules that concern only others are left out. None: not known.
+    :param bays: whether the unit has bays; rules for other units are omitted. None if unknown.
     """
     known, wanted = known_rules(registry), set(messages)
     others: frozenset[str] = frozenset() if bays is None else _OF_OTHERS if bays else _OF_BAYS

@@ -1,4 +1,4 @@
-"""Scales from the registry's data: exact factors, and the rounded ones that the document prints."""
+"""Scales from the registry: exact factors, and the rounded ones that the document prints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stagewire_conformance.registry import Registry
 Json = dict[str, Any]
 
 _THOUSAND = Fraction(1000)
-_SAME = (  # units that measure the same, in terms of the first
+_SAME = (  # units of the same quantity, relative to the first
     {"s": Fraction(1), "ms": 1 / _THOUSAND, "us": 1 / _THOUSAND**2},
     {"m": Fraction(1), "mm": 1 / _THOUSAND, "um": 1 / _THOUSAND**2, "nm": 1 / _THOUSAND**3},
     {"V": Fraction(1), "mV": 1 / _THOUSAND},
@@ -23,7 +23,7 @@ _NUMBER = re.compile(r"[0-9][0-9,]*(?:\.[0-9]+)?")
 
 
 def factor(rule: Mapping[str, Any], unit: str) -> Scale | None:
-    """Return the scale that ``rule`` writes as one factor, or None when it depends on something."""
+    """Return the scale if ``rule`` is a single factor; None if it depends on something."""
     for key, value in rule.items():
         if not isinstance(value, dict) or "numerator" not in value:
             continue
@@ -35,10 +35,10 @@ def factor(rule: Mapping[str, Any], unit: str) -> Scale | None:
 
 
 def printed_factor(scale: Scale) -> Fraction | None:
-    """Return the factor as the document prints it, in counts per unit; None if it prints no number.
+    """Return the factor that the document prints, in counts per unit; None if it prints no number.
 
-    It may be a number (``134218``), arithmetic with its result (``512 x 67 = 34,304``), or counts and the
-    units that they make (``3430 Encoder Counts/sec = 0.1 mm/sec``).
+    It may be a number (``134218``), arithmetic with its result (``512 x 67 = 34,304``), or an equation of
+    counts and units (``3430 Encoder Counts/sec = 0.1 mm/sec``).
     """
     left, equals, right = scale.printed.partition("=")
     numbers, results = _NUMBER.findall(left), _NUMBER.findall(right)
@@ -56,9 +56,9 @@ def _number(text: str) -> Fraction:
 
 
 def in_unit(value: Fraction, unit: str, wanted: str) -> Fraction:
-    """Return a value in another unit of the same kind, such as 2 s in ms or 1 mm/s in um/s.
+    """Convert a value to another unit of the same quantity, such as 2 s to ms or 1 mm/s to um/s.
 
-    Raises :class:`UnknownScaleError` when the units measure different things.
+    Raises :class:`UnknownScaleError` if the units measure different quantities.
     """
     if unit == wanted:
         return value
@@ -68,28 +68,30 @@ def in_unit(value: Fraction, unit: str, wanted: str) -> Fraction:
         for kind in _SAME:
             if above in kind and wanted_above in kind:
                 return value * kind[above] / kind[wanted_above]
-    raise UnknownScaleError(f"the registry has it in {wanted}, not in {unit}")
+    raise UnknownScaleError(f"the registry uses {wanted}, and {unit} cannot be converted")
 
 
 def _rule(registry: Registry, stated: Mapping[str, Any]) -> Json:
-    """Return the rule of the registry for a stated value: its stage's, its unit's or its quantity's.
+    """Return the rule of the registry for a stated value: that of its stage, its unit or its quantity.
 
-    Raises :class:`UnknownScaleError` when the registry has none.
+    Raises :class:`UnknownScaleError` if the registry has none.
     """
     name = stated["quantity"]
     quantity = registry.table("quantities").get(name)
     if quantity is None:
-        raise UnknownScaleError(f"the registry has no quantity {name}")
+        raise UnknownScaleError(f"unknown quantity {name}")
     rule: Json = {"unit": quantity["unit"], **quantity["scale"]}
     if rule.get("by") == "setting" and "cases" in rule:
         case = rule["cases"].get(str(stated.get("setting", {}).get(rule["setting"])))
         if case is None:
-            raise UnknownScaleError(f"{name} needs {rule['setting']}: {', '.join(rule['cases'])}")
+            raise UnknownScaleError(
+                f"{name} requires {rule['setting']}: {', '.join(rule['cases'])}"
+            )
         rule = {"unit": case["unit"], **case["scale"]}
     if rule.get("by") == "unit":
         unit = stated.get("controller") or stated.get("device")
         if unit not in rule["units"]:
-            raise UnknownScaleError(f"{name} is not known on {unit}")
+            raise UnknownScaleError(f"{name} is not defined for {unit}")
         return {"unit": rule["unit"], **rule["units"][unit]}
     if rule.get("by") == "stage":
         stage = registry.table("stages").get(stated.get("stage", ""))
@@ -102,9 +104,9 @@ def _rule(registry: Registry, stated: Mapping[str, Any]) -> Json:
 
 
 def scale_of(registry: Registry, stated: Mapping[str, Any]) -> Scale:
-    """Return the exact scale that applies to a stated value.
+    """Return the exact scale of a stated value.
 
-    Raises :class:`UnknownScaleError` when nothing states one.
+    Raises :class:`UnknownScaleError` if the scale is unknown.
     """
     rule = _rule(registry, stated)
     unit = rule["unit"]

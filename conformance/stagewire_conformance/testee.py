@@ -1,9 +1,9 @@
-"""The Python testee: one JSON object per line in, one out, in order, whatever comes.
+"""The Python testee: it reads one JSON object per line, and answers each in order.
 
-Any implementation in any language becomes testable by speaking this protocol on its standard input and
+An implementation in any language becomes testable if it supports this protocol on its standard input and
 output; ``stagewire testee`` is the Python one. Requests and answers have a JSON Schema,
-``spec/schema/testee.schema.json``: a line that it does not allow is answered with ``bad_request``, a value
-that it allows and the registry does not with the code that says why.
+``spec/schema/testee.schema.json``. A line that violates it is answered with ``bad_request``. A value that the
+schema allows but the registry does not is answered with the matching code.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ Json = dict[str, Any]
 TESTEE = 1
 IMPLEMENTATION = "stagewire-python"
 MAXIMUM_LINE = 16 * 1024 * 1024
-"""Bytes of the longest line that is read; a longer one is refused."""
+"""The maximum length of a line in bytes. A longer line is refused."""
 
 
 def serve(lines: Iterable[bytes], write: Callable[[str], None]) -> None:
-    """Answer every line of ``lines``, in order; ``write`` gets each answer with its line end."""
+    """Answer every line, in order. ``write`` is called with each answer, including its line end."""
     testee = Testee()
     for line in lines:
         write(json.dumps(testee.answer(line), allow_nan=False, separators=(",", ":")) + "\n")
 
 
 def lines_of(stream: BinaryIO) -> Iterator[bytes]:
-    """Return the lines of a stream; what goes beyond :data:`MAXIMUM_LINE` in one is dropped."""
+    """Yield the lines of a stream, truncated to :data:`MAXIMUM_LINE`."""
     while line := stream.readline(MAXIMUM_LINE + 1):
         rest = line
         while len(rest) > MAXIMUM_LINE and not rest.endswith(b"\n"):
@@ -44,15 +44,15 @@ def lines_of(stream: BinaryIO) -> Iterator[bytes]:
 
 
 class Testee:
-    """Answers requests; it keeps nothing between two lines but the protocols that it has loaded."""
+    """Answers requests. It keeps no state between lines except loaded protocols."""
 
-    __test__ = False  # its name is no invitation to pytest
+    __test__ = False  # pytest must not collect it because of its name
 
     def __init__(self) -> None:
         self._codecs: dict[str, Codec] = {}
 
     def answer(self, line: bytes) -> Json:
-        """Return the answer to one line; never raises for what the line holds."""
+        """Return the answer to one line. Never raises because of its contents."""
         id: int | str | None = None
         try:
             request = _parse(line)
@@ -63,12 +63,12 @@ class Testee:
         except RecursionError:
             return {"id": id} | refusal(RefusalError("bad_request", "nested too deeply"))
         except Exception as error:
-            # A testee survives any line; tests see to it that none gets here.
+            # A testee must survive any line. Tests ensure that no line leads here.
             text = f"internal error: {type(error).__name__}: {error}"
             return {"id": id} | refusal(RefusalError("unsupported", text))
 
     def hello(self, request: Json) -> Json:
-        """Say who this is and what it can do."""
+        """Return its name, version, protocols and operations."""
         return {
             "testee": TESTEE,
             "implementation": IMPLEMENTATION,
@@ -89,20 +89,20 @@ class Testee:
         return {"hex": self._codec(request["protocol"]).encode(request).hex()}
 
     def stream(self, request: Json) -> Json:
-        """Cut a stream into events."""
+        """Split a stream into events."""
         end = request.get("end", "none")
         if end not in ENDS:
-            _bad(f"end is one of {', '.join(ENDS)}, not {end!r}")
+            _bad(f"end must be one of {', '.join(ENDS)}, not {end!r}")
         chunks = request["chunks"]
         if not all(isinstance(chunk, str) for chunk in chunks):
-            _bad("chunks holds texts, bytes in hex")
+            _bad("chunks must be a list of strings with bytes in hex")
         raw = [_bytes(chunk) for chunk in chunks]
         return self._codec(request["protocol"]).stream(raw, request)
 
     def keys(self, op: str, protocol: object) -> Mapping[str, type]:
-        """Return what a request may say beside what it must: that is the protocol's to decide.
+        """Return the optional keys of a request, which depend on the protocol.
 
-        Without a protocol that is known, it is what any protocol may need.
+        For an unknown protocol, return the keys of all protocols.
         """
         if op not in KEYS:
             return {}
@@ -113,7 +113,7 @@ class Testee:
 
     def _codec(self, name: object) -> Codec:
         if not isinstance(name, str):
-            raise RefusalError("unsupported", f"a protocol has a name, not {_short(name)}")
+            raise RefusalError("unsupported", f"protocol must be a name, not {_short(name)}")
         if name not in self._codecs:
             try:
                 self._codecs[name] = codec_of(load_protocol(name))
@@ -124,7 +124,7 @@ class Testee:
 
 _Operation = Callable[[Testee, Json], Json]
 
-# operation -> (what answers it, its required keys); "id" and "op" go without saying
+# operation -> (method, required keys in addition to "id" and "op")
 _PROTOCOL: dict[str, type] = {"protocol": str}
 _OPERATIONS: dict[str, tuple[_Operation, dict[str, type]]] = {
     "hello": (Testee.hello, {}),
@@ -133,37 +133,37 @@ _OPERATIONS: dict[str, tuple[_Operation, dict[str, type]]] = {
     "stream": (Testee.stream, {**_PROTOCOL, "chunks": list}),
 }
 OPERATIONS = tuple(_OPERATIONS)
-_NULLABLE = {"data"}  # null: an undocumented message that was a header without a packet
+_NULLABLE = {"data"}  # null for an undocumented message that consists only of a header
 
 
 def _operation(testee: Testee, request: Json) -> _Operation:
-    """Return what answers the request, once its shape is known to be right."""
+    """Return the operation of a request after checking the request's shape."""
     op = request.get("op")
     if not isinstance(op, str):
-        _bad("op names the operation, as text")
+        _bad("op must be a string")
     if op not in _OPERATIONS:
         raise RefusalError(
-            "unsupported", f"there is no operation {op!r} ({', '.join(_OPERATIONS)})"
+            "unsupported", f"unknown operation {op!r} (choose one of {', '.join(_OPERATIONS)})"
         )
     operation, required = _OPERATIONS[op]
     for key in required:
         if key not in request:
-            _bad(f"{op} needs {key}")
+            _bad(f"{op} requires {key}")
     optional = testee.keys(op, request.get("protocol"))
     types: Mapping[str, type] = {"id": object, "op": str, **required, **optional}
     for key, value in request.items():
         if key not in types:
-            _bad(f"{op} does not know {key!r} ({', '.join(types)})")
+            _bad(f"unknown key {key!r} for {op} (choose from {', '.join(types)})")
         if not isinstance(value, types[key]) and not (value is None and key in _NULLABLE):
-            _bad(f"{key} is {_JSON_NAMES[types[key]]}, not {_short(value)}")
+            _bad(f"{key} must be {_JSON_NAMES[types[key]]}, not {_short(value)}")
     for key, value in request.get("context", {}).items():
         if not isinstance(value, str):
-            _bad(f"context {key!r} is a text, not {_short(value)}")
+            _bad(f"context {key!r} must be a string, not {_short(value)}")
     return operation
 
 
 _JSON_NAMES: dict[type, str] = {
-    str: "a text", dict: "an object", list: "a list", bool: "true or false"
+    str: "a string", dict: "an object", list: "a list", bool: "true or false"
 }  # fmt: skip
 
 
@@ -176,10 +176,10 @@ def _parse(line: bytes) -> Json:
         )
     except UnicodeDecodeError as error:
         _bad(f"not UTF-8: byte {error.start} of the line")
-    except ValueError as error:  # not JSON, or an integer of thousands of digits
+    except ValueError as error:  # not JSON, or an integer with thousands of digits
         _bad(f"not JSON: {error}")
     if not isinstance(request, dict):
-        _bad(f"a request is a JSON object, not {_short(request)}")
+        _bad(f"a request must be a JSON object, not {_short(request)}")
     return request
 
 
@@ -190,14 +190,14 @@ def _constant(name: str) -> NoReturn:
 def _object(pairs: list[tuple[str, Any]]) -> Json:
     made = dict(pairs)
     if len(made) < len(pairs):
-        raise ValueError("a key stands twice in one object")
+        raise ValueError("duplicate key in an object")
     return made
 
 
 def _id(request: Json) -> int | str:
     id = request.get("id")
     if isinstance(id, bool) or not isinstance(id, (int, str)):
-        _bad("id is an integer or a text")
+        _bad("id must be an integer or a string")
     return id
 
 

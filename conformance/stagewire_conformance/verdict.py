@@ -1,4 +1,4 @@
-"""Verdicts of worked examples and captures: one of each, and what a run of them comes to."""
+"""Verdicts of worked examples and captures, and the summary of a run."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from dataclasses import dataclass, field
 
 PASSED = "passed"
 FAILED = "failed"
-NOTED = "noted"  # prose that no program can check: listed, and counted apart
+NOTED = "noted"  # prose that a program cannot check: listed and counted separately
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One worked example or capture, what it should do, and whether it does.
+    """One worked example or capture, with its expected and actual result.
 
     :param id: its slug in the examples or captures of the registry.
     :param page: page of the document; None for a capture.
     :param line: line of the document's text; None for a capture.
-    :param kind: tx, rx, lost, keyboard, stream, number_format, scaling, statement; or a capture's own words.
+    :param kind: tx, rx, lost, keyboard, stream, number_format, scaling, statement; or the kind of a capture.
     :param message: the message that it is about, if any.
-    :param title: what it is, for people.
+    :param title: a description.
     :param expected: reproduced, erratum or rejected.
     :param outcome: :data:`PASSED`, :data:`FAILED` or :data:`NOTED`.
-    :param detail: why it failed, or what is worth saying though it passed.
+    :param detail: why it failed, or a note.
     """
 
     id: str
@@ -38,13 +38,13 @@ class Verdict:
 
     @property
     def failed(self) -> bool:
-        """Whether it does not do what it should."""
+        """Whether the result differs from the expected one."""
         return self.outcome == FAILED
 
 
 @dataclass(slots=True)
 class Findings:
-    """What was found while one example ran."""
+    """Problems and notes of one example."""
 
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -58,14 +58,14 @@ class Findings:
 
     @property
     def outcome(self) -> str:
-        """Failed when there is a problem, passed when something was checked and there is none."""
+        """Failed if there is a problem, passed if something was checked, otherwise noted."""
         if self.problems:
             return FAILED
         return PASSED if self.checked else NOTED
 
     @property
     def detail(self) -> str:
-        """All problems, or else all notes, in one line."""
+        """All problems, or otherwise all notes, in one line."""
         return "; ".join(self.problems or self.notes)
 
 
@@ -75,9 +75,9 @@ def succeeded(verdicts: Sequence[Verdict]) -> bool:
 
 
 def summary_of(verdicts: Sequence[Verdict]) -> str:
-    """Return one line: how many of which verdict, and how many failed."""
+    """Return the number of examples by verdict and by outcome, in one line."""
     if not verdicts:
-        return "there are no worked examples: nothing was checked"
+        return "no worked examples found; nothing was checked"
     captures = sum(verdict.page is None for verdict in verdicts)
     kinds = Counter(verdict.expected for verdict in verdicts)
     listed = ", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items()))
@@ -85,5 +85,5 @@ def summary_of(verdicts: Sequence[Verdict]) -> str:
     return (
         f"{len(verdicts) - captures} examples and {captures} captures: {listed}; "
         f"{outcomes[PASSED]} passed, {outcomes[FAILED]} failed, "
-        f"{outcomes[NOTED]} noted (prose that no program can check)"
+        f"{outcomes[NOTED]} noted (prose that a program cannot check)"
     )

@@ -1,4 +1,4 @@
-"""A check, the kind that it belongs to, and the decorator that declares one."""
+"""Checks, their kinds, and the decorator that declares a check."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ _OPTIONS: Final[dict[Need, str]] = {
     Need.EEPROM: "--allow-eeprom",
 }
 
-_ALLOWED: Final = "the range that is allowed"
-"""Stands for the range in descriptions where none was given."""
+_ALLOWED: Final = "the allowed range"
+"""Replaces ``{range}`` in descriptions if no range was given."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """One thing that a controller has to do, and how it is seen.
+    """One requirement on a controller, and the function that tests it.
 
-    :param id: ``KIND[/PLACE][/MESSAGE][/…]``, such as ``answers/0x50/MOT_REQ_VELPARAMS/1``; the same in every
-        run, and unique in it.
-    :param title: what the controller has to do, in one sentence.
-    :param messages: the messages that it covers.
-    :param run: looks at it, and says to the trial what it finds.
-    :param needs: what has to be allowed.
-    :param does: for a check with needs, what it will do, in plain words; shown before the run.
-    :param seconds: about how long it takes.
-    :param rules: the rules that it is about; if none are given, :func:`.plan` takes those of its kind that
-        concern its messages, or no message in particular.
-    :param skip: why it is skipped, which only the PICS can say; empty: it is not.
-    :param lacks: why what was allowed is not enough, so that it is not run; empty: it is.
+    :param id: ``KIND[/PLACE][/MESSAGE][/…]``, such as ``answers/0x50/MOT_REQ_VELPARAMS/1``. It is unique in a
+        run and the same in every run.
+    :param title: a sentence that states what the controller has to do.
+    :param messages: the messages that the check covers.
+    :param run: tests the controller and reports its findings to the trial.
+    :param needs: the permissions that the check needs.
+    :param does: for a check with needs, a plain description of what it does. It is shown before the run.
+    :param seconds: the approximate duration.
+    :param rules: the rules that the check tests. If empty, :func:`.plan` takes the rules of its kind that
+        concern its messages, or no particular message.
+    :param skip: why the PICS skips the check; empty if it does not.
+    :param lacks: why the check cannot run with what was allowed; empty if it can.
     :param kind: set by :func:`.plan`.
     """
 
@@ -58,7 +58,7 @@ class Check:
     kind: Kind | None = field(default=None, repr=False, compare=False)
 
     def refusal(self, allowed: Permissions) -> str:
-        """Return why it is not run with what is allowed; empty if it is."""
+        """Return why the check does not run with these permissions, or an empty string."""
         missing = [need for need in Need if need in self.needs - allowed.granted]
         if missing:
             return f"not allowed: needs {' and '.join(_OPTIONS[need] for need in missing)}"
@@ -70,16 +70,16 @@ _F = TypeVar("_F", bound=Callable[..., None])
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One check of several that are declared together: where it looks, and how it differs from the others.
+    """One of several checks that are declared together.
 
-    :param name: follows the name of the kind in its id.
-    :param arguments: of the function that is declared, by keyword. The title and what will be done name them
-        in braces: ``{place.name}``, and ``{range}`` for the range that was allowed.
-    :param words: more names for these texts.
-    :param messages: that it covers besides those of the declaration.
-    :param needs: besides those of the declaration.
-    :param rules: in place of those of the declaration.
-    :param seconds: in place of those of the declaration.
+    :param name: follows the name of the kind in the id.
+    :param arguments: keyword arguments of the decorated function. ``title`` and ``does`` may use them in
+        braces, as in ``{place.name}``; ``{range}`` is the allowed range.
+    :param words: additional names for these texts.
+    :param messages: additional messages.
+    :param needs: additional needs.
+    :param rules: replaces the rules of the declaration.
+    :param seconds: replaces the duration of the declaration.
     :param skip: see :class:`Check`.
     :param lacks: see :class:`Check`.
     """
@@ -96,21 +96,21 @@ class Case:
 
 
 def once(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    """Give the one case of a check of the whole controller."""
+    """Yield a single case, for a check of the whole controller."""
     yield Case()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """A family of checks: one row of the table of what the suite looks at.
+    """A family of checks: one row in the table of checks.
 
     :param name: such as ``answers``; the ids of its checks begin with it.
-    :param title: one sentence that holds for a controller that passes.
-    :param rules: the rules of the protocol that it holds a controller to, by their slugs.
+    :param title: one sentence that is true of a controller that passes.
+    :param rules: the slugs of the rules that its checks test.
 
-    Its checks are functions that :meth:`check` decorates.
+    Decorate functions with :meth:`check` to add checks.
 
-    Raises :class:`TypeError` for rules that are a text.
+    Raises :class:`TypeError` if ``rules`` is a string.
     """
 
     name: str
@@ -121,7 +121,7 @@ class Kind:
     )
 
     def __post_init__(self) -> None:
-        """Refuse what no run could use."""
+        """Refuse a string in place of a tuple."""
         self._refuse_text(rules=self.rules)
 
     def check(
@@ -136,18 +136,18 @@ class Kind:
         name: str = "",
         each: Callable[[Declaration, Permissions], Iterable[Case]] = once,
     ) -> Callable[[_F], _F]:
-        """Declare a function that looks at one thing as a check; a decorator.
+        """Declare a function as a check; a decorator.
 
-        The function gets the trial, and the arguments of its case by keyword.
+        The function is called with the trial, and with the arguments of its case as keyword arguments.
 
-        :param each: gives the cases of a controller that is declared, in the order in which they run.
+        :param each: yields the cases for a declared controller, in the order in which they run.
         :param name: follows the name of the case in the id.
 
-        All others: see :class:`Check`. Raises :class:`TypeError`, which names the kind, for what cannot be
-        a check; what its cases get wrong is raised when a run is planned.
+        For other parameters see :class:`Check`. Raises :class:`TypeError`, naming the kind, for an invalid
+        declaration. Errors in its cases are raised when a run is planned.
         """
         if callable(title):
-            raise TypeError(f"{self._what}: write a title, as in @KIND.check('It answers')")
+            raise TypeError(f"{self._what}: missing title, as in @KIND.check('It answers')")
         self._refuse_text(messages=messages, rules=rules, needs=needs)
         needed = self._needs(needs)
 
@@ -171,7 +171,7 @@ class Kind:
         def declare(run: _F) -> _F:
             if inspect.iscoroutinefunction(run) or inspect.isgeneratorfunction(run):
                 raise TypeError(
-                    f"{self._what}: {run.__qualname__} is a plain function, without async and yield"
+                    f"{self._what}: {run.__qualname__} must be a plain function, without async or yield"
                 )
             self._makers.append(partial(checks, run))
             return run
@@ -186,20 +186,20 @@ class Kind:
         for name, value in given.items():
             if isinstance(value, str):
                 raise TypeError(
-                    f"{self._what}: {name} is a tuple, such as ({value!r},), not a text"
+                    f"{self._what}: {name} must be a tuple, such as ({value!r},), not a string"
                 )
 
     def _needs(self, needs: Iterable[Need]) -> frozenset[Need]:
         known = frozenset(needs)
         if unknown := [need for need in known if not isinstance(need, Need)]:
             names = ", ".join(f"Need.{need.name}" for need in Need)
-            raise TypeError(f"{self._what}: needs has {unknown[0]!r}, and takes {names}")
+            raise TypeError(f"{self._what}: unknown need {unknown[0]!r} (choose from {names})")
         return known
 
     def _refuse_case(self, run: Callable[..., None], case: object) -> None:
-        """Refuse what ``each`` gives and a run could not use."""
+        """Refuse a case that a run could not use."""
         if not isinstance(case, Case):
-            raise TypeError(f"{self._what}: each gives {case!r}, which is not a Case")
+            raise TypeError(f"{self._what}: each yields {case!r}, which is not a Case")
         self._refuse_text(messages=case.messages, rules=case.rules, needs=case.needs)
         self._needs(case.needs)
         try:
@@ -215,11 +215,11 @@ class Kind:
             return text.format(**words)
         except (LookupError, AttributeError, ValueError) as error:
             raise ValueError(
-                f"{self._what}: {text!r} cannot be filled in from its case, which has "
+                f"{self._what}: cannot fill in {text!r} from its case, which has "
                 f"{', '.join(words)}: {error}"
             ) from None
 
     def make(self, declared: Declaration, allowed: Permissions) -> Iterator[Check]:
-        """Give its checks of a controller, in the order in which their functions are declared."""
+        """Yield the checks of a controller, in the order in which their functions are declared."""
         for make in self._makers:
             yield from make(declared, allowed)

@@ -1,4 +1,4 @@
-"""A controller as it is declared: its places, what each of them takes, and what is connected to it."""
+"""Declared controllers: their targets, the messages of each target, and the connected stages."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from stagewire_conformance.registry import Registry, registry_of
 
 @dataclass(frozen=True)
 class Declaration:
-    """A controller as it is declared.
+    """A controller as declared.
 
-    :param protocol: that it speaks.
-    :param facts: what the generated package says of its units.
-    :param unit: what the document says of it.
-    :param pics: what it was made of.
-    :param places: everything with an address of its own: the motherboard of a rack first, then its bays; the
-        axes of a controller of axes.
+    :param protocol: of the controller.
+    :param facts: facts about its units from the generated package.
+    :param unit: the documented unit.
+    :param pics: the PICS that the declaration was made from.
+    :param places: everything with its own address: the motherboard of a rack first, then its bays; or the
+        axes.
     """
 
     protocol: Protocol
@@ -55,31 +55,31 @@ class Declaration:
 
     @property
     def framed(self) -> FramedProtocol:
-        """The protocol, of a controller whose messages have frames; no check asks another for it."""
+        """The protocol, for a controller with framed messages. Only checks of framed protocols use it."""
         assert isinstance(self.protocol, FramedProtocol)
         return self.protocol
 
     @property
     def unsupported(self) -> Mapping[str, str]:
-        """The messages that the PICS says are not taken, with its reasons."""
+        """The messages that the PICS lists as unsupported, with the reasons."""
         return self.pics.unsupported
 
     @property
     def firmware(self) -> str | None:
-        """The version of the firmware, where the PICS says it."""
+        """The firmware version, if the PICS states it."""
         return self.pics.firmware or None
 
     @property
     def wants_signs(self) -> bool:
-        """Whether it is to be kept talking: on USB, where it has a message for that (page 80)."""
+        """Whether the controller needs keep-alive messages: on USB, if the protocol has one (page 80)."""
         return self.pics.line == "usb" and any(place.keep_alive for place in self.places)
 
     def claims(self, message: str, place: Target | None = None) -> bool:
-        """Return whether a message is of a place, or of any."""
+        """Return whether a place supports a message, or any place if none is given."""
         return any(message in each.messages for each in ((place,) if place else self.places))
 
     def place_at(self, address: int) -> Target | None:
-        """Return the place of an address, or of an axis."""
+        """Return the place with an address or axis identifier."""
         return next((place for place in self.places if place.address == address), None)
 
     def make(
@@ -87,9 +87,9 @@ class Declaration:
     ) -> Any:
         """Make a message by its name.
 
-        :param channel: goes into its field for the channel, if it has one.
+        :param channel: the value of its channel field, if it has one.
 
-        Raises what :meth:`.Protocol.build` raises.
+        Raises the same errors as :meth:`.Protocol.build`.
         """
         name = getattr(self.protocol, "channel", None)
         layout = self.protocol.message_class(message, form).layout
@@ -98,7 +98,7 @@ class Declaration:
         return self.protocol.build(message, fields, form)
 
     def request(self, message: str, channel: int | None = None) -> FramedMessage:
-        """Make a request by its name; what else it asks for, such as a bay, is the first there is: 0."""
+        """Make a request by its name. All fields other than the channel, such as a bay, are 0."""
         layout = self.protocol.message_class(message).layout
         name = getattr(self.protocol, "channel", None)
         others: dict[str, Any]
@@ -107,11 +107,11 @@ class Declaration:
         return made
 
     def named(self, names: Mapping[int, tuple[str, ...]]) -> Declaration:
-        """Return the controller with the scales of what it is, or may be: itself where they are the unit's.
+        """Return the controller with the scales of the units that it may be, or itself if nothing changes.
 
-        :param names: address -> names of units and aliases; empty where a place is taken as it is declared.
+        :param names: address -> names of units and aliases; empty if a place is used as declared.
 
-        Raises :class:`.RangeError` for a travel in the PICS that no scale converts to counts now.
+        Raises :class:`.RangeError` if a travel in the PICS can no longer be converted to counts.
         """
         others = {
             place.address: names[place.address]
@@ -132,9 +132,9 @@ class Declaration:
         return replace(self, places=tuple(places))
 
     def reach(self, place: Target, channel: int | None, motion: Range) -> Travel:
-        """Return the counts that a stage may be moved to: those of a range that lie in its travel.
+        """Return the counts that a stage may be moved to: the intersection of a range and its travel.
 
-        Raises :class:`.RangeError` where nothing says which they are, or there is none.
+        Raises :class:`.RangeError` if the range cannot be converted, or if the intersection is empty.
         """
         at = f"{place.name} channel {channel}" if channel is not None else place.name
         try:
@@ -145,12 +145,12 @@ class Declaration:
         if travel is not None:
             low, high = max(low, travel.low), min(high, travel.high)
         if low > high:
-            raise RangeError(f"{at}: {motion} lies beyond its travel, {travel} counts")
+            raise RangeError(f"{at}: {motion} is outside its travel, {travel} counts")
         return Travel(low, high)
 
 
 def _hint(fitted: Attachment) -> str:
-    """Return what to do about a range that is not converted to counts."""
+    """Return a hint for a range that cannot be converted to counts."""
     if fitted.position_scale is not None:
         return ""
     if fitted.stage is None:
@@ -160,20 +160,20 @@ def _hint(fitted: Attachment) -> str:
 
 
 def facts_of(protocol: Protocol) -> Facts:
-    """Return what a generated package says of its units."""
+    """Return the facts about the units of a generated package."""
     facts: Facts = import_module(f"{protocol.package}.devices.facts").FACTS
     return facts
 
 
 def axes_of(protocol: CommandProtocol) -> dict[str, int]:
-    """Return the documented axes with their identifiers, without those for the future."""
+    """Return the documented axes with their identifiers, without reserved ones."""
     axes = registry_of(protocol).axes
     return {name: axis["value"] for name, axis in axes.items() if not axis.get("reserved")}
 
 
-@functools.cache  # to look through what is installed takes longer than to read a PICS
+@functools.cache  # finding the installed protocols takes longer than reading a PICS
 def known_units() -> Mapping[str, Protocol]:
-    """Return the names of all units, and the protocols that they speak; a rack of modules is one of them."""
+    """Return the names of all units with their protocols. A rack of modules is one of them."""
     found: dict[str, Protocol] = {}
     for protocol in usable_protocols():
         if isinstance(protocol, FramedProtocol | CommandProtocol):
@@ -185,18 +185,16 @@ def known_units() -> Mapping[str, Protocol]:
 
 
 def declare(what: str | Pics) -> Declaration:
-    """Return a controller as its PICS declares it; by its name alone, as the registry has it.
+    """Return a controller as its PICS declares it, or as the registry describes the named unit.
 
-    Raises :class:`~stagewire.errors.StagewireError` for a unit that no protocol has. A PICS that was read
-    from a file has been checked there.
+    Raises :class:`~stagewire.errors.StagewireError` for an unknown unit. A PICS from a file is already
+    validated.
     """
     pics = Pics(unit=what.upper()) if isinstance(what, str) else what
     known = known_units()
     protocol = known.get(pics.unit)
     if protocol is None:
-        raise StagewireError(
-            f"there is no unit {pics.unit} (there are: {', '.join(sorted(known))})"
-        )
+        raise StagewireError(f"unknown unit {pics.unit} (choose one of {', '.join(sorted(known))})")
     facts = facts_of(protocol)
     unit = rack_of(facts, pics) if pics.unit == RACK else facts.units[pics.unit]
     return Declaration(protocol, facts, unit, pics, places_of(facts, unit, pics))

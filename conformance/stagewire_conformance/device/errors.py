@@ -1,4 +1,4 @@
-"""What goes wrong with a run, as against what is wrong with a controller."""
+"""Errors that end or prevent a run. Defects of a controller are findings, not errors."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from stagewire.errors import StagewireError
 
 
 class NotAllowedError(StagewireError):
-    """A check wanted to send what nobody allowed; nothing was sent. The check has a defect."""
+    """A check tried to send a message that is not allowed. Nothing was sent; the check has a defect."""
 
 
 class NothingAnswersError(StagewireError):
-    """Nothing answers on the line, or nothing that is of the protocol."""
+    """The controller does not answer, or its answer is not of the protocol."""
 
 
 class NothingToRunError(StagewireError):
-    """No check of the suite is chosen by what was asked for."""
+    """The selection contains no check that can run."""
 
 
 class DeclarationError(StagewireError):
-    """Nothing declares the controller of a run, or its unit and its PICS contradict each other."""
+    """A controller without a declaration, or a unit that contradicts its PICS."""
 
 
 class PicsError(StagewireError):
-    """A PICS that cannot be used.
+    """An invalid PICS.
 
-    :param problems: everything that is wrong with it, one sentence each, with file and key.
+    :param problems: one sentence for each problem, with file and key.
     """
 
     def __init__(self, problems: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""The execution of a plan at a URL: the line is opened, recorded where that is wanted, checked and closed.
+"""Execute a plan at a URL: open the line, record it if requested, run the checks, close it.
 
 ::
 
@@ -7,8 +7,8 @@
     sheet = sheet_of_execution(execution)
     print(sheet.verdict, sheet.exit_status)
 
-A line that cannot be opened, or on which nothing answers, gives a report as well: nothing was run, and the
-report says why.
+If the line cannot be opened, or if the controller does not answer, the result is a report without outcomes
+that states the reason.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from stagewire_conformance.device.run import Progress, RunInterrupted, run
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """A plan that was carried out, as far as it went.
+    """A plan that was executed, completely or in part.
 
-    :param url: where it was carried out, as it was given; that of the report is the link's own.
-    :param seconds: how long it took, with opening and closing the line.
-    :param interrupted: whether it was ended by Ctrl-C or SIGTERM.
-    :param capture: the file in which the line was recorded; None: it was not recorded.
+    :param url: the URL as given by the caller. The URL in the report is that of the link.
+    :param seconds: the duration, including opening and closing the line.
+    :param interrupted: whether Ctrl-C or SIGTERM ended the run.
+    :param capture: the file with the recorded traffic; None if the line was not recorded.
     """
 
     plan: Plan
@@ -50,10 +50,10 @@ class Execution:
 
 
 def verify(url: str, plan: Plan) -> None:
-    """Check, before anything is opened, that a plan can be carried out at a URL.
+    """Check that a plan can be executed at a URL, before anything is opened.
 
-    Raises :class:`.NothingToRunError` where every check is left out, and
-    :class:`~stagewire.errors.LinkOpenError` for a URL that should describe a virtual controller and does not.
+    Raises :class:`.NothingToRunError` if every check is omitted, and :class:`~stagewire.errors.LinkOpenError`
+    for an invalid URL of a virtual controller.
     """
     plan.verify()
     if url.lower().startswith("virtual://"):
@@ -63,7 +63,7 @@ def verify(url: str, plan: Plan) -> None:
 
 
 def _quiet(check: Check, before: int, total: int) -> None:
-    """Hear of a check, and say nothing."""
+    """Ignore progress."""
 
 
 def execute(
@@ -73,13 +73,13 @@ def execute(
     log: Path | None = None,
     progress: Callable[[], AbstractContextManager[Progress]] = lambda: nullcontext(_quiet),
 ) -> Execution:
-    """Open a line, run a plan on it, and return what was found, however the run ended.
+    """Open a line, run a plan on it, and return the results, however the run ended.
 
-    :param log: where the line is recorded, as a capture.
-    :param progress: opened when the line is open, and closed before it; it gives a function that hears of
-        each check.
+    :param log: the file for a capture of the traffic.
+    :param progress: a context manager that is entered after the line is opened and left before it is closed.
+        It yields a function that is called before each check.
 
-    Raises what :func:`verify` raises. Ctrl-C and SIGTERM end the run, and raise nothing.
+    Raises the same errors as :func:`verify`. Ctrl-C and SIGTERM end the run without an exception.
     """
     verify(url, plan)
     began = time.monotonic()
@@ -92,12 +92,12 @@ def execute(
         report = error.report
     except KeyboardInterrupt as error:
         interrupted = True
-        # Interrupted once more, while the line was closed after the stops, or before anything was sent.
+        # Interrupted a second time: while the line was closed after the stops, or before anything was sent.
         before = error.__context__
         report = (
             before.report
             if isinstance(before, RunInterrupted)
-            else dead_line_report(url, plan, "it was interrupted before it began")
+            else dead_line_report(url, plan, "interrupted before it began")
         )
     return Execution(
         plan=plan,
@@ -116,9 +116,9 @@ def _run(
     captures: list[Path],
     progress: Callable[[], AbstractContextManager[Progress]],
 ) -> Report:
-    """Open the line and run; a dead line gives a report in which nothing was run.
+    """Open the line and run. For a dead line return a report without outcomes.
 
-    :param captures: takes the log when it has been begun.
+    :param captures: the log file is added here once it has been created.
     """
     try:
         with (
@@ -133,9 +133,9 @@ def _run(
 
 
 def dead_line_report(url: str, plan: Plan, why: str) -> Report:
-    """Return the report of a run that did not begin, because its line was dead.
+    """Return the report of a run that did not begin because its line was dead.
 
-    :param why: such as what could not be opened, or that nothing answered.
+    :param why: the reason, for example that the controller did not answer.
     """
     return Report(
         declared=plan.declared,
@@ -155,9 +155,9 @@ def dead_line_report(url: str, plan: Plan, why: str) -> Report:
 
 
 class _RecordedLink(Link):
-    """A link of which everything is recorded.
+    """A link that records all traffic.
 
-    :param link: what does the work.
+    :param link: the underlying link.
     """
 
     def __init__(self, link: Link, recording: Recording) -> None:
@@ -167,41 +167,41 @@ class _RecordedLink(Link):
         self._recording = recording
 
     def read(self, timeout: float) -> bytes:
-        """Read, and record what came."""
+        """Read, and record the received bytes."""
         data = self._link.read(timeout)
         if data:
             self._recording.received(data)
         return data
 
     def write(self, data: bytes) -> None:
-        """Record, and write."""
+        """Record the bytes, and write them."""
         self._recording.sent(data)
         self._link.write(data)
 
     def write_now(self, data: bytes) -> None:
-        """Write without waiting for anything, the recording included."""
+        """Write immediately, without recording."""
         self._link.write_now(data)
 
     def wake(self) -> None:
-        """Let a read that waits return soon."""
+        """Make a waiting read return soon."""
         self._link.wake()
 
     def close(self) -> None:
-        """Close the link; the recording is closed by the code that made it."""
+        """Close the link. The recording is closed by its owner."""
         self._link.close()
 
 
 @contextmanager
 def _recorded(link: Link, path: Path | None, plan: Plan) -> Iterator[Link]:
-    """Give a link that is recorded until the block ends; the link itself without a path.
+    """Yield a link that is recorded until the block ends, or the link itself if there is no path.
 
-    Raises :class:`~stagewire.errors.TransportError` for a file that cannot be written.
+    Raises :class:`~stagewire.errors.TransportError` if the file cannot be written.
     """
     if path is None:
         yield link
         return
     protocol = plan.declared.protocol
-    assert isinstance(protocol, FramedProtocol | CommandProtocol)  # the suite knows no others
+    assert isinstance(protocol, FramedProtocol | CommandProtocol)  # the suite supports no others
     recording = Recording(path, protocol, link.clock or time.monotonic, plan.declared.unit.name)
     try:
         yield _RecordedLink(link, recording)

@@ -1,4 +1,4 @@
-"""Permissions of a run: what it may do besides asking, and the exact range of a motion."""
+"""Permissions of a run, and the exact range of a motion."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stagewire.quantities import Scale
 from stagewire_conformance.scales import in_unit
 
 COUNTS: Final = "counts"
-"""The unit of raw values as they are on the wire."""
+"""The unit of raw values, as they appear on the wire."""
 
 _NUMBER: Final = r"[-+]?[0-9]{1,15}(?:\.[0-9]{1,15})?"
 _RANGE: Final = re.compile(rf" *({_NUMBER}) *\.\. *({_NUMBER}) *([A-Za-zµμ]+) *")
@@ -23,16 +23,16 @@ _UNITS: Final = ("m", "mm", "um", "nm", "V", "mV")
 
 
 class RangeError(StagewireError):
-    """A range that is none, or that says nothing of what it is to be applied to."""
+    """An invalid range, or a range that cannot be converted to counts."""
 
 
 @dataclass(frozen=True)
 class Range:
-    """From where to where; both ends belong to it.
+    """A range of positions or voltages. Both ends are included.
 
     :param unit: ``counts``, or a unit such as ``mm``, ``um`` or ``V``.
 
-    Raises :class:`RangeError` for ends in the wrong order, and for counts that are not whole.
+    Raises :class:`RangeError` if the ends are in the wrong order, or if counts are not integers.
     """
 
     minimum: Fraction
@@ -40,20 +40,20 @@ class Range:
     unit: str
 
     def __post_init__(self) -> None:
-        """Refuse what is no range."""
+        """Refuse an invalid range."""
         if self.unit not in (COUNTS, *_UNITS):
             known = ", ".join((COUNTS, *_UNITS))
-            raise RangeError(f"{self}: there is no unit {self.unit} (there are: {known})")
+            raise RangeError(f"{self}: unknown unit {self.unit} (choose one of {known})")
         if self.minimum > self.maximum:
-            raise RangeError(f"{self}: the lower end comes first")
+            raise RangeError(f"{self}: the first number must not exceed the second")
         if self.unit == COUNTS and {self.minimum.denominator, self.maximum.denominator} != {1}:
-            raise RangeError(f"{self}: counts are whole numbers")
+            raise RangeError(f"{self}: counts must be integers")
 
     @classmethod
     def parse(cls, text: str) -> Range:
-        """Read a range such as ``0..5mm``, ``-1.5..1.5mm``, ``0..100000counts`` or ``0..20V``.
+        """Parse a range such as ``0..5mm``, ``-1.5..1.5mm``, ``0..100000counts`` or ``0..20V``.
 
-        Raises :class:`RangeError` for a text that is none.
+        Raises :class:`RangeError` for an invalid text.
         """
         found = _RANGE.fullmatch(text)
         if found is None:
@@ -66,28 +66,28 @@ class Range:
     def in_unit(self, unit: str) -> tuple[Fraction, Fraction]:
         """Return both ends in another unit, exactly.
 
-        Raises :class:`RangeError` for a unit of another kind.
+        Raises :class:`RangeError` if the units measure different quantities.
         """
         try:
             return in_unit(self.minimum, self.unit, unit), in_unit(self.maximum, self.unit, unit)
         except UnknownScaleError:
-            raise RangeError(f"{self} is no range in {unit}") from None
+            raise RangeError(f"{self} cannot be converted to {unit}") from None
 
     def in_counts(self, scale: Scale | None) -> tuple[int, int]:
-        """Return the first and the last count that lie in the range.
+        """Return the first and the last count within the range.
 
-        :param scale: of the counts; None: it is not known, so that only counts can be told.
+        :param scale: of the counts; None if unknown, so that the range must be in counts.
 
-        Raises :class:`RangeError` where no count lies in it, or nothing says which.
+        Raises :class:`RangeError` if the range contains no count, or if the scale is missing.
         """
         if self.unit == COUNTS:
             return int(self.minimum), int(self.maximum)
         if scale is None:
-            raise RangeError(f"{self}: nothing says how many counts make one {self.unit}")
+            raise RangeError(f"{self}: the number of counts per {self.unit} is not known")
         low, high = (end * scale.counts_per_unit for end in self.in_unit(scale.unit))
         first, last = math.ceil(low), math.floor(high)
         if first > last:
-            raise RangeError(f"{self} lies between two counts")
+            raise RangeError(f"{self} contains no whole count")
         return first, last
 
     def __str__(self) -> str:
@@ -95,7 +95,7 @@ class Range:
 
 
 def _decimal(value: Fraction) -> str:
-    """Return a number as it is written, without an exponent: what was read has an end in decimals."""
+    """Return a number as a decimal without an exponent, exactly: it was read from a decimal."""
     return f"{Decimal(value.numerator) / Decimal(value.denominator):f}"
 
 
@@ -104,7 +104,7 @@ _ALWAYS: Final = ("none", "stream", "stop")
 
 
 class Need(StrEnum):
-    """What a check does beyond asking, so that it runs only where that was allowed."""
+    """A permission that a check needs."""
 
     SETTINGS = "settings"
     MOTION = "motion"
@@ -113,11 +113,11 @@ class Need(StrEnum):
 
 @dataclass(frozen=True)
 class Permissions:
-    """What was allowed. Asking always is.
+    """The permissions of a run. Sending requests is always allowed.
 
-    :param settings: change settings, and put them back.
-    :param motion: move, and whatever else does something to what is connected, within a range.
-    :param eeprom: write the memory that outlasts a power cycle.
+    :param settings: change settings, and restore them.
+    :param motion: move stages and drive outputs within a range.
+    :param eeprom: write to non-volatile memory.
     """
 
     settings: bool = False
@@ -126,7 +126,7 @@ class Permissions:
 
     @property
     def granted(self) -> frozenset[Need]:
-        """The needs that are met."""
+        """The permissions that are granted."""
         met = {
             Need.SETTINGS: self.settings,
             Need.MOTION: self.motion is not None,
@@ -135,8 +135,8 @@ class Permissions:
         return frozenset(need for need, is_met in met.items() if is_met)
 
     def opens(self, effect: str | None) -> bool:
-        """Return whether a message of this effect may be sent to a controller.
+        """Return whether messages with this effect may be sent.
 
-        The effects are those of the registry; ``connection`` and ``reset`` are opened by nothing.
+        The effects are those of the registry. ``connection`` and ``reset`` are never allowed.
         """
         return effect in _ALWAYS or effect in self.granted

@@ -1,4 +1,4 @@
-"""What a vendor declares of a controller (a PICS): plain data, as a file says it."""
+"""A vendor's declaration of a controller (a PICS, protocol implementation conformance statement), as data."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from stagewire_conformance.device.permissions import Range
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelPics:
-    """What is connected to one channel, or to one axis.
+    """The stage or actuator on a channel or axis.
 
-    :param number: of the channel, from 1 on; of an axis 1.
-    :param bay: from 1 on; None for what is in no bay.
-    :param axis: by its name, such as ``X``.
-    :param stage: a stage of the registry, by its name; empty: none of them.
-    :param counts_per_mm: of another stage; None: not known.
-    :param travel: where the stage can go; None: not known.
-    :param homes: whether it can be sent home.
-    :param limit_switches: whether its ends have switches.
+    :param number: of the channel, counted from 1; always 1 for an axis.
+    :param bay: counted from 1; None outside a rack.
+    :param axis: its name, such as ``X``.
+    :param stage: the name of a stage in the registry; empty for any other stage.
+    :param counts_per_mm: of a stage that is not in the registry; None if unknown.
+    :param travel: of the stage; None if unknown.
+    :param homes: whether the stage can home.
+    :param limit_switches: whether the stage has limit switches.
     """
 
     number: int = 1
@@ -35,11 +35,11 @@ class ChannelPics:
 
 @dataclass(frozen=True, kw_only=True)
 class BayPics:
-    """A bay of a rack that holds a card or a module.
+    """An occupied bay of a rack.
 
-    :param number: from 1 on.
-    :param unit: the module, by its name; empty: a card of the rack's own kind.
-    :param unsupported: messages that it does not take, with the reasons.
+    :param number: counted from 1.
+    :param unit: the name of the module; empty for a card of the rack.
+    :param unsupported: messages that it does not support, with the reasons.
     """
 
     number: int
@@ -49,9 +49,9 @@ class BayPics:
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """What the vendor promises.
+    """Promises of the vendor.
 
-    :param reply_p99_ms: within which 99 of 100 replies come; None: nothing is promised.
+    :param reply_p99_ms: the time within which 99 of 100 replies arrive; None without a promise.
     """
 
     reply_p99_ms: float | None = None
@@ -59,15 +59,15 @@ class Timing:
 
 @dataclass(frozen=True, kw_only=True)
 class Pics:
-    """All that is declared.
+    """A complete declaration.
 
-    :param unit: its name; ``RACK`` is a rack of modules.
-    :param protocol: empty: that of the unit.
-    :param line: ``usb``, where a controller wants signs of life, or ``rs232``.
-    :param unsupported: messages of the unit's list that it does not take, with the reasons.
-    :param bays: those that are occupied; None: all, by cards of the rack's own kind.
-    :param firmware: its version, such as ``3.3``; empty: not known.
-    :param digest: SHA-256 of the file; empty where there is none.
+    :param unit: its name; ``RACK`` for a rack of modules.
+    :param protocol: empty for that of the unit.
+    :param line: ``usb`` if the controller needs keep-alive messages, otherwise ``rs232``.
+    :param unsupported: documented messages that the unit does not support, with the reasons.
+    :param bays: the occupied bays; None if all are occupied by cards of the rack.
+    :param firmware: its version, such as ``3.3``; empty if unknown.
+    :param digest: SHA-256 of the file; empty without a file.
     """
 
     unit: str

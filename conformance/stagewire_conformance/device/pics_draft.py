@@ -1,8 +1,7 @@
-"""Draft a PICS by asking a controller, and write it as TOML with comments; nothing is set, and nothing moves.
+"""Draft a PICS by querying a controller, and write it as TOML with comments. Nothing is set or moved.
 
-The draft asks for the identity and the bays, and then sends every request of the unit, a second time only
-where no answer came. A request without an answer is written down as not supported; a vendor adds the
-rest by hand.
+The draft reads the identity and the bays, and then sends every request of the unit. A request without a reply
+is sent a second time, and then listed as unsupported. The vendor adds the rest by hand.
 """
 
 from __future__ import annotations
@@ -36,9 +35,9 @@ def pics_text(
 ) -> str:
     """Return the text of a PICS.
 
-    :param declared: the same, as a controller.
-    :param url: of the line where it was asked for.
-    :param identity: what the controller said that it is.
+    :param declared: the controller that ``pics`` declares.
+    :param url: of the line to the controller.
+    :param identity: what the controller reported about itself.
     """
     return "\n".join(_lines(pics, declared, url, identity)) + "\n"
 
@@ -47,10 +46,10 @@ def _lines(
     pics: Pics, declared: Declaration, url: str, identity: Mapping[str, int | str]
 ) -> Iterator[str]:
     is_of_commands = isinstance(declared.protocol, CommandProtocol)
-    yield f"# What a {pics.unit} can do, as it answered at {_comment(url)}."
+    yield f"# Draft from the answers of a {pics.unit} at {_comment(url)}."
     for name, value in identity.items():
         yield f"# {name}: {_comment(str(value).strip())}"
-    yield "# Correct it, and give reasons: the suite skips what stands under [unsupported], and nothing else."
+    yield "# Correct it and give reasons: the suite skips the messages under [unsupported], and nothing else."
     yield ""
     yield "schema_version = 1"
     yield f"protocol = {_text(declared.protocol.name)}"
@@ -58,7 +57,7 @@ def _lines(
     if is_of_commands:
         yield '# firmware = "3.3"'
     else:
-        yield f'line = {_text(pics.line)}                     # or "rs232", where no signs of life are due'
+        yield f'line = {_text(pics.line)}                     # or "rs232", without keep-alive messages'
     yield from _reasons("unsupported", pics.unsupported)
     for bay in pics.bays or ():
         yield from ("", "[[bay]]", f"number = {bay.number}")
@@ -67,7 +66,11 @@ def _lines(
         yield from _reasons("bay.unsupported", bay.unsupported)
     for channel in pics.channels:
         yield from _channel(channel, declared, is_of_commands)
-    yield from ("", "# [timing]", "# reply_p99_ms = 50            # what you promise, if you do")
+    yield from (
+        "",
+        "# [timing]",
+        "# reply_p99_ms = 50            # your promise for 99 of 100 replies",
+    )
 
 
 def _channel(channel: ChannelPics, declared: Declaration, is_of_commands: bool) -> Iterator[str]:
@@ -79,7 +82,7 @@ def _channel(channel: ChannelPics, declared: Declaration, is_of_commands: bool) 
     else:
         yield f"number = {channel.number}"
     if is_of_commands:
-        yield '# travel = "-50..50mm"          # where it may go'
+        yield '# travel = "-50..50mm"          # of its stage'
         return
     place = next(
         each for each in declared.places if each.channels and each.bay in (channel.bay, 1, None)
@@ -88,8 +91,8 @@ def _channel(channel: ChannelPics, declared: Declaration, is_of_commands: bool) 
     yield (
         f'# stage = "{stages[0]}"' if stages else '# counts_per_mm = "25600"        # of its stage'
     )
-    yield f'# travel = "0..12mm"           # where it can go; or in {COUNTS}: "0..400000{COUNTS}"'
-    yield "# homes = true                 # whether it can be sent home"
+    yield f'# travel = "0..12mm"           # of its stage; or in {COUNTS}: "0..400000{COUNTS}"'
+    yield "# homes = true                 # whether it can home"
     yield "# limit_switches = true"
 
 
@@ -101,49 +104,49 @@ def _reasons(header: str, reasons: Mapping[str, str]) -> Iterator[str]:
 
 
 def _text(value: str) -> str:
-    """Return a text as TOML has it; what JSON escapes, TOML does in the same way."""
+    """Return a string in TOML syntax. TOML and JSON use the same escapes."""
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _comment(text: str) -> str:
-    """Return a text of others for a comment, where only what can be printed may stand."""
+    """Return text for a comment, with unprintable characters replaced."""
     return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 _WAIT: Final = 0.5
-"""Seconds for each of two attempts to get an answer."""
+"""Seconds to wait for an answer, for each of two attempts."""
 
 _SILENT: Final = "did not answer"
 
 _OCCUPIED: Final = 1
-"""State of a bay of a rack that holds a card."""
+"""State of an occupied bay of a rack."""
 
 Say = Callable[[str], None]
-"""Hears what is being asked, for people."""
+"""Called with a description of each request, for a progress display."""
 
 
 def ask_pics(link: Link, unit: str = "", say: Say = lambda about: None) -> str:
-    """Ask a controller what it answers, and return a PICS as the text of a TOML file.
+    """Query a controller and return a PICS as the text of a TOML file.
 
-    :param unit: its name; empty: what it says that it is, where its protocol lets it say that.
-    :param say: hears what is being asked.
+    :param unit: its name; empty to read it from the controller, if the protocol supports that.
+    :param say: called with a description of each request.
 
     Raises :class:`~stagewire.errors.StagewireError` for a unit that is unknown or cannot be determined,
-    and :class:`.NothingAnswersError` where nothing answers.
+    and :class:`.NothingAnswersError` if the controller does not answer.
     """
     declared = declare(unit or _reported_unit(link))
     if isinstance(declared.protocol, CommandProtocol):
         return _Axes(CommandLine(link, declared, Permissions()), say).text()
     line = AptLine(link, declared, Permissions())
-    with line.silent():  # nothing comes unasked that a controller would count
+    with line.silent():  # send requests only, without keep-alive messages
         return _Addresses(line, link, say).text()
 
 
 class Draft(NamedTuple):
-    """A PICS that was made by asking.
+    """A PICS drafted from a controller.
 
-    :param text: of the TOML file; a doubt is a comment at its beginning.
-    :param doubt: why the controller may be another unit than the one that was named; empty: nothing says so.
+    :param text: of the TOML file. It begins with a comment if there is a doubt.
+    :param doubt: why the controller may be another unit than the named one; empty if there is no doubt.
     """
 
     text: str
@@ -151,18 +154,18 @@ class Draft(NamedTuple):
 
 
 def draft_pics(link: Link, unit: str = "", say: Say = lambda about: None) -> Draft:
-    """Ask a controller for a PICS, and whether it is the unit that was named; see :func:`ask_pics`."""
+    """Draft a PICS, and check that the controller is the named unit. See :func:`ask_pics`."""
     text = ask_pics(link, unit, say)
     doubt = contradiction(link, unit) if unit else ""
     return Draft(f"# Doubtful: {_comment(doubt)}.\n{text}" if doubt else text, doubt)
 
 
 def contradiction(link: Link, unit: str) -> str:
-    """Return in words what a controller says that it is, where that is another unit; else nothing.
+    """Return a description of the reported unit if it differs from the named one, or an empty string.
 
-    :param unit: what was named. One whose protocol does not let it say what it is contradicts nothing.
+    :param unit: the named unit. Without an identity message in its protocol, nothing is compared.
 
-    Raises :class:`~stagewire.errors.StagewireError` where nothing answers.
+    Raises :class:`~stagewire.errors.StagewireError` if the controller does not answer.
     """
     declared = declare(unit)
     if not isinstance(declared.protocol, FramedProtocol):
@@ -176,19 +179,19 @@ def contradiction(link: Link, unit: str) -> str:
     if not units - {None} or declared.unit.name in units:
         return ""
     return (
-        f"--unit {declared.unit.name} was named, and the controller says that it is a "
+        f"--unit {declared.unit.name} was given, but the controller reports that it is a "
         f"{model} with the serial number {serial_number}"
     )
 
 
 def _known(declared: Declaration, model: str, serial_number: str) -> list[Known]:
-    """Return what a controller can be, by its model, or else by its serial number."""
+    """Return the units that match the model, or otherwise the serial number."""
     found = by_name(declared.protocol, model)
     return [found] if found else by_serial_number(declared.protocol, serial_number)
 
 
 def _reported_unit(link: Link) -> str:
-    """Return the unit that a controller says that it is."""
+    """Return the unit that a controller reports."""
     asked = []
     for name in available_protocols():
         protocol = load_protocol(name)
@@ -203,13 +206,13 @@ def _reported_unit(link: Link) -> str:
             if identity is not None:
                 return _unit_of(line.declared, identity)
     raise NothingAnswersError(
-        f"nothing at {link.url} says what it is (asked at {', '.join(asked)}). See that it is switched on, "
-        "and that this is its port; name the unit, as one that takes commands cannot be asked for it"
+        f"no controller at {link.url} identifies itself (tried {', '.join(asked)}). Check that it is "
+        "switched on, and that this is its port. For a protocol without an identity message give --unit"
     )
 
 
 def _identity(line: AptLine, address: int) -> Any:
-    """Return what the controller at an address says that it is; None where nothing comes."""
+    """Return the identity message of the controller at an address; None without an answer."""
     identity = line.declared.facts.identity
     assert identity is not None
     assert identity.req is not None
@@ -222,7 +225,7 @@ def _identity(line: AptLine, address: int) -> Any:
 
 
 def _unit_of(declared: Declaration, identity: Any) -> str:
-    """Return the unit of what a controller says that it is; that whose messages apply to a later one."""
+    """Return the documented unit of an identity, also for a later unit that uses the same messages."""
     model = identity.model_number.strip()
     if model.upper() == RACK:
         return RACK
@@ -231,13 +234,13 @@ def _unit_of(declared: Declaration, identity: Any) -> str:
         return unit
     likely = f" (one of {', '.join(sorted(filter(None, units)))})" if units else ""
     raise StagewireError(
-        f"the controller says that it is a {model!r} with the serial number {identity.serial_number}, and "
-        f"nothing says which unit of the document that is{likely}; name it (a rack of modules is {RACK})"
+        f"the controller reports the model {model!r} and the serial number {identity.serial_number}, which "
+        f"identify no documented unit{likely}; give --unit (a rack of modules is {RACK})"
     )
 
 
 class _Addresses:
-    """Asks a controller whose messages have addresses."""
+    """Queries a controller with addresses."""
 
     def __init__(self, line: AptLine, link: Link, say: Say) -> None:
         self._line = line
@@ -245,7 +248,7 @@ class _Addresses:
         self._say = say
 
     def text(self) -> str:
-        """Return the PICS."""
+        """Return the text of the PICS."""
         identity = self._line.contact()
         pics = replace(self._line.declared.pics, bays=self._bays())
         declared = declare(pics)
@@ -257,7 +260,7 @@ class _Addresses:
         return pics_text(_with(declared, silent), declared, self._link.url, identity)
 
     def _bays(self) -> tuple[BayPics, ...] | None:
-        """Return the bays that are used; None for what is no rack."""
+        """Return the occupied bays; None if the unit is not a rack."""
         unit = self._line.declared.unit
         if unit.kind != "rack":
             return None
@@ -270,25 +273,27 @@ class _Addresses:
         for number, address in enumerate(addresses, 1):
             self._say(f"bay {number}")
             request: Any = used.req
-            message = request(**{used.asked[0].keyword: number - 1})  # on the wire from 0
+            message = request(
+                **{used.asked[0].keyword: number - 1}
+            )  # counted from zero on the wire
             heard = self._line.ask(message, unit.address, _WAIT)
             if heard is not None and heard.message.bay_state == _OCCUPIED:
                 bays.append(BayPics(number=number, unit=self._module(address)))
         return tuple(bays)
 
     def _module(self, address: int) -> str:
-        """Return the module in a bay of a rack of modules; nothing for a card of the rack's own kind."""
+        """Return the module in a bay of a rack of modules; empty for a card of the rack."""
         if self._line.declared.unit.name != RACK:
             return ""
         identity = _identity(self._line, address)
         if identity is None:
             raise NothingAnswersError(
-                f"the rack says that the bay at {address:#04x} is used, and nothing answers there"
+                f"the rack reports that the bay at {address:#04x} is occupied, but nothing answers there"
             )
         return _unit_of(self._line.declared, identity)
 
     def _silent(self, line: AptLine, place: Target) -> Iterator[str]:
-        """Yield the requests of a place that are not answered, on any of its channels."""
+        """Yield the requests of a place that are not answered on any of its channels."""
         for name in sorted(place.listed):
             entry = line.declared.registry.messages[name]
             if entry["effect"] != "none" or not entry["exchange"].get("answered_by"):
@@ -304,7 +309,7 @@ class _Addresses:
 
 
 def _with(declared: Declaration, silent: dict[int, frozenset[str]]) -> Pics:
-    """Return a PICS in which what was not answered is not supported: by any place, or by one bay."""
+    """Return a PICS that lists unanswered requests as unsupported: by all places, or by one bay."""
     reasons: dict[str, str] = {}
     for name in sorted(frozenset[str]().union(*silent.values())):
         if all(name in silent[each.address] for each in declared.places if name in each.listed):
@@ -331,14 +336,14 @@ def _with(declared: Declaration, silent: dict[int, frozenset[str]]) -> Pics:
 
 
 class _Axes:
-    """Asks a controller of axes."""
+    """Queries a controller with axes."""
 
     def __init__(self, line: CommandLine, say: Say) -> None:
         self._line = line
         self._say = say
 
     def text(self) -> str:
-        """Return the PICS."""
+        """Return the text of the PICS."""
         identity = self._line.contact()
         try:
             pics = self._ask()
@@ -361,7 +366,7 @@ class _Axes:
                 if self._line.ask(request, identifier, _WAIT):
                     answered.setdefault(axis, set()).add(name)
                 elif name == next(iter(requests)):
-                    break  # there is no such axis
+                    break  # this axis does not exist
         silent = requests.keys() - set[str]().union(*answered.values())
         return replace(
             declared.pics,

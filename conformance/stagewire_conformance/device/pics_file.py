@@ -1,8 +1,7 @@
 """Read a PICS from a TOML file, and compare it with the registry.
 
-All mistakes are reported at once, each with its key and what was expected. The keys are also in
-``spec/schema/pics.schema.json``, for editors; facts that only the registry has, such as whether a unit
-has a message, are checked only here.
+An error lists all mistakes, each with its key and what was expected. ``spec/schema/pics.schema.json`` has the
+keys for editors. Facts from the registry, such as the messages of a unit, are checked only here.
 """
 
 from __future__ import annotations
@@ -43,11 +42,11 @@ _T = TypeVar("_T")
 
 
 class ChannelsReader:
-    """Reads what is connected to the channels, or to the axes; what is wrong is noted in their tables.
+    """Reads the channels or axes. Problems are noted in their tables.
 
     :param top: the table of the whole PICS.
-    :param unit: the controller; None: a rack of modules.
-    :param bays: those that are occupied; None: all, or there are none.
+    :param unit: the controller; None for a rack of modules.
+    :param bays: the occupied bays; None if all are occupied, or if the unit has no bays.
     """
 
     def __init__(
@@ -59,7 +58,7 @@ class ChannelsReader:
         self._bays = bays
 
     def read(self) -> tuple[ChannelPics, ...]:
-        """Return what is declared of each."""
+        """Return the declared channels or axes."""
         tables = self._top.take("channel", tables_of("channel"), ())
         found = [
             self._channel(self._top.inner(values, f"channel {at}"))
@@ -91,11 +90,11 @@ class ChannelsReader:
         return None if number is None else stated
 
     def _bay_of(self, table: Table) -> int | None:
-        """Return the bay of a channel; None for what is in no bay, and where it cannot be told."""
+        """Return the bay of a channel; None if it has none or an invalid one."""
         there = self._occupied()
         bay = table.take("bay", partial(occupied, there), None)
         if there and "bay" not in table:
-            table.wrong("bay", f"missing; of a rack it is one of {', '.join(map(str, there))}")
+            table.wrong("bay", f"missing; the occupied bays are {', '.join(map(str, there))}")
         return bay
 
     def _occupied(self) -> list[int]:
@@ -107,22 +106,22 @@ class ChannelsReader:
 
     def _axis_of(self, table: Table) -> str | None:
         if not isinstance(self._protocol, CommandProtocol):
-            return table.take("axis", partial(refuse, "there are channels, and no axes"), None)
+            return table.take("axis", partial(refuse, "this unit has channels, not axes"), None)
         axes = axes_of(self._protocol)
         axis = table.take("axis", partial(one_of, "axis", [*axes]), None)
         if "axis" not in table:
-            table.wrong("axis", f"missing; it is one of {', '.join(axes)}")
+            table.wrong("axis", f"missing; the axes are {', '.join(axes)}")
         return axis
 
     def _number_of(self, table: Table, unit: Unit | None) -> int | None:
         if self._is_of_commands:
-            table.take("number", partial(refuse, "there are axes, and no channels"), None)
+            table.take("number", partial(refuse, "this unit has axes, not channels"), None)
             return 1
         count = 1 if unit is None else unit.channels
         return table.take("number", partial(within, 1, count), None if "number" in table else 1)
 
     def _unit_in(self, bay: int | None) -> Unit | None:
-        """Return the unit that a channel belongs to; None where it cannot be told."""
+        """Return the unit that a channel belongs to; None if unknown."""
         units = facts_of(self._protocol).units
         named = next(
             (each.unit for each in self._bays or () if each.number == bay and each.unit), ""
@@ -131,22 +130,22 @@ class ChannelsReader:
 
     def _stage(self, unit: Unit | None, value: Any) -> str:
         if self._is_of_commands:
-            return text(value)  # which is refused with the others
+            return text(value)  # refused later, with the other stage keys
         known = [entry["name"] for entry in self._protocol.registry()["stages"]]
         return one_of("stage", known if unit is None else unit.stages or known, value)
 
     def _check_stage(self, table: Table, unit: Unit, stated: ChannelPics) -> None:
-        """Note what cannot be said of the stage on a channel of a unit."""
+        """Note invalid declarations of the stage on a channel."""
         given = [key for key in _STAGE_KEYS if key in table]
         if given and not moves_stages(unit):
-            table.wrong(given, f"{unit.name} moves no stage")
+            table.wrong(given, f"{unit.name} does not move a stage")
             return
         scaled = [key for key in ("stage", "counts_per_mm") if key in table]
         if scaled and self._is_of_commands:
-            table.wrong(scaled, f"{unit.name} counts in tenths of a micrometre, whatever its stage")
+            table.wrong(scaled, f"{unit.name} counts in tenths of a micrometre with every stage")
             return
         if len(scaled) > 1:
-            table.wrong(scaled, "give one of them, not both")
+            table.wrong(scaled, "give only one of them")
             return
         if stated.stage and stated.stage not in unit.stages:
             table.wrong("stage", f"the scales of {stated.stage} on {unit.name} are not known")
@@ -154,11 +153,11 @@ class ChannelsReader:
         try:
             attachment_of(unit, facts_of(self._protocol), stated)
         except (RangeError, UnknownScaleError) as error:
-            table.wrong("travel", f"{error}; give stage, or counts_per_mm, or a travel in counts")
+            table.wrong("travel", f"{error}; give stage, counts_per_mm, or a travel in counts")
 
 
 def unique(found: Sequence[_T | None], top: Table, key: str) -> Sequence[_T | None]:
-    """Note what is there twice."""
+    """Note duplicates."""
     seen: dict[object, int] = {}
     for at, each in enumerate(found, 1):
         place = (
@@ -175,7 +174,7 @@ _VERSION: Final = 1
 
 
 class PicsReader:
-    """Reads one PICS; what is wrong is noted in its table."""
+    """Reads one PICS. Problems are noted in its table."""
 
     def __init__(self, top: Table, digest: str) -> None:
         self._top = top
@@ -183,14 +182,14 @@ class PicsReader:
         self._known = known_units()
 
     def read(self) -> Pics | None:
-        """Return what is declared; None where it cannot be told what it is about."""
+        """Return the declaration; None if its unit is missing or unknown."""
         top = self._top
         if top.take("schema_version", integer, None) != _VERSION:
             top.wrong("schema_version", f"expected schema_version = {_VERSION}")
         name = top.take("unit", partial(one_of, "unit", [*self._known]), None)
         protocol = top.take("protocol", text, "")
         if "unit" not in top:
-            top.wrong("unit", 'missing; it names the controller, such as unit = "TDC001"')
+            top.wrong("unit", 'missing; it names the controller, as in unit = "TDC001"')
         if name is None:
             self._pass_over()
             return None
@@ -198,7 +197,7 @@ class PicsReader:
         self._is_rack = name == RACK
         self._unit = None if self._is_rack else facts_of(self._protocol).units[name]
         if protocol and protocol != self._protocol.name:
-            top.wrong("protocol", f"{name} speaks {self._protocol.name}, not {protocol}")
+            top.wrong("protocol", f"{name} uses {self._protocol.name}, not {protocol}")
         bays = self._bays()
         channels = ChannelsReader(top, self._protocol, self._unit, bays).read()
         listed = self._messages(unit for unit in self._units(bays) if unit)
@@ -217,24 +216,26 @@ class PicsReader:
         return pics
 
     def _pass_over(self) -> None:
-        """Look at what can be looked at without a unit: whether the keys are keys."""
+        """Check the names of the keys, which is all that is possible without a unit."""
         keys = ("line", "firmware", "unsupported", "channel", "bay", "timing")
         for key in keys:
             self._top.take(key, lambda value: value, None)
         self._top.refuse_others()
 
-    # What stands at the top
+    # Keys at the top
 
     def _line(self) -> str:
         found = self._top.take("line", line, "usb")
         if "line" in self._top and self._is_of_commands:
-            self._top.wrong("line", "a controller of commands wants no signs of life on any line")
+            self._top.wrong("line", "this protocol has no keep-alive messages; omit the key")
         return found
 
     def _firmware(self) -> str:
         firmware = self._top.take("firmware", version, "")
         if "firmware" in self._top and not self._protocol_has_versions():
-            self._top.wrong("firmware", "nothing in the document of this unit depends on it")
+            self._top.wrong(
+                "firmware", "the document of this unit does not depend on it; omit the key"
+            )
         return firmware
 
     def _timing(self) -> Timing:
@@ -259,11 +260,13 @@ class PicsReader:
         has_bays = self._is_rack or (self._unit is not None and self._unit.kind == "rack")
         if tables is not None and not has_bays:
             assert self._unit is not None
-            top.wrong("bay", f"{self._unit.name} has no bays; unit = {RACK!r} is a rack of modules")
+            top.wrong(
+                "bay", f"{self._unit.name} has no bays; for a rack of modules use unit = {RACK!r}"
+            )
             return None
         if tables is None:
             if self._is_rack:
-                top.wrong("bay", "missing; each bay that is occupied begins with a line [[bay]]")
+                top.wrong("bay", "missing; list each occupied bay in a table [[bay]]")
             return None
         found = [self._bay(top.inner(values, f"bay {at}")) for at, values in enumerate(tables, 1)]
         return tuple(bay for bay in unique(found, top, "bay") if bay)
@@ -275,10 +278,10 @@ class PicsReader:
         count = len((self._unit or next(iter(modules.values()))).bays)
         number = table.take("number", partial(within, 1, count), None)
         if "number" not in table:
-            table.wrong("number", f"missing; bays are counted from 1 to {count}")
+            table.wrong("number", f"missing; bays are numbered 1 to {count}")
         name = table.take("unit", partial(one_of, "unit", [*own]), "")
         if self._is_rack and "unit" not in table:
-            table.wrong("unit", f"missing; it is one of {', '.join(sorted(modules))}")
+            table.wrong("unit", f"missing; the modules are {', '.join(sorted(modules))}")
         module = own.get(name) or self._unit
         listed = self._messages([module]) if module else frozenset[str]()
         unsupported = table.take("unsupported", partial(reasons, listed, name), {})
@@ -298,28 +301,28 @@ class PicsReader:
 def read_pics(path: str | Path) -> Pics:
     """Read a PICS from a TOML file.
 
-    Raises :class:`.PicsError` with everything that is wrong with it.
+    Raises :class:`.PicsError` with all problems.
     """
     try:
         contents = Path(path).read_bytes()
     except OSError as error:
-        raise PicsError([f"{path}: cannot be read: {error.strerror or error}"]) from error
+        raise PicsError([f"{path}: cannot read the file: {error.strerror or error}"]) from error
     return parse_pics(contents, str(path))
 
 
 def parse_pics(contents: bytes, source: str = "pics.toml") -> Pics:
-    """Read a PICS from what is in its file.
+    """Read a PICS from the contents of its file.
 
-    :param source: where it comes from; begins each line of an error.
+    :param source: the name of the file; begins each problem.
 
-    Raises :class:`.PicsError` with everything that is wrong with it.
+    Raises :class:`.PicsError` with all problems.
     """
     try:
         values = tomllib.loads(contents.decode("utf-8-sig"))
     except RecursionError as error:
-        raise PicsError([f"{source}: is nested too deeply"]) from error
+        raise PicsError([f"{source}: nested too deeply"]) from error
     except ValueError as error:  # of TOML or of UTF-8
-        raise PicsError([f"{source}: is no TOML file: {error}"]) from error
+        raise PicsError([f"{source}: not a TOML file: {error}"]) from error
     problems: list[str] = []
     pics = PicsReader(Table(values, source, problems), hashlib.sha256(contents).hexdigest()).read()
     if problems or pics is None:

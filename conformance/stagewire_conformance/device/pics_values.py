@@ -1,4 +1,4 @@
-"""What the values of a PICS mean; an error says what is wrong with one, and what was expected."""
+"""Converters for the values of a PICS. Their errors state what is wrong and what was expected."""
 
 from __future__ import annotations
 
@@ -20,41 +20,41 @@ _LINES: Final = ("usb", "rs232")
 
 
 class _WrongError(StagewireError):
-    """A value that is wrong; the text says why."""
+    """An invalid value."""
 
 
 def as_it_is(value: Any) -> Mapping[str, Any]:
-    """Return a table, whatever is in it."""
+    """Return a table without converting its values."""
     found: dict[str, Any] = table_of(lambda each: each)(value)
     return found
 
 
 def one_of(what: str, known: Collection[str], value: Any) -> str:
-    """Return a name as it is known, in any case."""
+    """Return the spelling of a name in ``known``, ignoring case."""
     name = text(value)
     spelled = {each.upper(): each for each in known}
     if name.upper() not in spelled:
         close = difflib.get_close_matches(name.upper()[:40], spelled, n=1)
-        there = f"there are: {', '.join(known)}"
+        there = f"choose one of {', '.join(known)}"
         hint = f"did you mean {spelled[close[0]]}?" if close else there
-        raise _WrongError(f"there is no {what} {name!r}; {hint}")
+        raise _WrongError(f"unknown {what} {name!r}; {hint}")
     return spelled[name.upper()]
 
 
 def line(value: Any) -> str:
-    """Return what a controller is connected by."""
+    """Return the type of a line: ``usb`` or ``rs232``."""
     name = text(value)
     if name.lower() not in _LINES:
-        raise _WrongError(f"{name!r} is not one of {', '.join(_LINES)}")
+        raise _WrongError(f"unknown line {name!r} (choose one of {', '.join(_LINES)})")
     return name.lower()
 
 
 def occupied(bays: Sequence[int], value: Any) -> int:
-    """Return a bay that is occupied."""
+    """Return the number of an occupied bay."""
     bay = integer(value)
     if bay not in bays:
         there = f"occupied: {', '.join(map(str, bays))}" if bays else "this unit has no bays"
-        raise _WrongError(f"there is nothing in bay {bay} ({there})")
+        raise _WrongError(f"bay {bay} is not occupied ({there})")
     return bay
 
 
@@ -62,18 +62,18 @@ def within(first: int, last: int, value: Any) -> int:
     """Return a number from ``first`` to ``last``."""
     number = integer(value)
     if not first <= number <= last:
-        there = f"{first} to {last}" if last > first else f"{first} alone"
-        raise _WrongError(f"{number} is not there; there is {there}")
+        there = f"{first} to {last}" if last > first else f"{first}"
+        raise _WrongError(f"{number} does not exist; expected {there}")
     return number
 
 
 def refuse(why: str, value: Any) -> None:
-    """Take no value at all."""
+    """Refuse any value."""
     raise _WrongError(why)
 
 
 def version(value: Any) -> str:
-    """Return a version of a firmware."""
+    """Return a firmware version."""
     found = text(value)
     if not _FIRMWARE.fullmatch(found):
         raise _WrongError(f'expected a version such as "3.3", not {found!r}')
@@ -81,14 +81,14 @@ def version(value: Any) -> str:
 
 
 def milliseconds(value: Any) -> float:
-    """Return a time above 0."""
+    """Return a time in milliseconds above 0."""
     if type(value) not in (int, float) or not 0 < value < math.inf:
         raise _WrongError(f"expected a number of milliseconds above 0, not {value!r}")
     return float(value)
 
 
 def factor(value: Any) -> Fraction:
-    """Return how many counts make a unit, exactly: a float of TOML is not what was written."""
+    """Return the exact number of counts per unit. A TOML float is refused: it is not exact."""
     if type(value) is not int and not (isinstance(value, str) and _FACTOR.fullmatch(value)):
         raise _WrongError(
             f'expected a number in quotes, such as "34304" or "1000/3", not {value!r}'
@@ -108,16 +108,16 @@ def span(value: Any) -> Range:
 
 
 def reasons(listed: frozenset[str], unit: str, value: Any) -> dict[str, str]:
-    """Return messages of a unit, each with the reason why it is not supported."""
+    """Return unsupported messages with the reasons."""
     found: dict[str, str] = table_of(text)(value)
     wrong = []
     for name, reason in found.items():
         if name not in listed:
             close = difflib.get_close_matches(name.upper()[:80], listed, n=1)
             hint = f"; did you mean {close[0]}?" if close else ""
-            wrong.append(f"{name} is no message of {unit}{hint}")
+            wrong.append(f"{name} is not a message of {unit}{hint}")
         elif not reason.strip():
-            wrong.append(f'say why {name} is not supported, such as "not fitted"')
+            wrong.append(f'give a reason why {name} is not supported, such as "not fitted"')
     if wrong:
         raise _WrongError("; ".join(wrong))
     return found

@@ -1,7 +1,7 @@
-"""Plans: which checks a run has, what they will do, which are left out and why, and how to repeat them.
+"""Plans: which checks a run has, what they do, which are omitted and why, and how to repeat them.
 
-:func:`plan` makes the checks: all of the protocol's kinds, or those that were asked for. A :class:`Plan`
-has the controller and the permissions as well, and is all that :func:`.execute` needs.
+:func:`plan` makes the checks: those of all kinds of the protocol, or a selection. A :class:`Plan` adds the
+controller and the permissions, and is all that :func:`.execute` needs.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from stagewire_conformance.notation import as_typed
 from stagewire_conformance.registry import about, known_rules
 
 _GRAVITY: Final = (Need.EEPROM, Need.MOTION, Need.SETTINGS)
-"""A check with several needs counts under the first of them: a check that moves is listed as moving."""
+"""A check with several needs is listed under the first of them: a check that moves is listed as moving."""
 
 
 def plan(
@@ -35,14 +35,14 @@ def plan(
     only: str | Sequence[str] = (),
     kinds: Sequence[Kind] | None = None,
 ) -> list[Check]:
-    """Return the checks of a run, in order; what is not allowed is among them, and not run.
+    """Return the checks of a run, in order, including those that are not allowed and will not run.
 
-    :param only: names of kinds, names of messages, or patterns of ids with ``*`` and ``?``; empty: all.
-    :param kinds: the kinds of checks, such as some of your own; None: those of the suite.
+    :param only: names of kinds, names of messages, or patterns of ids with ``*`` and ``?``; empty for all.
+    :param kinds: the kinds of checks, such as your own; None for those of the suite.
 
-    Raises :class:`.NothingToRunError` for one of ``only`` that chooses nothing; :class:`ValueError` and
-    :class:`TypeError` for kinds that cannot be run: an id that two checks have, or a message or a rule that
-    the registry does not have.
+    Raises :class:`.NothingToRunError` if an entry of ``only`` selects nothing. Raises :class:`ValueError` or
+    :class:`TypeError` for invalid kinds: two checks with the same id, or a message or a rule that the
+    registry does not have.
     """
     only = [only] if isinstance(only, str) else only
     bays = any(place.bay for place in declared.places)
@@ -65,7 +65,7 @@ def plan(
 
 
 def _refuse_unknown(checks: Sequence[Check], declared: Declaration) -> None:
-    """Raise ValueError for what a kind declares and no run could use."""
+    """Raise ValueError for an unknown message or rule, or for a duplicate id."""
     registry, seen = declared.registry, set[str]()
     rules = known_rules(registry)
     for check in checks:
@@ -73,9 +73,9 @@ def _refuse_unknown(checks: Sequence[Check], declared: Declaration) -> None:
         unknown = messages or [rule for rule in check.rules if rule not in rules]
         if unknown:
             what = "message" if messages else "rule"
-            raise ValueError(f"the check {check.id}: the registry has no {what} {unknown[0]!r}")
+            raise ValueError(f"check {check.id}: unknown {what} {unknown[0]!r}")
         if check.id in seen:
-            raise ValueError(f"two checks have the id {check.id}; give their cases different names")
+            raise ValueError(f"duplicate check id {check.id}: give the cases different names")
         seen.add(check.id)
 
 
@@ -91,8 +91,8 @@ def _chooses(pattern: str, check: Check) -> bool:
 def _nothing(pattern: str, checks: Sequence[Check], declared: Declaration) -> str:
     names = [*dict.fromkeys(_names(checks))]
     close = difflib.get_close_matches(pattern, names, n=3, cutoff=0.5)
-    hint = f"did you mean {' or '.join(close)}?" if close else "--list shows what there is"
-    return f"no check of {declared.unit.name} is named {pattern or repr(pattern)}; {hint}"
+    hint = f"did you mean {' or '.join(close)}?" if close else "--list shows all checks"
+    return f"no check of {declared.unit.name} matches {pattern or repr(pattern)}; {hint}"
 
 
 def _names(checks: Sequence[Check]) -> Iterator[str]:
@@ -105,12 +105,12 @@ def _names(checks: Sequence[Check]) -> Iterator[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """A run against a controller that has not begun.
+    """A run that has not begun.
 
-    :param checks: those that were chosen, in order; checks that are not allowed are among them.
-    :param only: the names and patterns that chose them; empty: all.
-    :param seed: decides all that is left to chance.
-    :param pics: the file that declares the controller, if there is one.
+    :param checks: the selected checks, in order, including those that are not allowed.
+    :param only: the names and patterns that selected them; empty for all.
+    :param seed: seeds all random choices.
+    :param pics: the file that declares the controller, if any.
     """
 
     declared: Declaration
@@ -133,29 +133,30 @@ class Plan:
     ) -> Plan:
         """Plan a run against a unit, or against the controller that a PICS declares.
 
-        :param unit: its name; None where there is a PICS.
+        :param unit: the name of the unit; None if there is a PICS.
         :param only: see :func:`plan`.
         :param kinds: see :func:`plan`.
 
-        Raises :class:`.DeclarationError` where neither declares the controller or both contradict each
-        other, :class:`.PicsError` for a file that cannot be used, :class:`.NothingToRunError` where one of
-        ``only`` chooses nothing, and another :class:`~stagewire.errors.StagewireError` for an unknown unit.
+        Raises :class:`.DeclarationError` if there is neither a unit nor a PICS, or if they contradict each
+        other; :class:`.PicsError` for an invalid PICS; :class:`.NothingToRunError` if an entry of ``only``
+        selects nothing; and another :class:`~stagewire.errors.StagewireError` for an unknown unit.
         """
         if unit is None and pics is None:
             raise DeclarationError(
-                "what is there? give --unit, such as --unit TDC001, or --pics; "
-                "stagewire conformance pics --from URL writes one"
+                "which controller is it? Give --unit, such as --unit TDC001, or --pics FILE; "
+                "stagewire conformance pics --from URL writes a PICS"
             )
         if pics is None and str(unit).upper() == RACK:
             raise DeclarationError(
-                "what is in the bays of a rack only a PICS says: stagewire conformance pics --from URL "
-                f"--unit {RACK} --out pics.toml writes one, and --pics pics.toml uses it"
+                "a rack of modules needs a PICS that lists its bays; write one with "
+                f"stagewire conformance pics --from URL --unit {RACK} --out pics.toml, and use it with "
+                "--pics pics.toml"
             )
         declared = declare(read_pics(pics) if pics is not None else str(unit))
         checks = plan(declared, allowed, only=only, kinds=kinds)
         if pics is not None and unit is not None and unit.upper() != declared.unit.name:
             raise DeclarationError(
-                f"--unit {unit} contradicts {pics}, which is one of {declared.unit.name}; leave --unit away"
+                f"--unit {unit} contradicts {pics}, which declares a {declared.unit.name}; omit --unit"
             )
         return cls(
             declared=declared,
@@ -168,16 +169,16 @@ class Plan:
 
     @property
     def runnable(self) -> list[Check]:
-        """The checks that will be run."""
+        """The checks that will run."""
         return [check for check in self.checks if not self._reason(check)]
 
     @property
     def seconds(self) -> float:
-        """About how long the run takes."""
+        """The approximate duration of the run in seconds."""
         return sum(check.seconds for check in self.runnable)
 
     def effects(self) -> dict[Need, list[Check]]:
-        """Return the checks that will do more than ask, each under the gravest of its needs."""
+        """Return the runnable checks that need a permission, each listed under the first of its needs."""
         found: dict[Need, list[Check]] = {}
         for check in self.runnable:
             gravest = next((need for need in _GRAVITY if need in check.needs), None)
@@ -186,21 +187,21 @@ class Plan:
         return {need: found[need] for need in Need if need in found}
 
     def refusals(self) -> dict[str, int]:
-        """Return the reasons for which checks are refused, each with the number of its checks."""
+        """Return each reason why checks are refused, with the number of checks."""
         return dict(Counter(filter(None, (check.refusal(self.allowed) for check in self.checks))))
 
     def verify(self) -> None:
-        """Raise :class:`.NothingToRunError` where every check is refused or skipped."""
+        """Raise :class:`.NothingToRunError` if every check is refused or skipped."""
         if not self.runnable:
             reasons = dict.fromkeys(map(self._reason, self.checks))
             raise NothingToRunError(
-                f"there is nothing to run; all that was chosen is left out: {'; '.join(reasons)}"
+                f"nothing to run; all selected checks are omitted: {'; '.join(reasons)}"
             )
 
     def repeat(self, url: str, only: str = "") -> str:
         """Return the command that repeats the run, or one check of it.
 
-        :param only: the id of a check; empty for all that were chosen.
+        :param only: the id of a check; empty for all selected checks.
         """
         words = ["stagewire", "conformance", "device", url]
         if self.pics is not None:
@@ -215,5 +216,5 @@ class Plan:
         return as_typed([*words, "--seed", str(self.seed)])
 
     def _reason(self, check: Check) -> str:
-        """Return why a check will not be run; empty if it will."""
+        """Return why a check will not run, or an empty string."""
         return check.refusal(self.allowed) or check.skip

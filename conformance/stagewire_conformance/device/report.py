@@ -1,4 +1,4 @@
-"""The report of a run, as data, with digests of the suite, the registry and the PICS; others print it."""
+"""The report of a run as data, with digests of the suite, the registry and the PICS."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def digests_of(declared: Declaration) -> dict[str, str]:
-    """Return SHA-256 digests in hex: of ``suite``, ``registry`` and ``pics`` (empty where there is none)."""
+    """Return SHA-256 digests in hex: ``suite``, ``registry`` and ``pics`` (empty without a PICS)."""
     registry = resources.files(declared.protocol.package) / "registry.json"
     return {
         "suite": _of_suite(),
@@ -31,7 +31,7 @@ def digests_of(declared: Declaration) -> dict[str, str]:
 
 @cache
 def _of_suite() -> str:
-    """Return the digest of the source of the suite: of each file its path and what is in it."""
+    """Return the digest of the source of the suite: paths and contents of its files."""
     digest = hashlib.sha256()
     for path, file in sorted(_files(resources.files(__package__), "")):
         digest.update(f"{path}\0".encode())
@@ -49,13 +49,13 @@ def _files(folder: Traversable, path: str) -> Iterator[tuple[str, Traversable]]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out of one check.
+    """The outcome of one check.
 
-    :param findings: none where everything held.
-    :param entries: what passed on the line meanwhile.
-    :param figures: what was measured, by name, with the unit at the end of it (``p99_ms``).
-    :param seconds: how long it took.
-    :param restored: what was put back afterwards.
+    :param findings: empty if the controller passed.
+    :param entries: the traffic on the line during the check.
+    :param figures: measured values by name. A name ends with the unit (``p99_ms``).
+    :param seconds: the duration.
+    :param restored: the changes that were undone afterwards.
     """
 
     check: Check
@@ -70,19 +70,19 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Report:
-    """What came out of a run.
+    """The outcome of a run.
 
     :param url: of the line.
-    :param seed: with it the same run can be had again.
-    :param outcomes: of the checks that ran, and of those that the PICS skips, in order.
-    :param not_run: the others, and why.
-    :param unfinished: why the run did not come to its end; empty: it did.
-    :param jitter: how late the computer itself is when it waits, in seconds.
+    :param seed: repeats the run with the same random choices.
+    :param outcomes: of the checks that ran and of those that the PICS skips, in order.
+    :param not_run: the other checks, each with the reason.
+    :param unfinished: why the run did not finish; empty if it did.
+    :param jitter: how late this computer wakes when it waits, in seconds.
     :param started: in UTC.
     :param digests: SHA-256 of ``suite``, ``registry`` and ``pics``.
-    :param identification: what the controller said that it is, field by field; empty: it did not say.
-    :param stops: what was sent to stop what might be in motion, when the run was cut short.
-    :param defect: the error in the suite that ended the run, if it was one.
+    :param identification: what the controller reported about itself, field by field; empty if it did not.
+    :param stops: the stops that were sent when the run was cut short.
+    :param defect: the error in the suite that ended the run, if any.
     """
 
     declared: Declaration

@@ -9,12 +9,12 @@ from functools import cached_property
 
 
 class Result(StrEnum):
-    """What came out of a check, or of one thing that it looked at.
+    """The result of a check, or of one finding.
 
-    ``FAIL``: what the document states as a fact or a duty does not hold. ``NON_STRICT``: what it advises or
-    calls usual does not, or the controller does what others are known to do beside it. ``INFO``: nothing
-    could be decided, such as a time on a computer that is late itself. ``SKIP``: the controller does not
-    claim it, as its PICS says.
+    ``FAIL``: the controller violates a requirement of the document. ``NON_STRICT``: it departs from a
+    recommendation or from usual behaviour, or behaves in a way that is known from other controllers.
+    ``INFO``: the check could not decide, for example about a time on a computer that is late itself.
+    ``SKIP``: the PICS states that the controller does not support this.
     """
 
     PASS = "PASS"
@@ -28,17 +28,17 @@ _GRAVITY = (Result.PASS, Result.SKIP, Result.INFO, Result.NON_STRICT, Result.FAI
 
 
 def worst(results: Iterable[Result]) -> Result:
-    """Return the gravest of some results; ``PASS`` of none."""
+    """Return the worst of some results, or ``PASS`` if there are none."""
     return max(results, key=_GRAVITY.index, default=Result.PASS)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a check found.
+    """One observation of a check.
 
-    :param text: a sentence: what came, and what should have come.
-    :param wanted: the bytes that should have come, if that is known.
-    :param came: the bytes that it is about, if there are any.
+    :param text: a sentence that states what was received and what was expected.
+    :param wanted: the expected bytes, if known.
+    :param came: the received bytes, if any.
     """
 
     result: Result
@@ -49,13 +49,13 @@ class Finding:
 
 @dataclass(frozen=True)
 class Entry:
-    """Something that passed on the line.
+    """Bytes that passed on the line.
 
-    :param time: in seconds since the line was opened.
-    :param sent: whether the suite sent it.
-    :param raw: its bytes.
-    :param keep_alive: whether it was sent by itself, to keep the controller talking.
-    :param tell: says what it is, when somebody wants to know: most entries nobody reads.
+    :param time: seconds since the line was opened.
+    :param sent: whether the suite sent them.
+    :param raw: the bytes.
+    :param keep_alive: whether this is a keep-alive message that the line sent automatically.
+    :param tell: returns a description. It is called only when needed, because few entries are read.
     """
 
     time: float
@@ -66,5 +66,5 @@ class Entry:
 
     @cached_property
     def text(self) -> str:
-        """What it says, in one line."""
+        """The description, in one line."""
         return self.tell()

@@ -1,4 +1,7 @@
-"""A run: first contact, then check after check; and whatever happens, stops first, then what is put back."""
+"""A run: first contact, then all checks.
+
+However a check ends, its motion is stopped first, and then its changes are undone.
+"""
 
 from __future__ import annotations
 
@@ -30,16 +33,16 @@ _NOT_ALIKE: Final = (
     "its motors are declared alike but report different controllers; "
     "give counts_per_mm of each in a PICS"
 )
-"""Why a check of several motors is not run when their scales turn out to differ."""
+"""Why a check of several motors does not run if their scales differ."""
 
 Progress = Callable[[Check, int, int], None]
-"""Hears of each check before it runs: the check, how many came before it, and how many there are."""
+"""Called before each check with the check, the number of checks before it, and the total."""
 
 
 class RunInterrupted(KeyboardInterrupt):
-    """A run was ended by Ctrl-C or SIGTERM; what was in motion has been told to stop.
+    """Ctrl-C or SIGTERM ended a run, after stops were sent to everything in motion.
 
-    :param report: what was found until then.
+    :param report: the results up to the interruption.
     :param signal: the number of the signal.
     """
 
@@ -50,7 +53,7 @@ class RunInterrupted(KeyboardInterrupt):
 
 
 def line_to(link: Link, declared: Declaration, allowed: Permissions) -> GuardedLink:
-    """Return the kind of line that the protocol needs."""
+    """Return the guarded link for the protocol."""
     kind = CommandLine if isinstance(declared.protocol, CommandProtocol) else AptLine
     return kind(link, declared, allowed)
 
@@ -63,19 +66,19 @@ def run(
     seed: int,
     progress: Progress = lambda check, before, total: None,
 ) -> Report:
-    """Run checks on a controller, and return what was found; the link stays open.
+    """Run checks on a controller and return the report. The link stays open.
 
-    :param checks: of :func:`.plan`.
-    :param seed: decides what is left to chance.
+    :param checks: from :func:`.plan`.
+    :param seed: seeds all random choices.
 
-    Raises :class:`.NothingAnswersError` where nothing answers, and :class:`RunInterrupted` on Ctrl-C and
-    SIGTERM. Where the line is lost, or the suite itself has a defect, the report says so.
+    Raises :class:`.NothingAnswersError` if the controller does not answer, and :class:`RunInterrupted` on
+    Ctrl-C and SIGTERM. A lost line or a defect of the suite ends the run and is stated in the report.
     """
     return _Run(link, checks, declared, allowed, seed).run(progress)
 
 
 class _Run:
-    """One run, while it goes on."""
+    """A run in progress."""
 
     def __init__(
         self,
@@ -126,7 +129,7 @@ class _Run:
         return self._report()
 
     def _identify(self) -> None:
-        """Make the checks again where other scales apply than those of the unit that is declared."""
+        """Make the checks again if other scales apply than those of the declared unit."""
         declared = self._line.identify(self._identification)
         if declared is self._declared:
             return
@@ -150,7 +153,7 @@ class _Run:
                 self._run_check(check)
 
     def _run_check(self, check: Check) -> None:
-        """Run one check; whatever ends it, stops come first, and what it found is kept."""
+        """Run one check. If an error ends it, send stops first; keep its findings in any case."""
         line = self._line
         began, at = line.now, len(line.log)
         random = Random(f"{self._seed}/{check.id}")
@@ -163,7 +166,7 @@ class _Run:
             line.halt()  # before anything else
             self._stops = tuple(entry.text for entry in line.log[at_stop:])
             line.interruption.heed()
-            trial.inconclusive(f"it did not come to its end: {_reason(error)}")
+            trial.inconclusive(f"the check did not finish: {_reason(error)}")
             restoration.restore_at_rest()
             raise
         finally:
@@ -180,7 +183,7 @@ class _Run:
             )
 
     def _perform(self, check: Check, trial: Trial, restoration: Restoration) -> None:
-        """Run one check to its end, stop what it leaves in motion, and put back what it changed."""
+        """Run one check to its end, stop what it leaves in motion, and undo its changes."""
         line = self._line
         try:
             check.run(trial)
@@ -188,18 +191,18 @@ class _Run:
             pass
         except (TransportLostError, NotAllowedError):
             raise
-        except StagewireError as error:  # what a controller does may keep a check from going on
+        except StagewireError as error:  # the behaviour of a controller can end a check
             line.halt()
-            trial.must(False, f"the check could not go on: {error}")
+            trial.must(False, f"the check could not continue: {error}")
             restoration.restore_at_rest()
         line.rest()
         restoration.restore()
         line.rest()
         for text in line.settle():
-            trial.info(f"came unasked behind it: {text}")
+            trial.info(f"received after the check, unsolicited: {text}")
 
     def _leave(self) -> None:
-        """Leave the controller as it was found, as far as that can be done after an error."""
+        """Leave the controller as it was found, as far as possible after an error."""
         self._line.interruption.heed()
         with suppress(StagewireError, KeyboardInterrupt):
             self._line.leave()

@@ -1,11 +1,10 @@
-"""Targets: everything of a controller that has an address or is an axis, and the stages connected to it.
+"""Targets: the addressable parts or axes of a controller, and the stages connected to them.
 
-:func:`places_of` gives the targets of a unit. The list of messages of a unit is one for all of a rack. The
-registry says of a message whom it addresses: the motherboard, the unit as a whole, everything that has an
-address, or, where it says nothing, the controller in a bay.
+:func:`places_of` returns the targets of a unit. A rack has one list of messages for all its parts. The
+registry states the addressee of a message: the motherboard, the whole unit, or every address. Without an
+addressee, the message goes to the controller in a bay.
 
-:func:`names_of` says what a controller may be, by what it reports of itself; its scales are those of that
-unit or alias.
+:func:`names_of` returns the units that a controller may be, according to its identity. Their scales apply.
 """
 
 from __future__ import annotations
@@ -24,13 +23,13 @@ from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
 
 
 def names_of(unit: Unit, facts: Facts, reported: Mapping[str, int | str]) -> tuple[str, ...]:
-    """Return the names of all that a controller may be, whose scales must agree before one is used.
+    """Return the names of all units that a controller may be. A scale is used only if it is the same for all.
 
-    :param unit: as which it is declared.
+    :param unit: the declared unit.
     :param reported: the fields of its identity.
 
-    Empty where it reports no serial number, or where the registry has no prefixes: it is taken as declared.
-    A controller that does not fit its declaration gets a name that no scale is known for.
+    Empty without a reported serial number, or if the registry has no prefixes: the declaration applies.
+    A controller that does not match its declaration gets a name without any known scale.
     """
     known, number = facts.candidates(), reported.get("serial_number")
     if not isinstance(number, int) or not any(one.prefixes for one in known):
@@ -42,13 +41,13 @@ def names_of(unit: Unit, facts: Facts, reported: Mapping[str, int | str]) -> tup
 
 
 _POSITION = "position"
-"""The quantity that a travel and a range of motion are about."""
+"""The quantity of a travel and of a range of motion."""
 
 _WHERE = "MOT_REQ_POSCOUNTER"
 
 
 class Travel(NamedTuple):
-    """From which count to which; both belong to it."""
+    """A range in counts. Both ends are included."""
 
     low: int
     high: int
@@ -59,14 +58,14 @@ class Travel(NamedTuple):
 
 @dataclass(frozen=True)
 class Attachment:
-    """What is connected to one channel, or to one axis.
+    """The stage or actuator on a channel or axis.
 
-    :param stated: it, as the PICS has it.
-    :param stage: it, with its scales; None: not known, so that there are counts only.
-    :param scales: those that hold there.
-    :param travel: in counts; None: not known.
-    :param homes: whether it can be sent home.
-    :param limit_switches: whether its ends have switches.
+    :param stated: its declaration in the PICS.
+    :param stage: with its scales; None if unknown, so that only counts can be used.
+    :param scales: the scales that apply.
+    :param travel: in counts; None if unknown.
+    :param homes: whether it can home.
+    :param limit_switches: whether it has limit switches.
     """
 
     stated: ChannelPics
@@ -78,7 +77,7 @@ class Attachment:
 
     @property
     def position_scale(self) -> Scale | None:
-        """The scale of positions; None: not known."""
+        """The scale of positions; None if unknown."""
         if _POSITION not in self.scales.rules:
             return None
         try:
@@ -88,9 +87,9 @@ class Attachment:
 
 
 def moves_stages(unit: Unit) -> bool:
-    """Return whether a unit moves stages: it has axes, or can be asked where a stage stands.
+    """Return whether a unit moves stages: it has axes or can report a position.
 
-    A solenoid driver takes messages of motors, too; it has no positions.
+    A solenoid driver has some motor messages, but no positions.
     """
     return unit.kind == "line" or _WHERE in unit.messages
 
@@ -98,11 +97,11 @@ def moves_stages(unit: Unit) -> bool:
 def attachment_of(
     unit: Unit, facts: Facts, stated: ChannelPics, names: tuple[str, ...] = ()
 ) -> Attachment:
-    """Return what is connected to a channel as it is stated.
+    """Return the stage or actuator on a channel.
 
-    :param names: what the controller is, or may be: units and aliases, whose scales apply. Empty: the unit.
+    :param names: the units and aliases that the controller may be, whose scales apply; empty for ``unit``.
 
-    Raises :class:`.RangeError` for a travel that no known scale converts to counts.
+    Raises :class:`.RangeError` for a travel that cannot be converted to counts.
     """
     stage: Stage | None = None
     if stated.stage:
@@ -119,17 +118,17 @@ def attachment_of(
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """Something with an address of its own, or an axis.
+    """A part of a controller with its own address, or an axis.
 
     :param address: or the identifier of the axis.
-    :param name: as it stands in ids and texts: ``0x50``, or ``X``.
-    :param unit: what the document says of what is there: of a bay that of its card or module.
-    :param bay: from 1 on; None for what is in no bay.
+    :param name: as used in ids and texts: ``0x50``, or ``X``.
+    :param unit: the documented unit: for a bay, its card or module.
+    :param bay: counted from 1; None outside a rack.
     :param is_motherboard: whether it is the motherboard of a rack, which has no channels.
-    :param channels: by number; of an axis none.
-    :param listed: the messages that the document gives it.
-    :param unsupported: those of them that the PICS takes back, with the reasons.
-    :param fitted: channel -> what is connected to it; of an axis under None.
+    :param channels: by number; empty for an axis.
+    :param listed: its documented messages.
+    :param unsupported: those that the PICS lists as unsupported, with the reasons.
+    :param fitted: channel -> the stage or actuator on it; for an axis the key is None.
     """
 
     address: int
@@ -145,44 +144,44 @@ class Target:
 
     @functools.cached_property
     def messages(self) -> frozenset[str]:
-        """The messages that it is claimed to take and to give."""
+        """The messages that it claims to support."""
         return self.listed - self.unsupported.keys()
 
     @property
     def status(self) -> str | None:
-        """Which form of status it sends: ``dc``, ``stepper``, ``piezo`` or None."""
+        """The form of its status messages: ``dc``, ``stepper``, ``piezo`` or None."""
         return self.unit.status
 
     @property
     def keep_alive(self) -> type[FramedMessage] | None:
-        """What it has to hear again and again on USB; None: nothing."""
+        """The keep-alive message that it needs on USB; None if it needs none."""
         sign = None if self.is_motherboard else self.unit.keep_alive
         if sign is None or sign.layout.message not in self.messages:
             return None
-        assert issubclass(sign, FramedMessage)  # commands keep nobody alive
+        assert issubclass(sign, FramedMessage)  # command protocols have no keep-alive message
         return sign
 
     @functools.cached_property
     def moves_stages(self) -> bool:
-        """Whether stages can be connected to it, and not only actuators, shutters or sensors."""
+        """Whether it moves stages, and not only actuators, shutters or sensors."""
         return moves_stages(self.unit) and not self.is_motherboard
 
     def why_not(self, message: str) -> str:
-        """Return why a message is not claimed, for a check that is skipped; empty where it is."""
+        """Return why a message is not claimed, for a skipped check, or an empty string if it is."""
         if message in self.messages:
             return ""
         if message in self.unsupported:
-            return f"the PICS says that {message} is not supported: {self.unsupported[message]}"
+            return f"the PICS lists {message} as unsupported: {self.unsupported[message]}"
         return f"{message} is not in the list of {self.unit.name}"
 
     def why_none(self, messages: Iterable[str]) -> str:
-        """Return why the first unclaimed one of some messages is not claimed; empty where all are."""
+        """Return why the first unclaimed message is not claimed, or an empty string if all are."""
         return next(filter(None, map(self.why_not, messages)), "")
 
     def named(self, names: tuple[str, ...]) -> Target:
-        """Return the place of a controller that is, or may be, one of some units and aliases.
+        """Return the place with the scales of the units and aliases that the controller may be.
 
-        Raises :class:`.RangeError` where the travel of its stage is in a unit that has no scale on them.
+        Raises :class:`.RangeError` if the travel of its stage has a unit without a scale on them.
         """
         fitted = {
             channel: attachment_of(self.unit, self.facts, each.stated, names)
@@ -191,31 +190,31 @@ class Target:
         return replace(self, fitted=fitted)
 
     def connected_to(self, channel: int | None = None) -> Attachment:
-        """Return what is connected to a channel; raises :class:`KeyError` for one that is not there."""
+        """Return the stage or actuator on a channel. Raises :class:`KeyError` for an unknown channel."""
         return self.fitted[channel]
 
     def stage_of(self, channel: int | None = None) -> Stage | None:
-        """Return the stage on a channel; None: not known."""
+        """Return the stage on a channel; None if unknown."""
         return self.fitted[channel].stage
 
     def travel_of(self, channel: int | None = None) -> Travel | None:
-        """Return the travel of the stage on a channel, in counts; None: not known."""
+        """Return the travel of the stage on a channel, in counts; None if unknown."""
         return self.fitted[channel].travel
 
     def position_scale(self, channel: int | None = None) -> Scale | None:
-        """Return the scale of positions on a channel; None: not known."""
+        """Return the scale of positions on a channel; None if unknown."""
         return self.fitted[channel].position_scale
 
 
 RACK: Final = "RACK"
-"""The name of a rack of modules, of which the document has the modules alone."""
+"""The name of a rack of modules. The document describes only its modules."""
 
 _AXES: Final = ("X", "Y")
-"""Axes of a controller that nothing is declared of."""
+"""Axes of a controller for which the PICS declares none."""
 
 
 def places_of(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
-    """Return the places of a unit: the motherboard of a rack first, then its bays; or its axes."""
+    """Return the places of a unit: the motherboard of a rack and then its bays, or its axes."""
     if unit.kind == "line":
         return _axes(facts, unit, pics)
     if unit.kind == "generic_usb":
@@ -224,7 +223,7 @@ def places_of(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
 
 
 def rack_of(facts: Facts, pics: Pics) -> Unit:
-    """Return a rack of modules as a unit: it has the bays of its modules, and no channels of its own."""
+    """Return a rack of modules as a unit: with bays, and without channels."""
     modules = [unit for unit in facts.units.values() if unit.kind == "bay"]
     return Unit(
         name=RACK,
@@ -282,11 +281,12 @@ def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
 
 @dataclass(frozen=True)
 class _Addressees:
-    """Whom messages address in a rack.
+    """The addressees of messages in a rack.
 
-    :param everybody: whatever has an address, and what it says unasked.
-    :param board: the motherboard.
-    :param unit: the unit as a whole: the motherboard of cards; of modules each, which has inputs of its own.
+    :param everybody: messages for every address, and unsolicited ones.
+    :param board: messages for the motherboard.
+    :param unit: messages for the whole unit: for the motherboard of a rack of cards, or for each module,
+        which has its own inputs.
     """
 
     everybody: frozenset[str]
@@ -295,7 +295,7 @@ class _Addressees:
 
     @classmethod
     def of(cls, registry: dict[str, Any]) -> _Addressees:
-        """Return what a registry says."""
+        """Return the addressees of a registry."""
         found: dict[str | None, set[str]] = {"every": set(), "motherboard": set(), "unit": set()}
         for entry in registry["messages"]:
             is_of_all = entry["chapter"] == "generic" and entry["exchange"].get("unsolicited")
@@ -305,19 +305,19 @@ class _Addressees:
 
     @property
     def of_any_board(self) -> frozenset[str]:
-        """The messages of a motherboard of modules, which has no list of its own."""
+        """The messages of the motherboard of a rack of modules, which has no documented list."""
         return self.everybody | self.board
 
     def of_board(self, unit: Unit) -> frozenset[str]:
-        """Return those of the motherboard of a rack of cards."""
+        """Return the messages of the motherboard of a rack of cards."""
         return unit.messages & (self.everybody | self.board | self.unit)
 
     def of_card(self, unit: Unit) -> frozenset[str]:
-        """Return those of a card."""
+        """Return the messages of a card."""
         return unit.messages - self.board - self.unit
 
     def of_module(self, unit: Unit) -> frozenset[str]:
-        """Return those of a module."""
+        """Return the messages of a module."""
         return unit.messages - self.board
 
 

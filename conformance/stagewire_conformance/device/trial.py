@@ -1,6 +1,6 @@
 """The trial of a check: its line, declaration, permissions and findings, and the restoration after it.
 
-The changes of a check are put back at its end, the last one first, whatever has happened.
+At the end of a check its changes are undone, the last one first, however the check ended.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 
 class EnoughError(Exception):
-    """What else the check would look at cannot be looked at; what it found stands. Never leaves a run."""
+    """Ends a check early and keeps its findings. Never leaves a run."""
 
 
 @dataclass(frozen=True)
 class Undo:
-    """Something that is to be put back.
+    """A change that must be undone.
 
-    :param what: in words, such as ``velocity parameters of channel 1``.
-    :param action: puts it back.
-    :param moves: whether something moves by it, so that it is left as it is after an interruption.
+    :param what: a phrase such as ``velocity parameters of channel 1``.
+    :param action: undoes the change.
+    :param moves: whether the action moves something. If so, it is omitted after an interruption.
     """
 
     what: str
@@ -42,10 +42,10 @@ class Undo:
 class Trial:
     """One run of one check.
 
-    :param line: an :class:`.AptLine` or a :class:`.CommandLine`, as the protocol has it.
-    :param declared: what is at its other end.
-    :param allowed: what may be done beyond asking.
-    :param random: of the seed and the id of the check, so that it alone can be repeated byte for byte.
+    :param line: an :class:`.AptLine` or a :class:`.CommandLine`, depending on the protocol.
+    :param declared: the declared controller.
+    :param allowed: the permissions of the run.
+    :param random: seeded by the run and the id of the check, so that a check can be repeated alone.
     """
 
     line: Any
@@ -59,24 +59,24 @@ class Trial:
     def must(
         self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
     ) -> bool:
-        """Note a FAIL unless something holds; return whether it does.
+        """Note a FAIL unless ``holds``; return ``holds``.
 
-        :param problem: a sentence: what came, and what should have come.
-        :param wanted: the bytes that should have come, if that is known.
-        :param came: the bytes that it is about, if there are any.
+        :param problem: a sentence that states what was received and what was expected.
+        :param wanted: the expected bytes, if known.
+        :param came: the received bytes that the problem is about, if any.
         """
         return self._expect(Result.FAIL, holds, problem, wanted, came)
 
     def should(
         self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
     ) -> bool:
-        """Note a NON-STRICT unless something holds; return whether it does; see :meth:`must`."""
+        """Note a NON-STRICT unless ``holds``; return ``holds``. See :meth:`must`."""
         return self._expect(Result.NON_STRICT, holds, problem, wanted, came)
 
     def need(
         self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
     ) -> None:
-        """Note a FAIL and end the check unless something holds; see :meth:`must`."""
+        """Note a FAIL and end the check unless ``holds``. See :meth:`must`."""
         if not self.must(holds, problem, wanted=wanted, came=came):
             raise EnoughError
 
@@ -88,20 +88,20 @@ class Trial:
         return holds
 
     def info(self, text: str, **figures: float) -> None:
-        """Note something that is neither right nor wrong; the check passes all the same.
+        """Note an observation; the check still passes.
 
-        :param figures: go into the report by their names (``p99_ms=3.2``).
+        :param figures: measured values for the report, by name (``p99_ms=3.2``).
         """
         self.findings.append(Finding(Result.PASS, text))
         self.figures |= figures
 
     def inconclusive(self, text: str, **figures: float) -> None:
-        """Note that nothing could be decided, as on a computer that is late itself: the check is INFO."""
+        """Note that the check could not decide, such as on a computer that wakes late. The result is INFO."""
         self.findings.append(Finding(Result.INFO, text))
         self.figures |= figures
 
     def reply(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Incoming:
-        """Ask, and return the reply; where none comes, that is a FAIL, and the end of the check."""
+        """Send a request and return the reply. Without a reply, note a FAIL and end the check."""
         heard: Incoming | None = self.line.ask(request, dest, wait)
         if heard is None:
             names = self.declared.registry.messages[request.layout.message]["exchange"][
@@ -116,39 +116,41 @@ class Trial:
         return heard
 
     def undo(self, what: str, action: Callable[[], object], *, moves: bool = False) -> None:
-        """Let something be put back at the end of the check, whatever has happened by then; last first.
+        """Register an action that undoes a change. It runs at the end of the check, however the check ends.
 
-        :param what: in words, for the report: ``velocity parameters of channel 1``.
-        :param action: puts it back; what it finds by :meth:`must` counts.
-        :param moves: whether something moves by it: it is done in the normal course only, and not after
-            Ctrl-C or an error, when nothing may move any more.
+        The last registered action runs first.
+
+        :param what: a phrase for the report, such as ``velocity parameters of channel 1``.
+        :param action: undoes the change. Its failed :meth:`must` calls count as findings.
+        :param moves: whether the action moves something. Such an action does not run after Ctrl-C or an
+            error, because nothing may move then.
         """
         self.undos.append(Undo(what, action, moves))
 
     @property
     def result(self) -> Result:
-        """What comes out of the findings."""
+        """The worst result of the findings."""
         return worst(finding.result for finding in self.findings)
 
 
 class Restoration:
-    """Puts back what a trial noted; what cannot be put back is a finding of it.
+    """Undoes the changes of a trial. A change that cannot be undone becomes a finding.
 
-    :param trial: of the check that is over.
+    :param trial: of a check that has ended.
     """
 
     def __init__(self, trial: Trial) -> None:
         self._trial = trial
         self._undos = trial.undos
         self.done: list[str] = []
-        """What was put back, in words."""
-        self._moves = True  # what moves may be put back, too
+        """The changes that were undone."""
+        self._moves = True  # whether actions that move something may run
 
     def restore(self) -> None:
-        """Put everything back, in the normal course.
+        """Undo all changes after a check that ended normally.
 
-        Where that fails, what may move by it is stopped, and nothing is put back any more by which something
-        moves. Raises what interrupts it; :meth:`restore_at_rest` goes on from there.
+        If an action fails, stop the motion that it may have started, and omit all further actions that move
+        something. Raises the interruption, if there is one; :meth:`restore_at_rest` continues from there.
         """
         while self._undos:
             if self._may_be_done(self._undos[-1]):
@@ -156,9 +158,9 @@ class Restoration:
             self._undos.pop()
 
     def restore_at_rest(self) -> None:
-        """Put back, after an error, everything by which nothing moves; raises nothing.
+        """Undo, after an error, all changes whose action moves nothing. Raises nothing.
 
-        Where the line is gone, or somebody interrupts it once more, the rest is left, and named.
+        If the line is lost or the run is interrupted again, note the remaining changes as not restored.
         """
         self._moves = False
         why = ""
@@ -170,17 +172,17 @@ class Restoration:
                 try:
                     self._put_back(undo)
                 except TransportLostError:
-                    why = "the line is gone"
+                    why = "the line was lost"
                     self._left(undo, why)
                 except KeyboardInterrupt:
                     why = "interrupted"
                     self._left(undo, why)
-                except Exception as error:  # the others are to be put back all the same
+                except Exception as error:  # the other changes must still be undone
                     self._left(undo, f"the suite has a defect: {type(error).__name__}: {error}")
 
     def _may_be_done(self, undo: Undo) -> bool:
         if undo.moves and not self._moves:
-            self._trial.info(f"left as it is, since nothing is to move any more: {undo.what}")
+            self._trial.info(f"not restored, because nothing may move now: {undo.what}")
             return False
         return True
 
@@ -193,7 +195,7 @@ class Restoration:
         except (EnoughError, StagewireError) as error:
             self._trial.line.halt()
             self._moves = False
-            if not isinstance(error, EnoughError):  # which has said what is wrong
+            if not isinstance(error, EnoughError):  # it has noted a finding
                 self._left(undo, str(error))
         if len(self._trial.findings) == before:
             self.done.append(undo.what)

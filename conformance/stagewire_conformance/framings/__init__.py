@@ -1,7 +1,7 @@
-"""The operations of the testee on one protocol: decode, encode and stream, from and to JSON values.
+"""The operations of the testee on one protocol: decode, encode and stream, with JSON values.
 
-There is one codec for each framing, in a module that is named as ``framing.kind`` in ``protocol.yaml``. Which
-one serves a protocol follows from its class.
+There is one codec for each framing, in a module named like ``framing.kind`` in ``protocol.yaml``. The class
+of a protocol determines its codec.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _CODECS: dict[type[Protocol], type[Codec]] = {
 EVENT_NAMES: dict[type[Event], str] = EVENTS | {
     event: name for codec in _CODECS.values() for event, name in codec.events.items()
 }
-"""The name that the testee protocol and captures have for every event of every framer."""
+"""The events of all framers, with their names in the testee protocol and in captures."""
 
 KEYS = {
     operation: {
@@ -35,16 +35,16 @@ KEYS = {
     }
     for operation in FramedCodec.keys
 }
-"""What a request may say beside what every protocol needs, whichever the protocol is."""
+"""The optional keys of a request, for any protocol."""
 
 
 @cache
 def codec_of(protocol: Protocol) -> Codec:
     """Return the codec for a protocol.
 
-    Raises :class:`~stagewire.errors.UnsupportedError` for a protocol that is framed in no known way.
+    Raises :class:`~stagewire.errors.UnsupportedError` for a protocol with an unknown framing.
     """
     for cls, codec in _CODECS.items():
         if isinstance(protocol, cls):
             return codec(protocol)
-    raise UnsupportedError(f"there is no codec for {protocol!r}, a {type(protocol).__name__}")
+    raise UnsupportedError(f"no codec supports {protocol!r}, a {type(protocol).__name__}")

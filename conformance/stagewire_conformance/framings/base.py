@@ -1,4 +1,4 @@
-"""The base of the codecs of all framings: a protocol, spoken to in the JSON values of the testee protocol."""
+"""The base class of the codecs of all framings. A codec uses the JSON values of the testee protocol."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EVENTS: dict[type[Event], str] = {Garbage: "garbage"}
 """The events of every framing, and their names."""
 
 Part: TypeAlias = tuple[str, range]
-"""A part of the bytes of a message: its name, and where it is."""
+"""A part of the bytes of a message: its name and its position."""
 
 Json = dict[str, Any]
 Context = Mapping[str, str]
@@ -28,63 +28,63 @@ ENDS = {end.value: end for end in End}
 
 
 class Reader(typing.Protocol):
-    """What cuts a stream into events."""
+    """Splits a stream into events."""
 
     def feed(self, data: bytes) -> list[Event]:
-        """Take the next bytes and return what they complete."""
+        """Add bytes and return the events that they complete."""
         ...
 
     @property
     def pending(self) -> bytes | bytearray | memoryview:
-        """The bytes that wait for more."""
+        """The bytes of an incomplete event."""
         ...
 
 
 class Codec(abc.ABC):
-    """One protocol, spoken to in JSON values.
+    """Encodes and decodes one protocol with JSON values.
 
-    A request is a mapping with the keys of the testee protocol; what it has to hold at least, and of
-    which type, is known to be right.
+    A request is a mapping with the keys of the testee protocol. Its required keys and their types have
+    already been validated.
     """
 
     keys: ClassVar[Mapping[str, Mapping[str, type]]]
-    """Operation -> what its requests may say beside what every protocol needs, with types."""
+    """Operation -> the optional keys of its requests, with types."""
 
     events: ClassVar[Mapping[type[Event], str]]
-    """The events of its framers besides :data:`EVENTS`, and their names in the testee protocol."""
+    """The events of its framers in addition to :data:`EVENTS`, and their names in the testee protocol."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol
 
     def keys_of(self, operation: str) -> Mapping[str, type]:
-        """Return what a request for an operation may say of this protocol, with types."""
+        """Return the optional keys of a request for an operation, with types."""
         return self.keys[operation]
 
     @abc.abstractmethod
     def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Decoded:
-        """Return what the bytes of exactly one message decode to; raise as the protocol does."""
+        """Decode the bytes of exactly one message. Raises the errors of the protocol."""
 
     @abc.abstractmethod
     def received(self, event: Event, request: Mapping[str, Any]) -> Decoded | None:
-        """Return what the message in an event decodes to, None for an event that holds none."""
+        """Decode the message in an event; None for an event without one."""
 
     @abc.abstractmethod
     def reader(self, request: Mapping[str, Any]) -> Reader:
-        """Return what cuts the stream of a request into events."""
+        """Return a reader that splits the stream of a request into events."""
 
     def decode(self, raw: bytes, request: Mapping[str, Any]) -> Json:
-        """Return what the bytes of exactly one message say; raise as the protocol does."""
+        """Decode the bytes of exactly one message to JSON. Raises the errors of the protocol."""
         return frame_answer(self.decoded(raw, request))
 
     @abc.abstractmethod
     def encode(self, request: Mapping[str, Any]) -> bytes:
-        """Return the bytes that ``message``, ``form``, ``fields`` and the rest describe.
+        """Encode ``message``, ``form``, ``fields`` and the other keys of a request.
 
         Every field is checked. Raises an error of :mod:`stagewire.errors` with its refusal code.
         """
 
     def stream(self, chunks: Iterable[bytes], request: Mapping[str, Any]) -> Json:
-        """Return the events of a stream that comes in ``chunks``, and what is left at its end."""
+        """Return the events of a stream that arrives in ``chunks``, and the bytes left over."""
         reader = self.reader(request)
         events: list[Event] = []
         for chunk in chunks:
@@ -95,29 +95,29 @@ class Codec(abc.ABC):
         }
 
     def event_answer(self, event: Event, request: Mapping[str, Any]) -> Json:
-        """Return one event of a stream as the object that a testee answers with."""
+        """Return one event of a stream as the JSON object of an answer."""
         decoded = self.received(event, request)
         answer: Json = {"event": {**EVENTS, **self.events}[type(event)]}
         return answer | ({"hex": event.raw.hex()} if decoded is None else frame_answer(decoded))
 
     def field_place(self, layout: Layout, offset: int, size: int) -> range:
-        """Return where a field is in the bytes of a message.
+        """Return the position of a field in the bytes of a message.
 
-        :param offset: where it is in the payload.
+        :param offset: its position in the payload.
         """
         return range(offset, offset + size)
 
     def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
-        """Yield the parts of the bytes of a message that are no fields, for people."""
+        """Yield the parts of a message that are not fields."""
         yield from ()
 
     @abc.abstractmethod
     def reading(self, wanted: Mapping[str, Any]) -> Json:
-        """Return what a decoder has to be told beside the bytes to read what is wanted."""
+        """Return the keys that a decode request needs, in addition to the bytes, to read a message."""
 
     @cached_property
     def contexts(self) -> dict[str, list[str]]:
-        """What a receiver may have to know beside the bytes, and the values that it can have."""
+        """Return the contexts on which decoding may depend, each with its possible values."""
         known: dict[str, set[str]] = {}
         for cls in self.protocol.messages:
             for key, value in cls.layout.when.items():
@@ -125,29 +125,29 @@ class Codec(abc.ABC):
         return {key: sorted(values) for key, values in sorted(known.items())}
 
     def check_context(self, context: Context | None) -> None:
-        """Raise :class:`BadValueError` for a context that decides nothing in this protocol."""
+        """Raise :class:`BadValueError` for an unknown or irrelevant context."""
         if not context:
             return
         known = self.contexts
         for key, value in context.items():
             if not known:
                 raise BadValueError(
-                    f"no layout of {self.protocol.title} depends on {key!r} or on any other context"
+                    f"no layout of {self.protocol.title} depends on {key!r}, or on any other context"
                 )
             if key not in known:
-                raise BadValueError(f"no layout depends on {key!r} (known: {', '.join(known)})")
+                raise BadValueError(f"unknown context {key!r} (choose one of {', '.join(known)})")
             if value not in known[key]:
-                raise BadValueError(f"{key} is one of {', '.join(known[key])}, not {value!r}")
+                raise BadValueError(f"{key} must be one of {', '.join(known[key])}, not {value!r}")
 
     def _from_json(self, layout: Layout, fields: Mapping[str, Any]) -> Json:
-        """Return the fields with hex text made bytes where the layout holds a byte string."""
+        """Return the fields with hex converted to bytes for byte strings."""
         known = registry_of(self.protocol).fields(layout.message, layout.form)
         made = dict(fields)
         for name, value in fields.items():
             if known.get(name, {}).get("kind") == "bytes":
                 if not isinstance(value, str):
                     raise BadValueError(
-                        f"{layout.message}.{name} takes bytes in hex, not {value!r}"
+                        f"{layout.message}.{name} requires bytes in hex, not {value!r}"
                     )
                 try:
                     made[name] = from_hex(value)
@@ -157,7 +157,7 @@ class Codec(abc.ABC):
 
 
 def in_a_row(*parts: tuple[str, int]) -> Iterator[Part]:
-    """Yield parts that follow one another from the first byte on, each with its size."""
+    """Yield consecutive parts, starting at the first byte."""
     at = 0
     for name, size in parts:
         yield name, range(at, at + size)

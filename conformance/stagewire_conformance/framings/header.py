@@ -20,12 +20,12 @@ from stagewire_conformance.notation import from_hex
 
 
 class FramedCodec(Codec):
-    """A protocol of frames: two addresses, and a context where bytes do not tell layouts apart."""
+    """Codec for frames with two addresses, and a context if the bytes do not determine the layout."""
 
     protocol: FramedProtocol
     keys: ClassVar[Mapping[str, Mapping[str, type]]] = {
         "decode": {"context": dict},
-        # addresses are values like the fields: whether they are right is the codec's to say
+        # addresses are checked by the codec, like fields
         "encode": {
             "form": str, "fields": dict, "extra": str, "data": str, "dest": object,
             "source": object, "context": dict,
@@ -40,7 +40,7 @@ class FramedCodec(Codec):
     }
 
     def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Frame:
-        """Return the frame that all of the bytes are; ``context`` decides between layouts."""
+        """Decode exactly one frame; ``context`` decides between layouts."""
         context = request.get("context")
         self.check_context(context)
         return self.protocol.decode(raw, context)
@@ -57,18 +57,18 @@ class FramedCodec(Codec):
         return self.protocol.framer(ENDS[request.get("end", "none")])
 
     def encode(self, request: Mapping[str, Any]) -> bytes:
-        """Return the bytes of a frame."""
+        """Encode a frame."""
         self.check_context(request.get("context"))
         return self._frame(request).encode()
 
     def reading(self, wanted: Mapping[str, Any]) -> Json:
-        """Return the context that is stated, or else the one that the wanted form needs."""
+        """Return the stated context, or otherwise the one that the form needs."""
         layout = self.protocol.message_class(wanted["message"], wanted.get("form")).layout
         context = wanted.get("context") or dict(layout.when)
         return {"context": context} if context else {}
 
     def field_place(self, layout: Layout, offset: int, size: int) -> range:
-        """Return where a field is, after the header."""
+        """Return the position of a field, after the header."""
         return super().field_place(layout, HEADER_SIZE + offset, size)
 
     def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
@@ -90,11 +90,11 @@ class FramedCodec(Codec):
             data, extra = data[:size], data[size:] + extra
         if issubclass(cls, UndocumentedMessage):
             if extra:
-                raise BadValueError(f"{name} has no layout that extra bytes could follow")
+                raise BadValueError(f"{name} has no layout, so extra bytes are not possible")
             if data is None and "data" in request:  # a header without a packet
                 fields = {"param1": 0, "param2": 0} | fields
             elif data is not None and fields:
-                raise BadValueError(f"{name} carries data or parameters, not both")
+                raise BadValueError(f"{name} has either data or parameters, not both")
         message = self.protocol.build(name, fields, form, data)
         for address in ("dest", "source"):
             if address not in request:
@@ -102,7 +102,7 @@ class FramedCodec(Codec):
         return Frame(message, request["dest"], request["source"], extra)
 
     def _form(self, name: str, form: str | None, context: Context | None) -> str | None:
-        """Return the form that is meant; ``context`` chooses where ``form`` leaves it open."""
+        """Return the requested form; without ``form``, ``context`` selects it."""
         if not context:
             return form
         for cls in self.protocol.messages:

@@ -1,4 +1,4 @@
-"""The codec of protocols of packets: perhaps an address, and nothing that has to be known beforehand."""
+"""The codec of packet protocols, which may have an address but need no context."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from stagewire_conformance.notation import from_hex
 
 
 class PacketCodec(Codec):
-    """A protocol of packets, whose shape says whether they have an address."""
+    """Codec for packets. The protocol determines whether packets have an address."""
 
     protocol: PacketProtocol
     keys: ClassVar[Mapping[str, Mapping[str, type]]] = {
         "decode": {},
-        # the address is a value like the fields: whether it is right is the codec's to say
+        # the address is checked by the codec, like fields
         "encode": {"form": str, "fields": dict, "extra": str, "address": object},
         "stream": {"end": str},  # packets look alike at both ends
     }
@@ -29,14 +29,14 @@ class PacketCodec(Codec):
     }
 
     def keys_of(self, operation: str) -> Mapping[str, type]:
-        """Return the keys of an operation; no address where packets have none."""
+        """Return the keys of an operation, without an address if packets have none."""
         keys = super().keys_of(operation)
         if self.protocol.shape.address:
             return keys
         return {key: kind for key, kind in keys.items() if key != "address"}
 
     def decoded(self, raw: bytes, request: Mapping[str, Any]) -> Packet:
-        """Return the packet that all of the bytes are."""
+        """Decode exactly one packet."""
         return self.protocol.decode(raw)
 
     def received(self, event: Event, request: Mapping[str, Any]) -> Packet | None:
@@ -44,11 +44,11 @@ class PacketCodec(Codec):
         return event.packet if isinstance(event, PacketReceived) else None
 
     def reader(self, request: Mapping[str, Any]) -> Reader:
-        """Return a framer; which end of the line listens decides nothing."""
+        """Return a framer. It is the same for both ends of the line."""
         return self.protocol.framer()
 
     def encode(self, request: Mapping[str, Any]) -> bytes:
-        """Return the bytes of a packet."""
+        """Encode a packet."""
         name, form = request["message"], request.get("form")
         layout = self.protocol.message_class(name, form).layout
         fields = self._from_json(layout, request.get("fields", {}))
@@ -59,17 +59,17 @@ class PacketCodec(Codec):
         return Packet(message, request.get("address"), extra).encode()
 
     def field_place(self, layout: Layout, offset: int, size: int) -> range:
-        """Return where a field is in a packet."""
+        """Return the position of a field in a packet."""
         payload = self.protocol.shape.place("payload", 0).start
         return super().field_place(layout, payload + offset, size)
 
     def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
-        """Yield the parts of a packet but for its payload."""
+        """Yield the parts of a packet except its payload."""
         shape = self.protocol.shape
         for part in shape.order:
             if part != "payload":
                 yield part, shape.place(part, len(raw) - shape.least)
 
     def reading(self, wanted: Mapping[str, Any]) -> Json:
-        """Return nothing: a packet says all of itself."""
+        """Return an empty mapping: a packet needs no context."""
         return {}

@@ -1,4 +1,4 @@
-"""The codec of protocols of commands: no header, and replies that only the command explains."""
+"""The codec of command protocols without a header. A reply can only be read with its command."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ DIRECTIONS = ("command", "reply")
 
 
 class CommandCodec(Codec):
-    """A protocol of commands: an axis, forms with and without the size slot, and replies."""
+    """Codec for commands with an axis, forms with and without the size slot, and replies."""
 
     protocol: CommandProtocol
     keys: ClassVar[Mapping[str, Mapping[str, type]]] = {
         "decode": {"direction": str, "command": str},
-        # the axis is a value like the fields: whether it is right is the codec's to say
+        # the axis is checked by the codec, like fields
         "encode": {
             "kind": str, "form": str, "direction": str, "axis": object, "fields": dict,
             "extra": str, "allow_dummy": bool, "refuse_prefix_bytes": bool,
@@ -49,17 +49,17 @@ class CommandCodec(Codec):
         ReplyReceived: "message",
         UnknownCommand: "unknown",
         BadCommandLength: "bad_length",
-        TextReceived: "text",  # in recorded sessions; a testee cuts one format
+        TextReceived: "text",  # only in recorded sessions; a testee splits one format
     }
 
     def decoded(self, raw: bytes, request: Mapping[str, Any]) -> CommandFrame | Reply:
-        """Return the command that all of the bytes are, or the reply to ``command``."""
+        """Decode exactly one command, or the reply to ``command``."""
         if _direction(request) == "command":
             if "command" in request:
-                _bad("command says what a reply answers; give direction reply, too")
+                _bad("command requires direction reply")
             return self.protocol.decode(raw)
         if "command" not in request:
-            _bad("a reply says nothing of its command: decode needs command")
+            _bad("decoding a reply requires command")
         return self.protocol.decode_reply(raw, request["command"])
 
     def received(self, event: Event, request: Mapping[str, Any]) -> CommandFrame | Reply | None:
@@ -69,7 +69,7 @@ class CommandCodec(Codec):
         return event.reply if isinstance(event, ReplyReceived) else None
 
     def encode(self, request: Mapping[str, Any]) -> bytes:
-        """Return the bytes of a command or of a reply."""
+        """Encode a command or a reply."""
         name, form = request["message"], self._form(request)
         cls = self.protocol.message_class(name, form)
         kind = request.get("kind", cls.layout.kind)
@@ -93,17 +93,17 @@ class CommandCodec(Codec):
         )
 
     def reading(self, wanted: Mapping[str, Any]) -> Json:
-        """Return which command a wanted reply answers; a command needs nothing."""
+        """Return the command of a reply. A command needs nothing."""
         if self._form(wanted) != "reply":
             return {}
         return {"direction": "reply", "command": wanted["message"]}
 
     def field_place(self, layout: Layout, offset: int, size: int) -> range:
-        """Return where a field is: after the slots of a command; a reply is its data."""
+        """Return the position of a field: after the slots of a command; a reply consists only of data."""
         return super().field_place(layout, offset + (layout.form != "reply") * SLOTS, size)
 
     def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
-        """Yield the parts of a command; a reply has none."""
+        """Yield the parts of a command. A reply has none."""
         if layout.kind == "setup":
             yield from in_a_row(("prefix", 1), ("command", 1))
         elif layout.form != "reply":
@@ -111,19 +111,19 @@ class CommandCodec(Codec):
             yield from in_a_row(("axis", 1), ("command", 1), ("size", 1))
 
     def reader(self, request: Mapping[str, Any]) -> Reader:
-        """Return a framer of commands, or at the host's end a decoder of the one reply that is due."""
+        """Return a framer of commands, or for the host's end a decoder of the expected reply."""
         if request.get("end", "none") != "host":
             if "command" in request:
-                _bad("command says what the host asked; give end host, too")
+                _bad("command requires end host")
             return self.protocol.framer()
         if "command" not in request:
-            _bad("replies have no frame: a stream at the end host needs command")
+            _bad("replies have no frame: a stream at the end host requires command")
         replies = self.protocol.replies()
         replies.sent(self._asked(request["command"]))
         return replies
 
     def _asked(self, name: str) -> CommandFrame:
-        """Return a frame of a command; what it carries, and to which axis, decides nothing here."""
+        """Return a frame of the command. Its data and its axis do not matter here."""
         cls: Any = self.protocol.message_class(name, "request")
         if issubclass(cls, SetupCommand):
             return CommandFrame(cls())
@@ -131,7 +131,7 @@ class CommandCodec(Codec):
         return CommandFrame(cls.unpack(zeros), next(iter(self.protocol.axes.values())))
 
     def _form(self, request: Mapping[str, Any]) -> str:
-        """Return the form that is meant; ``direction`` chooses where ``form`` leaves it open."""
+        """Return the requested form; without ``form``, ``direction`` selects it."""
         form: str | None = request.get("form")
         if "direction" not in request and form is not None:
             return form
@@ -139,22 +139,24 @@ class CommandCodec(Codec):
         if form is None:
             return "reply" if direction == "reply" else "request"
         if (form == "reply") != (direction == "reply"):
-            raise BadValueError(f"{request['message']}: form {form} is no {direction}")
+            raise BadValueError(f"{request['message']}: form {form} is not a {direction}")
         return form
 
 
 def _refuse(request: Mapping[str, Any], what: str, *keys: str) -> None:
-    """Raise :class:`BadValueError` for what only a command has; null, false and no bytes are nothing."""
+    """Raise :class:`BadValueError` for keys that only a command has, unless they are null, false or empty."""
     for key in keys:
         value = request.get(key)
         if value is not None and value is not False and value != "":
-            raise BadValueError(f"{request['message']}: {what} has no {key}; only a command has")
+            raise BadValueError(
+                f"{request['message']}: {what} has no {key}; only a command has one"
+            )
 
 
 def _direction(request: Mapping[str, Any]) -> str:
     direction: str = request.get("direction", "command")
     if direction not in DIRECTIONS:
-        _bad(f"direction is one of {', '.join(DIRECTIONS)}, not {direction!r}")
+        _bad(f"direction must be one of {', '.join(DIRECTIONS)}, not {direction!r}")
     return direction
 
 

@@ -1,7 +1,7 @@
-"""Reports of conformance runs: one model, and a module for each format that turns it into a text.
+"""Reports of conformance runs: one model, and one module for each format.
 
-What was run makes a :class:`Sheet`; ``as_json``, ``as_junit`` and ``as_html`` write it. JUnit and HTML
-need the extra ``conformance``, and import it when they are called.
+The results of a run become a :class:`Sheet`; ``as_json``, ``as_junit`` and ``as_html`` write it. JUnit and
+HTML need the extra ``conformance``, which is imported when they are called.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from stagewire_conformance.testees.runner import GROUPS
 
 _NOT_RUN = "not run"
 _LONGEST = 4_000
-"""Characters of a line that are shown; only large and hostile ones have more."""
+"""The maximum number of characters shown of a line. Only large and hostile lines are longer."""
 
 
 def sheet_of(
@@ -37,11 +37,11 @@ def sheet_of(
     *,
     whole: bool = True,
 ) -> Sheet:
-    """Return what a run says, ready to be written.
+    """Return the sheet of a run.
 
-    :param protocols: those that were asked for.
-    :param again: gives the command that asks a case again, by its id; the whole run for an empty one.
-    :param whole: whether all cases were asked for, not only some.
+    :param protocols: the requested protocols.
+    :param again: returns the command that repeats a case by its id, or the whole run for an empty id.
+    :param whole: whether all cases were selected.
     """
     hello = report.hello
     return Sheet(
@@ -53,14 +53,12 @@ def sheet_of(
         seed=report.seed,
         facts=(
             Fact(key="testee", label="Testee", value=hello.implementation),
-            Fact(key="testee_version", label="Its version", value=hello.version),
-            Fact(key="testee_command", label="Its command", value=" ".join(report.command)),
-            Fact(key="speaks", label="Protocols that it speaks", value=", ".join(hello.protocols)),
-            Fact(
-                key="operations", label="Operations that it has", value=", ".join(hello.operations)
-            ),
-            Fact(key="timeout_s", label="Seconds that an answer may take", value=report.timeout),
-            Fact(key="starts", label="Times that it was started", value=report.starts),
+            Fact(key="testee_version", label="Version", value=hello.version),
+            Fact(key="testee_command", label="Command", value=" ".join(report.command)),
+            Fact(key="speaks", label="Supported protocols", value=", ".join(hello.protocols)),
+            Fact(key="operations", label="Supported operations", value=", ".join(hello.operations)),
+            Fact(key="timeout_s", label="Timeout of an answer, s", value=report.timeout),
+            Fact(key="starts", label="Starts", value=report.starts),
         ),
         digests={f"vectors_{one.name}": _digest(one) for one in protocols},
         command=again(""),
@@ -73,10 +71,10 @@ def sheet_of(
 
 
 def testee_line(report: Report) -> str:
-    """Return one line about the testee of a run: what it is and can do, and how it was asked."""
+    """Return one line about the testee of a run: its name and abilities, and figures of the run."""
     hello = report.hello
     return (
-        f"{hello.implementation} {hello.version} speaks {', '.join(hello.protocols)} and can "
+        f"{hello.implementation} {hello.version} supports {', '.join(hello.protocols)} with "
         f"{', '.join(hello.operations)}; {counted(len(report.results), 'case')}, seed {report.seed}, "
         f"started {counted(report.starts, 'time')}, {report.seconds:.1f} s"
     )
@@ -117,7 +115,7 @@ def _groups(report: Report, again: Callable[[str], str]) -> Iterator[Group]:
                 title=_title(asked),
                 grade=Grade.NOT_RUN,
                 word=_NOT_RUN,
-                why=f"the run ended before it came to this case: {report.unfinished}",
+                why=f"the run ended before this case: {report.unfinished}",
                 messages=_about(asked),
             )
         )
@@ -150,8 +148,8 @@ def _grade(result: Result) -> Grade:
 
 
 def _title(asked: Asked) -> str:
-    """Return what is expected, in one sentence."""
-    return asked.about or f"Answered as the vectors of {asked.protocol} say"
+    """Return the expectation in one sentence."""
+    return asked.about or f"Answered as in the vectors of {asked.protocol}"
 
 
 def _about(asked: Asked) -> tuple[str, ...]:
@@ -163,17 +161,17 @@ def _findings(result: Result) -> Iterator[Finding]:
     if result.outcome is not Outcome.PASSED:
         wanted, came = _bytes_or_texts(result)
         yield Finding(grade=grade, text=result.text, wanted=wanted, came=came)
-        yield Finding(grade=grade, text=f"asked: {_line(result.line)}")
+        yield Finding(grade=grade, text=f"request: {_line(result.line)}")
     if result.said:
-        yield Finding(grade=grade, text=f"on standard error, last: {result.said}")
+        yield Finding(grade=grade, text=f"end of standard error: {result.said}")
     if result.expected and result.failed:
-        yield Finding(grade=grade, text=f"it was expected to fail: {result.expected}")
+        yield Finding(grade=grade, text=f"expected to fail: {result.expected}")
     elif result.expected:
-        yield Finding(grade=grade, text=f"expected: {result.expected}")
+        yield Finding(grade=grade, text=f"expected failure: {result.expected}")
 
 
 def _bytes_or_texts(result: Result) -> tuple[bytes | str | None, bytes | str | None]:
-    """Return what was wanted and what came; as bytes where bytes were encoded."""
+    """Return expected and received answers; as bytes for an encode request."""
     wanted = result.wanted or {}
     try:
         came = json.loads(result.came)

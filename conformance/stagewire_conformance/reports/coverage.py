@@ -1,4 +1,4 @@
-"""What a run has covered: message by message, and page by page of the document with the rules there."""
+"""The coverage of a run: by message, and by page of the document with its rules."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ from stagewire_conformance.reports.model import Case, Grade, Message, PageRefere
 
 @dataclass(frozen=True, kw_only=True)
 class _Row:
-    """How far something is covered.
+    """The coverage of one item.
 
-    :param counts: cases that are about it, by grade.
+    :param counts: the number of cases about it, by grade.
     """
 
     counts: Counter[Grade]
 
     @property
     def grade(self) -> Grade | None:
-        """The gravest grade of its cases; None where there is no case."""
+        """The worst grade of its cases; None without cases."""
         return next((grade for grade in Grade if self.counts[grade]), None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class MessageRow(_Row):
-    """How far a message is covered."""
+    """The coverage of a message."""
 
     message: Message
 
 
 @dataclass(frozen=True, kw_only=True)
 class RuleRow(_Row):
-    """How far a rule is covered."""
+    """The coverage of a rule."""
 
     rule: Rule
 
 
 @dataclass(frozen=True, kw_only=True)
 class PageRow(_Row):
-    """How far a page of a document is covered.
+    """The coverage of a page of a document.
 
-    :param rules: the rules that stand there.
-    :param messages: the messages that are described there.
+    :param rules: the rules on this page.
+    :param messages: the messages described on this page.
     """
 
     place: PageReference
@@ -62,7 +62,7 @@ def messages(sheet: Sheet) -> list[MessageRow]:
 
 
 def pages(sheet: Sheet) -> list[PageRow]:
-    """Return a row for each page on which a rule stands or a message is described, in order."""
+    """Return a row for each page with a rule or a message description, in order."""
     by_rule: dict[str, list[Case]] = {}
     by_message: dict[str, list[Case]] = {}
     for case in sheet.cases():

@@ -1,8 +1,8 @@
 """The sheet of a run of checks against a controller, and plain text about its plan and its early end.
 
-The sheet begins with the identity of the controller, the declared features and the permissions, and says
-which permissions no check used. The plain text has texts of controllers and of callers as they are: escape
-what is printed on a terminal.
+The sheet begins with the identity of the controller, the declared features and the permissions, and names
+permissions that no check used. The plain text contains unescaped texts from controllers and callers: escape
+it before printing it on a terminal.
 """
 
 from __future__ import annotations
@@ -37,48 +37,48 @@ from stagewire_conformance.reports.text import counted, where
 
 
 def facts(report: Report) -> tuple[Fact, ...]:
-    """Return the facts of a run, in the order in which they are told."""
+    """Return the facts of a run, in the order of the report."""
     return tuple(_facts(report))
 
 
 def allowed_words(report: Report) -> str:
-    """Return in words what the run was allowed to do."""
+    """Return a description of what the run was allowed to do."""
     allowed = report.allowed
     more = [
         *(["change settings, and restore them"] if allowed.settings else []),
         *([f"move within {allowed.motion}"] if allowed.motion else []),
-        *(["write the EEPROM"] if allowed.eeprom else []),
+        *(["write to the EEPROM"] if allowed.eeprom else []),
     ]
-    return "; ".join(["ask", *more]) if more else "ask, and nothing else"
+    return "; ".join(["send requests", *more]) if more else "only send requests"
 
 
 def _facts(report: Report) -> Iterator[Fact]:
     declared = report.declared
     yield Fact(key="unit", label="Unit", value=declared.unit.name)
     if declared.unit.title:
-        yield Fact(key="unit_title", label="Which is", value=declared.unit.title)
+        yield Fact(key="unit_title", label="Description", value=declared.unit.title)
     yield Fact(key="url", label="Line", value=report.url)
     for name, value in report.identification.items():
-        said = f"It says: {name.replace('_', ' ')}"
+        said = f"Reported {name.replace('_', ' ')}"
         yield Fact(key=f"identification_{name}", label=said, value=value)
     yield Fact(key="declared_by", label="Declared by", value=_declared_by(declared))
     for place in declared.places:
         yield Fact(key=f"place_{place.name}", label=f"At {place.name}", value=_place(place))
-    yield Fact(key="line", label="Taken to be on", value=declared.pics.line)
+    yield Fact(key="line", label="Line type", value=declared.pics.line)
     if declared.firmware:
         yield Fact(key="firmware", label="Firmware", value=declared.firmware)
     yield Fact(key="allowed", label="Allowed", value=allowed_words(report))
     yield Fact(
-        key="jitter_ms", label="Lateness of this computer, ms", value=round(report.jitter * 1e3, 3)
+        key="jitter_ms", label="Jitter of this computer, ms", value=round(report.jitter * 1e3, 3)
     )
 
 
 def _declared_by(declared: Declaration) -> str:
-    return "its PICS" if declared.pics.digest else "nobody: taken as the document has it"
+    return "its PICS" if declared.pics.digest else "no PICS: as documented"
 
 
 def _place(place: Target) -> str:
-    """Return in words what is at an address or axis."""
+    """Return a description of the controller at an address or axis."""
     if place.is_motherboard:
         return "motherboard"
     controllers = {each.scales.controller for each in place.fitted.values()} - {place.unit.name}
@@ -99,16 +99,16 @@ _DECIDED = (Result.PASS, Result.NON_STRICT, Result.FAIL)
 _WHAT = {
     Need.SETTINGS: "no check that changes settings",
     Need.MOTION: "no check that moves",
-    Need.EEPROM: "no check that writes the EEPROM",
+    Need.EEPROM: "no check that writes to the EEPROM",
 }
 
 
 def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
-    """Yield a clause for each permission of which no check could make use, with the first reason.
+    """Yield a clause for each permission that no check used, with the first reason.
 
-    :param checks: all that were planned, in order.
+    :param checks: all planned checks, in order.
 
-    Of a run that was cut short there is nothing to tell but that.
+    Yields nothing for a run that did not finish.
     """
     if report.unfinished:
         return
@@ -123,7 +123,7 @@ def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
             continue
         said = [finding.text for outcome in ran for finding in outcome.findings]
         reasons = [*said, *(left_out.get(check.id) or check.skip for check in needing)]
-        why = next(filter(None, reasons), "nothing says why")
+        why = next(filter(None, reasons), "no reason is known")
         yield f"{_WHAT[need]} came to a result: {why}"
 
 
@@ -136,7 +136,7 @@ GRADES = {
 }
 
 _NOT_RUN = "NOT RUN"
-_NOT_REACHED = "the run ended before it came to this check"
+_NOT_REACHED = "the run ended before this check"
 
 
 def sheet_of(
@@ -147,12 +147,12 @@ def sheet_of(
     *,
     whole: bool = True,
 ) -> Sheet:
-    """Return what a run says, ready to be written.
+    """Return the sheet of a run.
 
-    :param checks: all that were planned, in order.
-    :param seconds: how long it all took.
-    :param again: gives the command that runs a check again, by its id; the whole run for an empty one.
-    :param whole: whether all checks were asked for, not only some.
+    :param checks: all planned checks, in order.
+    :param seconds: the duration.
+    :param again: returns the command that repeats a check by its id, or the whole run for an empty id.
+    :param whole: whether all checks were selected.
     """
     declared = report.declared
     registry = declared.registry
@@ -252,7 +252,7 @@ def _case(
     why: str,
     again: Callable[[str], str],
 ) -> Case:
-    """Return the case of a check; ``why`` it was not run, if there is no outcome."""
+    """Return the case of a check; ``why`` is the reason if it was not run."""
     if outcome is None:
         return Case(
             id=check.id,
@@ -312,7 +312,7 @@ def _rules(registry: Registry, listed: frozenset[str]) -> Iterator[Rule]:
 
 
 def _concerns(entry: Mapping[str, Any], listed: frozenset[str]) -> bool:
-    """Return whether what names messages, or none, is about any of those that are listed."""
+    """Return whether an entry is about one of the listed messages, or about no message in particular."""
     names = entry.get("messages") or ()
     return not names or not listed.isdisjoint(names)
 
@@ -336,23 +336,23 @@ def _errata(registry: Registry, listed: frozenset[str]) -> Iterator[Erratum]:
 
 _EFFECTS: Final = {
     Need.SETTINGS: "changes settings, and restores them",
-    Need.MOTION: "moves, or switches what is put out",
-    Need.EEPROM: "writes the EEPROM",
+    Need.MOTION: "moves stages, or switches outputs",
+    Need.EEPROM: "writes to the EEPROM",
 }
 
 
 def announcement(url: str, plan: Plan) -> Iterator[str]:
-    """Yield the lines to show before a run: what is tested, what is done to it, and what is left out."""
+    """Yield the lines to print before a run: the controller, the effects, and the omitted checks."""
     yield (
         f"{plan.declared.unit.name} at {url}: {counted(len(plan.runnable), 'check')}, "
         f"about {max(1, round(plan.seconds))} s; seed {plan.seed}"
     )
     effects = plan.effects()
     if not effects:
-        yield "It is only asked: nothing is set, written or moved."
+        yield "This run only sends requests: it does not change settings, write to memory or move anything."
     for need, checks in effects.items():
         bound = f" within {plan.allowed.motion}" if need is Need.MOTION else ""
-        yield f"It {_EFFECTS[need]}{bound}: {counted(len(checks), 'check')}"
+        yield f"This run {_EFFECTS[need]}{bound}: {counted(len(checks), 'check')}"
         for text in dict.fromkeys(check.does for check in checks if check.does):
             yield f"  {text}"
     for why, number in plan.refusals().items():
@@ -365,7 +365,7 @@ def needs_text(check: Check) -> str:
 
 
 def pages_text(plan: Plan, check: Check) -> str:
-    """Return the pages of the document about the messages of a check, or else about its rules."""
+    """Return the pages of the document about the messages of a check, or otherwise about its rules."""
     registry = plan.declared.registry
     found = {page for name in check.messages for page in registry.messages[name]["pages"]}
     if not found:
@@ -375,12 +375,12 @@ def pages_text(plan: Plan, check: Check) -> str:
 
 
 def ending(report: Report) -> Iterator[str]:
-    """Yield the lines about a run that ended early, apart from the reason why it did.
+    """Yield lines about a run that ended early, without the reason.
 
-    They name the stops that were sent, and the restored settings and the findings of its last check.
+    They list the stops that were sent, and the restored settings and findings of the last check.
     """
     for text in report.stops:
-        yield f"stop was sent: {text}"
+        yield f"stop sent: {text}"
     for last in report.outcomes[-1:]:
         for text in last.restored:
             yield f"restored: {text}"

@@ -1,8 +1,8 @@
-"""The HTML page of a sheet, which needs nothing but itself, for people and their customers.
+"""The HTML page of a sheet: one self-contained file.
 
-No script, no request to anywhere; for screens from 320 px up, light and dark, and for paper. Everything that
-comes from a controller is escaped, and so are invisible characters. Templates ask the view for numbers,
-tones, bytes in rows and groups.
+It has no scripts and loads nothing; it works on screens from 320 px, light and dark, and on paper. All text
+from a controller is escaped, including invisible characters. Templates get numbers, tones, rows of bytes and
+groups from the view.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from stagewire_conformance.reports.text import (
 _LINES_OF_A_FAILURE = 120
 _LINES_OF_OTHERS = 24
 _MOST_PASSED = 60
-"""Cases of a group that passed and are shown each in a row of its own."""
+"""The maximum number of passed cases of a group that are shown individually."""
 
 _TONES = {
     Grade.FAILED: "bad",
@@ -66,9 +66,9 @@ _SIGNS = {"bad": "✗", "odd": "△", "note": "i", "good": "✓", "out": "–"}
 
 
 class View:
-    """A sheet as the page shows it.
+    """A sheet, prepared for the templates.
 
-    :param sheet: what is shown.
+    :param sheet: the sheet to show.
     """
 
     def __init__(self, sheet: Sheet) -> None:
@@ -81,30 +81,30 @@ class View:
     # tones
 
     def tone(self, grade: Grade | None) -> str:
-        """Return the class of a grade; ``none`` where there is nothing to grade."""
+        """Return the CSS class of a grade; ``none`` without a grade."""
         return "none" if grade is None else _TONES[grade]
 
     @property
     def verdict_tone(self) -> str:
-        """The class of the verdict."""
+        """The CSS class of the verdict."""
         return _VERDICT_TONES[self.sheet.verdict]
 
     def sign(self, tone: str) -> str:
-        """Return the sign of a tone, so that no one needs its colour."""
+        """Return the symbol of a tone, so that colour is not needed to recognise it."""
         return _SIGNS.get(tone, "")
 
     def grade_word(self, grade: Grade | None) -> str:
-        """Return a grade in words."""
+        """Return the name of a grade."""
         return "nothing" if grade is None else GRADES[grade]
 
     # numbers
 
     def anchor(self, case: Case) -> str:
-        """Return the name of the place where a case is told in full."""
+        """Return the anchor of the full description of a case."""
         return f"case-{self._numbers[case.id]}"
 
     def counts(self, counts: Mapping[Grade, int]) -> str:
-        """Return counts in words, the gravest first."""
+        """Return counts in words, the worst grade first."""
         return numbers(counts)
 
     def counted(self, number: int, thing: str, things: str = "") -> str:
@@ -121,25 +121,25 @@ class View:
 
     @cached_property
     def grave(self) -> list[Case]:
-        """What failed, and what departs from advice."""
+        """The cases that failed or are non-strict."""
         return list(self.sheet.grave())
 
     @cached_property
     def has_results(self) -> bool:
-        """Whether anything ran."""
+        """Whether any case was run."""
         return any(case.ran for case in self.sheet.cases())
 
     @cached_property
     def told(self) -> list[Case]:
-        """The others of which there is a dialogue to show."""
+        """The other cases that have a dialogue."""
         return [case for case in self.sheet.cases(Grade.PASSED, Grade.NOTED) if case.lines]
 
     def is_grave(self, one: Case | Finding) -> bool:
-        """Return whether something failed or departs from advice; such a case is told in full."""
+        """Return whether a case or finding failed or is non-strict. Such a case is described in full."""
         return one.grade in (Grade.FAILED, Grade.DEVIATES)
 
     def parts(self, group: Group) -> tuple[list[Case], list[Case]]:
-        """Return the cases of a group that ran: those to show, and those that would only make it long."""
+        """Return the cases of a group that ran: those to show, and those to fold."""
         ran = [case for case in group.cases if case.ran]
         plain = [case for case in ran if case.grade is Grade.PASSED]
         if len(plain) <= _MOST_PASSED:
@@ -147,7 +147,7 @@ class View:
         return [case for case in ran if case.grade is not Grade.PASSED], plain
 
     def by_reason(self, grade: Grade) -> dict[str, list[Case]]:
-        """Return the cases of a grade by why they were left out."""
+        """Return the cases of a grade by the reason why they were omitted."""
         found: dict[str, list[Case]] = {}
         for case in self.sheet.cases(Grade(grade)):
             found.setdefault(case.why, []).append(case)
@@ -156,16 +156,16 @@ class View:
     # rules, errata and coverage
 
     def rules_of(self, case: Case) -> list[Rule]:
-        """Return the rules that a case holds to."""
+        """Return the rules that a case tests."""
         return [self.sheet.rules[name] for name in case.rules if name in self.sheet.rules]
 
     def rules_of_group(self, group: Group) -> list[Rule]:
-        """Return the rules that the cases of a group hold to, each once, in the order of the document."""
+        """Return the rules that the cases of a group test, each once, in the order of the document."""
         names = {name for case in group.cases for name in case.rules}
         return [rule for name, rule in self.sheet.rules.items() if name in names]
 
     def errata_of(self, case: Case) -> list[Erratum]:
-        """Return the errata of the rules and messages that a case is about, each once."""
+        """Return the errata of the rules and messages of a case, each once."""
         names = [
             *(name for rule in self.rules_of(case) for name in rule.errata),
             *(name for message in self._about(case) for name in message.errata),
@@ -175,7 +175,7 @@ class View:
         ]
 
     def where(self, case: Case) -> str:
-        """Return where in the document its messages are described; of one without, where its rules stand."""
+        """Return the pages that describe its messages, or otherwise those of its rules."""
         described = [place for message in self._about(case) for place in message.places]
         return where(sorted({*(described or [rule.place for rule in self.rules_of(case)])}))
 
@@ -183,17 +183,17 @@ class View:
         return [self._messages[name] for name in case.messages if name in self._messages]
 
     def where_all(self, places: Iterable[PageReference]) -> str:
-        """Return places in a few words."""
+        """Return references to pages in short form."""
         return where(places)
 
     @cached_property
     def messages(self) -> list[MessageRow]:
-        """Coverage by message; where only some cases were asked for, of those that they are about."""
+        """Coverage by message. In a partial run, only the messages of the selected cases."""
         return [row for row in coverage.messages(self.sheet) if self._is_asked(row)]
 
     @cached_property
     def pages(self) -> list[PageRow]:
-        """Coverage by page; where only some cases were asked for, of what they are about."""
+        """Coverage by page. In a partial run, only the pages of the selected cases."""
         return [
             replace(
                 row,
@@ -206,7 +206,7 @@ class View:
 
     @cached_property
     def _asked(self) -> frozenset[str]:
-        """The messages that are listed."""
+        """The messages to list."""
         return frozenset(row.message.name for row in self.messages)
 
     def _is_asked(self, row: MessageRow | PageRow | RuleRow) -> bool:
@@ -214,7 +214,7 @@ class View:
 
     @cached_property
     def errata(self) -> list[Erratum]:
-        """The errata; where only some cases were asked for, of what they are about."""
+        """The errata. In a partial run, only those about the selected cases."""
         if self.sheet.whole:
             return list(self.sheet.errata.values())
         found = {one.id: one for case in self.sheet.cases() for one in self.errata_of(case)}
@@ -222,19 +222,19 @@ class View:
 
     @cached_property
     def waived(self) -> list[Rule]:
-        """Rules that no case can see, and that bind controllers."""
+        """Rules for controllers that cannot be checked."""
         return [rule for rule in self.sheet.rules.values() if rule.waiver and not rule.for_host]
 
     def rule_state(self, row: RuleRow) -> str:
-        """Return in words how a rule was covered."""
+        """Return the coverage of a rule in words."""
         if row.grade is not None:
             return self.counts(row.counts)
         if row.rule.for_host:
-            return "binds the host"
-        return "no check can see it" if row.rule.waiver else "nothing of this unit to check"
+            return "applies to the host"
+        return "cannot be checked" if row.rule.waiver else "nothing of this unit to check"
 
     def message_state(self, row: MessageRow) -> str:
-        """Return in words how a message was covered."""
+        """Return the coverage of a message in words."""
         if row.grade is not None:
             return self.counts(row.counts)
         return "not claimed" if row.message.unsupported else "no check"
@@ -242,28 +242,28 @@ class View:
     # bytes
 
     def difference(self, finding: Finding) -> list[list[tuple[str, bool]]]:
-        """Return wanted and came below each other in lines and pieces, where both are bytes; else nothing."""
+        """Return expected and received bytes in aligned lines, or an empty list unless both are bytes."""
         if isinstance(finding.wanted, bytes) and isinstance(finding.came, bytes):
             return pieces(finding.wanted, finding.came)
         return []
 
     def plain(self, value: bytes | str) -> str:
-        """Return bytes in hex, and a text as it is."""
+        """Return bytes in hex, and text unchanged."""
         return (bytes_of(value) or "nothing") if isinstance(value, bytes) else value
 
     def lines(self, case: Case) -> list[Transmission | int]:
-        """Return the dialogue of a case; of a long one the middle is a number."""
+        """Return the dialogue of a case. In a long one a number replaces the omitted lines."""
         most = (
             _LINES_OF_OTHERS if case.grade in (Grade.PASSED, Grade.NOTED) else _LINES_OF_A_FAILURE
         )
         return shortened(case.lines, most)
 
     def is_gap(self, line: Transmission | int) -> bool:
-        """Return whether it stands for lines that are left out."""
+        """Return whether a line is the number of omitted lines."""
         return isinstance(line, int)
 
     def hex(self, raw: bytes) -> str:
-        """Return bytes in hex; of many, the first."""
+        """Return bytes in hex, shortened if there are many."""
         return bytes_of(raw)
 
 
@@ -271,7 +271,7 @@ _PACKAGE = "stagewire_conformance.reports"
 
 
 def as_html(sheet: Sheet) -> str:
-    """Return a whole page, as text that is to be written in UTF-8.
+    """Return a complete page, to be written in UTF-8.
 
     Raises :class:`ModuleNotFoundError` without the extra ``conformance``.
     """
@@ -279,7 +279,7 @@ def as_html(sheet: Sheet) -> str:
     from markupsafe import Markup
 
     def shown(value: Any) -> Any:
-        """Escape what no one can see, in whatever a template shows; autoescape does the rest."""
+        """Escape invisible characters in all output of the templates. Autoescape does the rest."""
         return value if isinstance(value, Markup) or not isinstance(value, str) else safe(value)
 
     environment = jinja2.Environment(

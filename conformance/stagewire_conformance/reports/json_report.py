@@ -1,4 +1,4 @@
-"""For programs: one JSON object, as ``spec/schema/conformance-report.schema.json`` describes it."""
+"""The JSON report: one object, as described by ``spec/schema/conformance-report.schema.json``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Json = dict[str, Any]
 
 
 def as_json(sheet: Sheet) -> str:
-    """Return the report in ASCII, so that no terminal and no encoding can change it."""
+    """Return the report in ASCII, so that it does not depend on an encoding."""
     data = {
         "schema_version": SCHEMA_VERSION,
         "kind": sheet.kind,

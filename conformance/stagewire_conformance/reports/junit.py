@@ -1,7 +1,7 @@
-"""For the test viewers of CI servers: a suite for each group, a test case for each case.
+"""The JUnit report for CI servers: a suite for each group, and a test case for each case.
 
-What the strictest readers of this format want is there: the attributes of Ant's own reports, and one result
-a case. A departure from advice is a failure of the type ``NON-STRICT``: the run ends with a code above 0.
+It satisfies strict parsers: it has the attributes of Ant's reports, and one result per case. A departure from
+a recommendation is a failure of the type ``NON-STRICT``, because the exit status of the run is not 0.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def as_junit(sheet: Sheet) -> str:
-    """Return XML in ASCII; what XML cannot hold, such as control characters, is written as an escape.
+    """Return XML in ASCII. Characters that XML does not allow, such as control characters, are escaped.
 
     Raises :class:`ModuleNotFoundError` without the extra ``conformance``.
     """
@@ -53,7 +53,7 @@ def _case(sheet: Sheet, case: Case, name: str) -> TestCase:
 
 
 def _first(case: Case) -> str:
-    """Return the gravest finding in words, and how many more there are."""
+    """Return the worst finding, and the number of further ones."""
     grave = [finding for finding in case.findings if finding.grade is case.grade]
     if not grave:
         return case.title
@@ -62,17 +62,17 @@ def _first(case: Case) -> str:
 
 
 def _end(sheet: Sheet, name: str) -> TestCase:
-    """Return a case that says whether the run came to its end; else half a run would look whole."""
+    """Return a case that fails if the run did not finish, so that half a run does not look complete."""
     from junitparser import Error, TestCase
 
-    made = TestCase("came to its end", name, round(sheet.seconds, 3))
+    made = TestCase("run finished", name, round(sheet.seconds, 3))
     if sheet.unfinished:
         made.result = [Error(safe(sheet.unfinished), str(sheet.verdict))]
     return made
 
 
 def _suite(sheet: Sheet, number: int, name: str, cases: list[TestCase]) -> TestSuite:
-    """Return a suite with what the run and the format ask for, in the order of the format."""
+    """Return a suite with the required elements, in the order of the format."""
     from junitparser import SystemErr, SystemOut, TestSuite
 
     suite = TestSuite(safe(name))
@@ -82,7 +82,7 @@ def _suite(sheet: Sheet, number: int, name: str, cases: list[TestCase]) -> TestS
     suite.append(SystemOut(""))  # type: ignore[no-untyped-call]
     suite.append(SystemErr(""))  # type: ignore[no-untyped-call]
     suite.timestamp = sheet.started.strftime("%Y-%m-%dT%H:%M:%S")
-    suite.hostname = "localhost"  # whose machine it was is nobody's business who reads the report
+    suite.hostname = "localhost"  # the name of the machine is private
     suite._elem.set("id", str(number))
     suite._elem.set("package", _package(sheet))
     return suite

@@ -1,6 +1,7 @@
-"""What a report says, whatever was tested and however it is written: cases in groups, rules, errata.
+"""The contents of a report, independent of its format: cases in groups, rules, errata.
 
-A run of a device and a run of a codec both become a :class:`Sheet`; the writers know nothing else.
+A run against a device and a run against a codec both become a :class:`Sheet`. The writers use only this
+model.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Final
 
 
 class Grade(enum.StrEnum):
-    """How a case counts, the gravest first."""
+    """The grade of a case, the worst first."""
 
     FAILED = "failed"
     DEVIATES = "deviates"
@@ -25,7 +26,7 @@ class Grade(enum.StrEnum):
 
 
 class Verdict(enum.StrEnum):
-    """What a run comes to."""
+    """The verdict of a run."""
 
     FAILED = "FAILED"
     UNFINISHED = "NOT FINISHED"
@@ -34,7 +35,7 @@ class Verdict(enum.StrEnum):
 
     @property
     def exit_status(self) -> int:
-        """The exit status of a command that comes to this verdict."""
+        """The exit status for this verdict."""
         return _EXIT_STATUS[self]
 
 
@@ -44,21 +45,21 @@ _EXIT_STATUS: Final = {
     Verdict.NON_STRICT: 3,
     Verdict.UNFINISHED: 4,
 }
-"""2 is left to a command that was called wrongly, before anything was run."""
+"""2 is reserved for invalid usage, before anything is run."""
 
 INTERRUPTED: Final = 130
-"""The exit status of a run that was ended by Ctrl-C or SIGTERM, as shells report it."""
+"""The exit status after Ctrl-C or SIGTERM, as in shells."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Transmission:
-    """One piece of what was said.
+    """One piece of a dialogue.
 
     :param time: in seconds since the run began.
-    :param sent: whether it went to what is tested.
-    :param raw: the bytes; of a testee that answers lines, the line.
-    :param text: the same in words, in one line.
-    :param minor: whether readers can do without it, such as a sign of life.
+    :param sent: whether it was sent to the implementation under test.
+    :param raw: the bytes; for a testee, the line.
+    :param text: a description in one line.
+    :param minor: whether it may be omitted, such as a keep-alive message.
     """
 
     time: float
@@ -70,11 +71,11 @@ class Transmission:
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """One thing that was found.
+    """One observation.
 
-    :param text: a sentence: what came, and what should have come.
-    :param wanted: the bytes that should have come, or a text; None where there are none to show.
-    :param came: likewise what came.
+    :param text: a sentence that states what was received and what was expected.
+    :param wanted: the expected bytes or text; None if unknown.
+    :param came: the received bytes or text; None if there are none.
     """
 
     grade: Grade
@@ -85,18 +86,18 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One thing that was tested, or left out.
+    """One test that was run or omitted.
 
     :param id: unique in the sheet, and the same in every run.
-    :param title: what is expected, in one sentence.
-    :param word: how its result is called: ``FAIL``, ``accepted wrongly``.
-    :param why: of one that was skipped or not run: the reason.
+    :param title: the expectation, in one sentence.
+    :param word: the name of its result: ``FAIL``, ``accepted wrongly``.
+    :param why: the reason why it was skipped or not run.
     :param messages: the messages that it is about.
-    :param rules: the rules that it holds to, by id.
-    :param figures: what was measured, such as ``p99_ms``.
-    :param restored: what was set back afterwards.
-    :param repeat: the command that runs this case again; empty where there is none.
-    :param seconds: how long it took.
+    :param rules: the ids of the rules that it tests.
+    :param figures: measured values, such as ``p99_ms``.
+    :param restored: the changes that were undone afterwards.
+    :param repeat: the command that repeats it; empty if there is none.
+    :param seconds: the duration.
     """
 
     id: str
@@ -115,7 +116,7 @@ class Case:
 
     @property
     def ran(self) -> bool:
-        """Whether something was asked of what is tested."""
+        """Whether it was run."""
         return self.grade not in (Grade.SKIPPED, Grade.NOT_RUN)
 
 
@@ -123,7 +124,7 @@ class Case:
 class Group:
     """Cases that belong together.
 
-    :param name: short, as ``--only`` takes it.
+    :param name: a short name, as accepted by ``--only``.
     """
 
     name: str
@@ -131,7 +132,7 @@ class Group:
     cases: tuple[Case, ...]
 
     def counts(self) -> Counter[Grade]:
-        """Return how many cases have which grade."""
+        """Return the number of cases by grade."""
         return Counter(case.grade for case in self.cases)
 
 
@@ -139,9 +140,9 @@ class Group:
 class PageReference:
     """A page or section of a document.
 
-    :param protocol: whose document it is.
+    :param protocol: the protocol of the document.
     :param number: of the page or section.
-    :param name: the same in words, such as ``page 30``.
+    :param name: such as ``page 30``.
     """
 
     protocol: str
@@ -154,10 +155,10 @@ class Rule:
     """A rule of the document.
 
     :param strength: ``must`` or ``should``.
-    :param says: the document's own words.
-    :param means: the same in plain words, where its own are not.
-    :param waiver: why no case can see it; empty where one can.
-    :param for_host: whether it binds hosts, not controllers.
+    :param says: the sentence of the document.
+    :param means: its meaning in plain words, if the sentence is unclear.
+    :param waiver: why it cannot be checked; empty if it can.
+    :param for_host: whether it applies to hosts instead of controllers.
     """
 
     id: str
@@ -172,11 +173,11 @@ class Rule:
 
 @dataclass(frozen=True, kw_only=True)
 class Erratum:
-    """A mistake of the document.
+    """An error in the document.
 
-    :param subject: what it is about.
-    :param printed: what the document has.
-    :param encoded: what is right.
+    :param subject: its subject.
+    :param printed: the printed version.
+    :param encoded: the correct version.
     """
 
     id: str
@@ -191,8 +192,8 @@ class Erratum:
 class Message:
     """A message that cases can be about.
 
-    :param places: where it is described.
-    :param unsupported: why it is not claimed to be there; empty where it is.
+    :param places: the pages that describe it.
+    :param unsupported: why it is not supported; empty if it is.
     """
 
     name: str
@@ -203,10 +204,10 @@ class Message:
 
 @dataclass(frozen=True, kw_only=True)
 class Fact:
-    """Something to know of the run.
+    """A fact about the run.
 
     :param key: its name for programs.
-    :param label: for people.
+    :param label: its name for people.
     """
 
     key: str
@@ -216,19 +217,19 @@ class Fact:
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """A whole report.
+    """A complete report.
 
     :param kind: ``device`` or ``codec``.
     :param title: such as ``Conformance of the TDC001``.
     :param protocols: name -> title of the document.
-    :param facts: what was tested, where, with what allowed, in the order in which they are shown.
-    :param digests: name -> SHA-256 in hex of what the run depends on.
-    :param command: what repeats the whole run.
-    :param unfinished: why the run did not come to its end; empty when it did.
-    :param messages: every message that cases could be about, in the order of the document.
-    :param whole: whether all cases were asked for; else what none of the chosen is about is left out.
-    :param missed: in words, what was allowed and did not come about, and why.
-    :param interrupted: whether the run was ended by Ctrl-C or SIGTERM.
+    :param facts: about the implementation under test, the line and the permissions, in display order.
+    :param digests: name -> SHA-256 in hex of an input of the run.
+    :param command: repeats the whole run.
+    :param unfinished: why the run did not finish; empty if it did.
+    :param messages: every message that cases can be about, in the order of the document.
+    :param whole: whether all cases were selected; otherwise the coverage is limited to the selected ones.
+    :param missed: permissions that were not used, with the reasons.
+    :param interrupted: whether Ctrl-C or SIGTERM ended the run.
     """
 
     kind: str
@@ -257,17 +258,17 @@ class Sheet:
                     yield case
 
     def grave(self) -> Iterator[Case]:
-        """Yield what failed, and then what departs from advice."""
+        """Yield the failed cases, then the non-strict ones."""
         yield from self.cases(Grade.FAILED)
         yield from self.cases(Grade.DEVIATES)
 
     def counts(self) -> Counter[Grade]:
-        """Return how many cases have which grade."""
+        """Return the number of cases by grade."""
         return sum((group.counts() for group in self.groups), Counter())
 
     @property
     def verdict(self) -> Verdict:
-        """What the run comes to: a failure weighs more than an early end, and that more than the rest."""
+        """The verdict of the run: a failure outweighs an early end, which outweighs all else."""
         counts = self.counts()
         if counts[Grade.FAILED]:
             return Verdict.FAILED
@@ -277,5 +278,5 @@ class Sheet:
 
     @property
     def exit_status(self) -> int:
-        """The exit status of a command that made this run: that of its verdict, or of an interruption."""
+        """The exit status for the verdict, or for an interruption."""
         return INTERRUPTED if self.interrupted else self.verdict.exit_status

@@ -1,8 +1,9 @@
-"""Cases as plain text, for terminals and viewers of JUnit: findings, bytes, rules, dialogue, command.
+"""Cases as plain text, for terminals and JUnit viewers: findings, bytes, rules, dialogue, command.
 
-Expected and received bytes are printed one below the other, with marks below the differences. Bytes of equal
-number are compared one by one. Otherwise, equal bytes at both ends are aligned, and missing or surplus
-bytes appear as ``--`` between them. All reports share the words for verdicts, grades and numbers.
+Expected and received bytes are printed one below the other, with marks below the differences. If their
+numbers are equal, they are compared one by one. Otherwise, equal bytes at both ends are aligned, and missing
+or surplus bytes appear as ``--`` between them. All reports use the same words for verdicts, grades and
+numbers.
 """
 
 from __future__ import annotations
@@ -26,15 +27,15 @@ from stagewire_conformance.reports.model import (
 _BYTES_IN_A_ROW = 8
 _NOTHING = "--"
 _ALIKE_SHOWN = 2
-"""Rows without a difference that are shown in full."""
+"""The maximum number of rows without a difference that are shown in full."""
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Some bytes of both.
+    """A row of expected and received bytes.
 
-    :param offset: of the first, from the beginning of what was wanted or came, gaps counted.
-    :param cells: wanted and came, each as two hex digits or ``--``.
+    :param offset: of the first byte, including gaps.
+    :param cells: pairs of expected and received bytes, each as two hex digits or ``--``.
     """
 
     offset: int
@@ -42,7 +43,7 @@ class Row:
 
     @property
     def differs(self) -> bool:
-        """Whether any byte does."""
+        """Whether any byte differs."""
         return any(wanted != came for wanted, came in self.cells)
 
 
@@ -56,16 +57,18 @@ def rows(wanted: bytes, came: bytes) -> list[Row]:
 
 
 def pieces(wanted: bytes, came: bytes) -> list[list[tuple[str, bool]]]:
-    """Return both as lines, each in pieces of text that differ or not; ``^^`` stands below what differs.
+    """Return both as lines of pieces that differ or not, with ``^^`` below each difference.
 
-    Of several rows that are alike only their number of bytes is told.
+    Many equal rows are replaced by their number of bytes.
     """
     lines = []
     for differs, grouped in groupby(rows(wanted, came), key=lambda row: row.differs):
         group = list(grouped)
         if not differs and len(group) > _ALIKE_SHOWN:
             number = sum(len(row.cells) for row in group)
-            lines.append([(f"{f'both   {group[0].offset:3}':<12}… {number} bytes alike …", False)])
+            lines.append(
+                [(f"{f'both     {group[0].offset:3}':<14}… {number} equal bytes …", False)]
+            )
             continue
         for row in group:
             lines += _lines(row)
@@ -75,13 +78,13 @@ def pieces(wanted: bytes, came: bytes) -> list[list[tuple[str, bool]]]:
 def _lines(row: Row) -> list[list[tuple[str, bool]]]:
     lines = []
     differing = [one != other for one, other in row.cells]
-    for place, label in enumerate((f"wanted {row.offset:3}", "came")):
+    for place, label in enumerate((f"expected {row.offset:3}", "received")):
         cells = [(cell[place], differs) for cell, differs in zip(row.cells, differing, strict=True)]
         spaced = [part for cell in cells for part in ((" ", False), cell)][1:]
-        lines.append([(f"{label:<12}", False), *spaced])
+        lines.append([(f"{label:<14}", False), *spaced])
     if row.differs:
         marks = " ".join("^^" if differs else "  " for differs in differing)
-        lines.append([(f"{'':<12}{marks}".rstrip(), False)])
+        lines.append([(f"{'':<14}{marks}".rstrip(), False)])
     return lines
 
 
@@ -91,7 +94,7 @@ def as_text(wanted: bytes, came: bytes) -> list[str]:
 
 
 def _padded(wanted: bytes, came: bytes) -> tuple[list[str], list[str]]:
-    """Return both as cells, of equal number."""
+    """Return both as cells, padded to equal length."""
     shorter, longer = sorted((wanted, came), key=len)
     ahead = 0
     while ahead < len(shorter) and shorter[ahead] == longer[ahead]:
@@ -108,20 +111,20 @@ def _padded(wanted: bytes, came: bytes) -> tuple[list[str], list[str]]:
 
 
 MEANING = {
-    "PASS": "the controller does what the document demands",
-    "NON-STRICT": "it departs from what the document advises, or is usual; hosts can live with it",
-    "FAIL": "it does not do what the document demands",
-    "INFO": "looked at, without a bound that could be held to it here",
-    "SKIP": "left out, because the PICS says that the controller has not got it",
-    "NOT RUN": "left out, because it was not allowed or not possible in this run",
+    "PASS": "the controller does what the document requires",
+    "NON-STRICT": "it departs from a recommendation or from usual behaviour; hosts can work with it",
+    "FAIL": "it violates a requirement of the document",
+    "INFO": "measured or observed, but this run cannot decide whether it is correct",
+    "SKIP": "omitted, because the PICS declares it as unsupported",
+    "NOT RUN": "omitted, because it was not allowed or not possible in this run",
 }
-"""The results of a check of a controller."""
+"""The meanings of the results of a check."""
 
 _VERDICTS = {
     Verdict.FAILED: "does not conform",
-    Verdict.UNFINISHED: "the run did not come to its end",
-    Verdict.NON_STRICT: "conforms, with departures from what the document advises",
-    Verdict.PASSED: "all that was run passed",
+    Verdict.UNFINISHED: "the run did not finish",
+    Verdict.NON_STRICT: "conforms, with departures from recommendations of the document",
+    Verdict.PASSED: "all cases that were run passed",
 }
 GRADES = {
     Grade.FAILED: "failed",
@@ -134,7 +137,7 @@ GRADES = {
 
 
 def safe(text: str) -> str:
-    """Return text from outside with everything escaped that is no visible character."""
+    """Return text from outside with all invisible characters escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -144,25 +147,25 @@ def counted(number: int, thing: str, things: str = "") -> str:
 
 
 def listed(names: Iterable[str], most: int = 6) -> str:
-    """Return names in a sentence, and how many there are beyond the first few."""
+    """Return the first names, separated by commas, and the number of the others."""
     every = list(names)
     more = f" and {len(every) - most} more" if len(every) > most else ""
     return ", ".join(every[:most]) + more
 
 
 def sentence(sheet: Sheet) -> str:
-    """Return in one sentence what the run comes to, the figures, and what did not come about."""
+    """Return the verdict, the figures and the unused permissions in one sentence."""
     figures = numbers(sheet.counts()) or "nothing was run"
     return "; ".join([f"{_VERDICTS[sheet.verdict]}: {figures}", *sheet.missed])
 
 
 def numbers(counts: Mapping[Grade, int]) -> str:
-    """Return how many cases have which grade, in words."""
+    """Return the number of cases by grade, in words."""
     return ", ".join(f"{counts[grade]:,} {word}" for grade, word in GRADES.items() if counts[grade])
 
 
 def where(places: Iterable[PageReference]) -> str:
-    """Return places of a document in a few words: ``page 9, 30``."""
+    """Return references to a document in short form: ``page 9, 30``."""
     kinds: dict[str, list[str]] = {}
     for place in places:
         kind, _, name = place.name.partition(" ")
@@ -171,19 +174,19 @@ def where(places: Iterable[PageReference]) -> str:
 
 
 _MOST_LINES = 48
-"""Pieces of a dialogue that are shown at a terminal."""
+"""The maximum number of lines of a dialogue at a terminal."""
 _HEADER = 6
-"""Bytes from which on a message begins with its id; replies without a frame are shorter."""
+"""The minimum length of a framed message, which begins with its id. Replies without a frame are shorter."""
 _MOST_RULES = 5
-"""Rules of a case that are quoted; of the others there are the names."""
+"""The maximum number of rules that are quoted for a case. Further rules are only named."""
 _MOST_WORDS = 110
-"""Characters of a rule that are shown; the page of the document has the rest."""
+"""The maximum number of characters of a quoted rule."""
 _MOST_BYTES = 96
-"""Bytes of one piece that are shown."""
+"""The maximum number of bytes shown of one piece."""
 
 
 def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
-    """Yield what there is to say of a case, without its title and its result."""
+    """Yield the description of a case, without its title and its result."""
     for finding in case.findings:
         yield from _finding(finding)
     rules = [sheet.rules[name] for name in case.rules if name in sheet.rules]
@@ -194,16 +197,16 @@ def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
             (rule.id for rule in rules[_MOST_RULES:]), 12
         )
     if case.lines:
-        yield "what was said:"
+        yield "dialogue:"
         yield from (f"  {line}" for line in dialogue(case.lines, _MOST_LINES))
     for text in case.restored:
         yield f"restored: {safe(text)}"
     if case.repeat:
-        yield f"again: {safe(case.repeat)}"
+        yield f"repeat with: {safe(case.repeat)}"
 
 
 def _rule(sheet: Sheet, rule: Rule) -> Iterator[str]:
-    """Yield a rule with its page and the beginning of its words, and its errata."""
+    """Yield a rule with its page and the beginning of its sentence, and its errata."""
     says = safe(rule.says)
     shown = says if len(says) <= _MOST_WORDS else f"{says[: _MOST_WORDS - 1]}…"
     yield f"rule {rule.id} ({rule.strength}, {safe(rule.place.name)}): {shown}"
@@ -211,9 +214,9 @@ def _rule(sheet: Sheet, rule: Rule) -> Iterator[str]:
 
 
 def dialogue(lines: Sequence[Transmission], most: int) -> Iterator[str]:
-    """Yield a dialogue, a line each: when, which way, bytes, words.
+    """Yield a dialogue, one line per piece: time, direction, bytes, description.
 
-    :param most: how many pieces at most; what is left out stands in the middle, as a number.
+    :param most: the maximum number of pieces. The number of omitted pieces is shown in the middle.
     """
     for line in shortened(lines, most):
         if isinstance(line, int):
@@ -225,10 +228,10 @@ def dialogue(lines: Sequence[Transmission], most: int) -> Iterator[str]:
 
 
 def shortened(lines: Sequence[Transmission], most: int) -> list[Transmission | int]:
-    """Return a dialogue with at most so many lines; a number stands where as many were left out.
+    """Return a dialogue with at most ``most`` lines. A number replaces the omitted lines.
 
-    What is left out first are signs of life, then what is said again and again, such as questions while
-    something moves, and at last the middle.
+    Keep-alive messages are omitted first, then repetitions such as requests during a motion, and finally the
+    middle.
     """
     if len(lines) <= most:
         return list(lines)
@@ -245,7 +248,7 @@ def shortened(lines: Sequence[Transmission], most: int) -> list[Transmission | i
 
 
 def _folded(lines: Sequence[Transmission]) -> list[Transmission | int]:
-    """Return a dialogue in which of what is repeated the first and the last are left."""
+    """Return a dialogue in which only the first and the last line of a repetition are kept."""
     kinds = [_kind(line) for line in lines]
     folded: list[Transmission | int] = []
     for at, line in enumerate(lines):
@@ -260,14 +263,14 @@ def _folded(lines: Sequence[Transmission]) -> list[Transmission | int]:
 
 
 def _kind(line: Transmission) -> tuple[bool, bytes, int]:
-    """Return what makes two lines the same for a reader: what is sent, and the message that comes."""
+    """Return a key that is equal for similar lines: the sent bytes, or the id of a received message."""
     if line.sent or len(line.raw) < _HEADER:
         return line.sent, line.raw if line.sent else b"", len(line.raw)
     return False, line.raw[:2], len(line.raw)
 
 
 def bytes_of(raw: bytes) -> str:
-    """Return bytes in hex; of many, the first."""
+    """Return bytes in hex, shortened if there are many."""
     more = f" … ({len(raw):,} bytes)" if len(raw) > _MOST_BYTES else ""
     return spaced(raw[:_MOST_BYTES]) + more
 
@@ -278,7 +281,7 @@ def _finding(finding: Finding) -> Iterator[str]:
     if isinstance(wanted, bytes) and isinstance(came, bytes):
         yield from (f"  {line}" for line in as_text(wanted, came))
         return
-    for name, one in (("wanted", wanted), ("came", came)):
+    for name, one in (("expected", wanted), ("received", came)):
         if one is not None:
             shown = bytes_of(one) or "nothing" if isinstance(one, bytes) else safe(one)
-            yield f"  {name:<6} {shown}"
+            yield f"  {name:<8} {shown}"

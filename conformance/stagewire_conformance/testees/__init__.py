@@ -1,7 +1,7 @@
-"""Tests of codecs in any language: a program that answers lines is asked all that a codec has to know.
+"""Tests of codecs in any language: a program that answers lines is tested with every case of a protocol.
 
-:func:`run` starts it and asks; :mod:`.plan` says what, :mod:`.session` how, and
-:mod:`stagewire_conformance.comparison` whether an answer is right.
+:func:`run` starts it and runs the cases. :mod:`.runner` plans the cases, :mod:`.session` sends them, and
+:mod:`stagewire_conformance.comparison` judges the answers.
 """
 
 from __future__ import annotations

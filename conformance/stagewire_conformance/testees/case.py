@@ -1,6 +1,6 @@
-"""A case for a testee: the lines that it is sent, and the answers that it has to give.
+"""A case for a testee: the lines to send, and the expected answers.
 
-Errors say why a testee cannot be tested, or not to the end.
+The errors state why a testee cannot be tested, or not completely.
 """
 
 from __future__ import annotations
@@ -14,27 +14,27 @@ from stagewire.errors import StagewireError
 
 
 class NotStartedError(StagewireError):
-    """There is no such program, or it cannot be run."""
+    """The program does not exist or cannot be run."""
 
 
 class NotATesteeError(StagewireError):
-    """The program runs, and does not answer ``hello`` as a testee does."""
+    """The program runs, but does not answer ``hello`` as a testee."""
 
 
 class NothingToAskError(StagewireError):
-    """No case is left to be asked."""
+    """No case is selected."""
 
 
 class ExpectedFileError(StagewireError):
-    """The file of expected failures cannot be used: a line for each mistake."""
+    """An invalid file of expected failures. The message has one line per problem."""
 
 
 class EndedError(StagewireError):
-    """The testee has ended where an answer was due."""
+    """The testee ended instead of answering."""
 
 
 class SilentError(StagewireError):
-    """The testee has not answered in time."""
+    """The testee did not answer in time."""
 
 
 Json = Mapping[str, Any]
@@ -42,12 +42,12 @@ Json = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One line, and the answer to it.
+    """One line and its expected answer.
 
-    :param wanted: the answer without ``id`` and ``detail``; empty where any answer of the right shape
-        will do.
-    :param request: what is asked; whoever sends it chooses the id.
-    :param raw: in the place of a request: a line as it stands, without its end.
+    :param wanted: the expected answer without ``id`` and ``detail``; empty if any answer of the right shape
+        is accepted.
+    :param request: the request without an id.
+    :param raw: a literal line without its end, instead of a request.
     :param ids: the ids that the answer to ``raw`` may have.
     """
 
@@ -57,7 +57,7 @@ class Step:
     ids: tuple[int | str | None, ...] = ()
 
     def line(self, number: int) -> bytes:
-        """Return the line to be sent, with its end; ``number`` is the id of a request."""
+        """Return the line to send, with its end; ``number`` is the id of a request."""
         if self.request is None:
             return self.raw + b"\n"
         return json.dumps({"id": number, **self.request}).encode("ascii") + b"\n"
@@ -69,15 +69,15 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """Some lines that look at one thing.
+    """A test case: some lines with their expected answers.
 
     :param id: unique in a run, and the same in every run.
-    :param group: cases that belong together.
-    :param about: what it looks at, where the id does not say it.
-    :param protocol: the protocol that a testee has to speak for it; empty for any.
+    :param group: the group of cases that it belongs to.
+    :param about: what it tests, if the id does not state it.
+    :param protocol: the protocol that a testee has to support; empty for any.
     :param operations: the operations that it needs.
-    :param message: the message that it is about, if it is about one.
-    :param field: likewise the field.
+    :param message: the tested message, if any.
+    :param field: the tested field, if any.
     :param at_once: whether all lines are sent before the first answer is read.
     """
 
@@ -93,10 +93,10 @@ class Case:
 
 
 def ask(request: Json, wanted: Json) -> Step:
-    """Return the step that sends a request; it may be any JSON object."""
+    """Return a step that sends a request, which may be any JSON object."""
     return Step(wanted=wanted, request=request)
 
 
 def send(raw: bytes, wanted: Json, *ids: int | str | None) -> Step:
-    """Return the step that sends a line as it stands, and takes an answer with one of ``ids``."""
+    """Return a step that sends a literal line and accepts an answer with one of ``ids``."""
     return Step(wanted=wanted, raw=raw, ids=ids)

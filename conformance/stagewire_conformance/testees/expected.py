@@ -1,4 +1,4 @@
-"""The file of expected failures: which cases a testee is known to fail, and why.
+"""The file of expected failures: the cases that a testee is known to fail, with the reasons.
 
 ```toml
 schema_version = 1
@@ -8,8 +8,8 @@ id = "thorlabs_apt/HW_RICHRESPONSE/*"
 reason = "our firmware never sends it"
 ```
 
-``id`` is the id of a case, or a pattern with ``*``, ``?`` and ``[…]``. What passes all the same is a failure,
-and so is an entry that is about no case.
+``id`` is the id of a case, or a pattern with ``*``, ``?`` and ``[…]``. A listed case that passes is a
+failure, and so is an entry that matches no case.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """The failures that are expected.
+    """The expected failures.
 
-    :param path: the file, for people.
+    :param path: the file.
     """
 
     path: Path
     failures: tuple[Failure, ...]
 
     def reasons(self, cases: Iterable[Case], elsewhere: Collection[str] = ()) -> dict[str, str]:
-        """Return why cases fail, by id; the first entry that matches has the word.
+        """Return the reasons of expected failures by case id. The first matching entry applies.
 
-        :param elsewhere: protocols whose cases are not among them, and that an entry may be about, too.
+        :param elsewhere: other protocols. Entries for their cases are allowed.
 
-        Raises :class:`ExpectedFileError` for an entry that is about no case.
+        Raises :class:`ExpectedFileError` for an entry that matches no case.
         """
         found: dict[str, str] = {}
         ids = [case.id for case in cases]
@@ -68,66 +68,67 @@ class Expected:
                 found.setdefault(id, failure.reason)
             if not matching and failure.id.partition("/")[0] not in elsewhere:
                 idle.append(
-                    f"no case has the id {failure.id!r}; stagewire conformance codec --list shows all"
+                    f"no case matches {failure.id!r}; stagewire conformance codec --list shows all cases"
                 )
         _raise_for(self.path, idle)
         return found
 
 
 def other_protocols(protocols: Iterable[Protocol]) -> set[str]:
-    """Return the names of the protocols that are installed beside these."""
+    """Return the names of the other installed protocols."""
     return {*available_protocols()} - {protocol.name for protocol in protocols}
 
 
 def read_expected(path: Path) -> Expected:
-    """Return what a file says.
+    """Read a file of expected failures.
 
-    Raises :class:`ExpectedFileError` with all that is wrong with it.
+    Raises :class:`ExpectedFileError` with all problems.
     """
     try:
         data = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ExpectedFileError(f"{path}: no TOML: {error}") from None
+        raise ExpectedFileError(f"{path}: not a TOML file: {error}") from None
     problems = [
-        f"there is no key {key!r} ({', '.join(sorted(_KEYS))})" for key in data.keys() - _KEYS
+        f"unknown key {key!r} (choose from {', '.join(sorted(_KEYS))})"
+        for key in data.keys() - _KEYS
     ]
     version = data.get("schema_version")
     if version != SCHEMA_VERSION or isinstance(version, bool):
         problems.append(
-            f"schema_version is missing; write schema_version = {SCHEMA_VERSION}"
+            f"missing schema_version; write schema_version = {SCHEMA_VERSION}"
             if version is None
-            else f"schema_version is {SCHEMA_VERSION}, not {version!r}"
+            else f"schema_version must be {SCHEMA_VERSION}, not {version!r}"
         )
     entries = data.get("expected", [])
     if not isinstance(entries, list):
         entries = []
-        problems.append("expected is a list of tables: write [[expected]]")
+        problems.append("expected must be a list of tables: write [[expected]]")
     failures = [_failure(f"expected {n}", entry, problems) for n, entry in enumerate(entries, 1)]
     ids = Counter(
         entry["id"]
         for entry in entries
         if isinstance(entry, dict) and isinstance(entry.get("id"), str)
     )
-    problems += [f"{id!r} stands there {n} times; once is enough" for id, n in ids.items() if n > 1]
+    problems += [f"{id!r} is listed {n} times" for id, n in ids.items() if n > 1]
     _raise_for(path, problems)
     return Expected(path, tuple(failures))
 
 
 def _failure(place: str, entry: Any, problems: list[str]) -> Failure:
     if not isinstance(entry, dict):
-        problems.append(f"{place} is no table")
+        problems.append(f"{place} is not a table")
         return Failure("", "")
     problems += [
-        f"{place}: there is no key {key!r} ({', '.join(sorted(_OF_A_FAILURE))})"
+        f"{place}: unknown key {key!r} (choose from {', '.join(sorted(_OF_A_FAILURE))})"
         for key in sorted(entry.keys() - _OF_A_FAILURE)
     ]
     for key in sorted(_OF_A_FAILURE):
         if not isinstance(entry.get(key), str) or not entry[key].strip():
-            problems.append(f"{place}: {key} is a text, and not empty")
+            problems.append(f"{place}: {key} must be a non-empty string")
     return Failure(str(entry.get("id")), str(entry.get("reason")))
 
 
 def _raise_for(path: Path, problems: list[str]) -> None:
-    """Raise :class:`ExpectedFileError` for problems of a file, if there are any."""
+    """Raise :class:`ExpectedFileError` if there are problems."""
     if problems:
         raise ExpectedFileError("\n".join(f"{path}: {problem}" for problem in problems))

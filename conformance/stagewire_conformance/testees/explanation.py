@@ -1,4 +1,4 @@
-"""Explain in words how an answer differs from the expected one, by message and field.
+"""Explain how an answer differs from the expected one, by message and field.
 
 A byte of a message belongs to a field of its layout, or to a part of its frame.
 """
@@ -19,15 +19,15 @@ from stagewire_conformance.testees.case import Case, Step
 
 
 def name_at(protocol: Protocol, request: Mapping[str, Any], raw: bytes, at: int) -> str:
-    """Return the name of what stands at a place of an encoded message.
+    """Return the name of the field or part at a position of an encoded message.
 
-    :param request: what was to be encoded.
-    :param raw: the right bytes.
+    :param request: the encode request.
+    :param raw: the correct bytes.
     :param at: counted from zero.
     """
     try:
         layout = protocol.message_class(request["message"], request.get("form")).layout
-    except CodecError:  # the context decides on the layout
+    except CodecError:  # the context selects the layout
         return "frame"
     codec = codec_of(protocol)
     parts = [*_fields(codec, layout), *codec.frame_parts(layout, raw)]
@@ -51,16 +51,16 @@ _MOST = 6
 
 
 def explain(case: Case, step: Step, came: Json, number: int) -> str:
-    """Return one sentence on an answer that is not the wanted one.
+    """Return one sentence about an answer that is not the expected one.
 
-    :param number: the id that the request had.
+    :param number: the id of the request.
     """
     subject = f"{case.message}, {case.field}: " if case.field else f"{case.message}: "
     return (subject if case.message else "") + _problem(case, step, came, number)
 
 
 def shortened(text: str) -> str:
-    """Return a text of which enough is left to see what it is."""
+    """Return a text, truncated if it is long."""
     return text if len(text) <= _ROOM else f"{text[:_ROOM]}… ({len(text):,} characters)"
 
 
@@ -68,17 +68,17 @@ def _problem(case: Case, step: Step, came: Json, number: int) -> str:
     wanted = step.wanted
     wrong = shape(came)
     if wrong:
-        return f"the answer has a wrong shape: {wrong}"
+        return f"the answer has an invalid shape: {wrong}"
     ids = [_value(id) for id in step.echoes(number)]
     if _value(came.get("id")) not in ids:
-        return f"the answer has the id {_value(came.get('id'))}, it should be {' or '.join(ids)}"
+        return f"the answer has the id {_value(came.get('id'))}, expected {' or '.join(ids)}"
     if not came["ok"]:
         refused = f"refused with {came['error']} ({shortened(came['detail'])})"
         if wanted["ok"]:
-            return f"{refused}, it should be granted with {_granted(wanted)}"
-        return f"{refused}, it should be refused with {wanted['error']}"
+            return f"{refused}, expected {_granted(wanted)}"
+        return f"{refused}, expected a refusal with {wanted['error']}"
     if not wanted["ok"]:
-        return f"granted with {_granted(came)}, it should be refused with {wanted['error']}"
+        return f"granted with {_granted(came)}, expected a refusal with {wanted['error']}"
     found = list(_Differences(case, step).of(wanted, came))
     more = f"; and {len(found) - _MOST} more" if len(found) > _MOST else ""
     return "; ".join(found[:_MOST]) + more
@@ -94,7 +94,7 @@ def _value(value: object) -> str:
 
 
 class _Differences:
-    """What differs between two answers that grant the request of a step."""
+    """The differences between two answers that grant the request of a step."""
 
     def __init__(self, case: Case, step: Step) -> None:
         self._case = case
@@ -113,38 +113,38 @@ class _Differences:
             elif key == "hex" and isinstance(one, str) and isinstance(other, str):
                 yield from self._bytes(one, other)
             elif key not in came:
-                yield f"{key} is missing, it should be {_value(one)}"
+                yield f"{key} is missing, expected {_value(one)}"
             elif key not in wanted:
-                yield f"{key} is {_value(other)}, it should not be there"
+                yield f"{key} is {_value(other)}, but must be absent"
             elif canonical({"": one}) != canonical({"": other}):
-                yield f"{key} is {_value(other)}, it should be {_value(one)}"
+                yield f"{key} is {_value(other)}, expected {_value(one)}"
 
     def _events(self, wanted: list[Json], came: list[Any]) -> Iterator[str]:
         if len(wanted) != len(came):
-            yield f"{len(came)} events come, it should be {len(wanted)}"
+            yield f"{len(came)} events, expected {len(wanted)}"
         for number, (one, other) in enumerate(zip(wanted, came, strict=False), 1):
             name = f"event {number} ({one.get('message', one['event'])})"
             if not isinstance(other, dict):
-                yield f"{name} is {_value(other)}, it should be an object"
+                yield f"{name} is {_value(other)}, expected an object"
                 continue
             for difference in self.of(one, other):
                 yield f"{name}: {difference}"
 
     def _bytes(self, wanted: str, came: str) -> Iterator[str]:
-        """Yield what differs between bytes, by the fields that stand there."""
+        """Yield differences between bytes, by field."""
         try:
             one, other = bytes.fromhex(wanted), bytes.fromhex(came)
         except ValueError:
             other = b""
         if other.hex() != came:
-            yield f"hex is {_value(came)}, it should be {_value(wanted)}"
+            yield f"hex is {_value(came)}, expected {_value(wanted)}"
             return
         pairs = list(zip(one, other, strict=False))
         wrong = [at for at, (a, b) in enumerate(pairs) if a != b]
         if len(one) != len(other):
             at = wrong[0] if wrong else min(len(other), len(one) - 1)
-            more = f"; the first that differs is byte {at}" if wrong else ""
-            yield f"{len(other)} bytes come, it should be {len(one)}{more} ({self._name(one, at)})"
+            more = f", first difference at byte {at}" if wrong else ""
+            yield f"{len(other)} bytes, expected {len(one)}{more} ({self._name(one, at)})"
             return
         places: dict[str, list[int]] = {}
         for at in wrong:
@@ -153,10 +153,10 @@ class _Differences:
             first, last = found[0], found[-1]
             where = f"byte {first}" if first == last else f"bytes {first} to {last}"
             is_, should = other[first : last + 1].hex(" "), one[first : last + 1].hex(" ")
-            yield f"{name} ({where}) is {is_}, it should be {should}"
+            yield f"{name} ({where}) is {is_}, expected {should}"
 
     def _name(self, raw: bytes, at: int) -> str:
-        """Return what stands at a place of the right bytes of an encoded message; "" of anything else."""
+        """Return the name of the part at a position of an encoded message; empty for other answers."""
         if self._request is None or self._request.get("op") != "encode":
             return "bytes"
         return name_at(load_protocol(self._case.protocol), self._request, raw, at)

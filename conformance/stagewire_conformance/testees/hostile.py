@@ -1,7 +1,7 @@
-"""Hostile input: lines that are not requests, strange requests, and many lines at once.
+"""Hostile input: lines that are not requests, unusual requests, and many lines at once.
 
-A testee answers them all in order, and goes on. Input that JSON readers treat differently (repeated keys,
-numbers of thousands of digits, a byte order mark) may be answered in any way, but it has to be answered.
+A testee has to answer all lines in order and continue. Input that JSON parsers treat differently (repeated
+keys, numbers of thousands of digits, a byte order mark) may be answered in any way, but must be answered.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _LINES = 300
 def order_cases(cases: Sequence[Case], seed: int) -> Iterator[Case]:
     """Yield rounds of lines that are all sent before the first answer is read.
 
-    :param cases: where they are taken from, by chance.
+    :param cases: the cases to choose from at random.
     """
     random = Random(f"order {seed}")
     short = [step for case in cases for step in case.steps if _is_short(step)]
@@ -53,75 +53,78 @@ _PIECES = (b'"', b"\\", b"{", b"}", b"[", b"]", b":", b",", b" ", b"\x00", b"\x7
            b"e", b"null", b"true", b"NaN", b"\\u00e9", b"\\ud83d", b"\xc3\xa9", b"\xff", b"1e5", b"01",
            b'"a":1')  # fmt: skip
 
-# name -> (line, what it looks at); none of them has an id that could be read
+# name -> (line, description); none of them has a readable id
 _NO_REQUEST: dict[str, tuple[bytes, str]] = {
-    "empty": (b"", "nothing at all"),
-    "blank": (b" \t ", "nothing but blanks"),
+    "empty": (b"", "an empty line"),
+    "blank": (b" \t ", "only blanks"),
     "word": (b"hello", "a word"),
-    "not_utf_8": (b"\xff\xfe", "bytes that are no text"),
-    "not_utf_8.inside": (b'{"id":7,"op":"hello","x":"\xff"}', "bytes that are no text in a text"),
-    "nul": (b'{"id":7,"op":"hello"}\x00', "a byte of zero behind the request"),
-    "brace": (b"{", "an object that does not end"),
+    "not_utf_8": (b"\xff\xfe", "bytes that are not text"),
+    "not_utf_8.inside": (
+        b'{"id":7,"op":"hello","x":"\xff"}',
+        "bytes that are not text, in a string",
+    ),
+    "nul": (b'{"id":7,"op":"hello"}\x00', "a zero byte after the request"),
+    "brace": (b"{", "an unterminated object"),
     "cut": (_HELLO[:-1], "a request without its last byte"),
     "array": (b"[" + _HELLO + b"]", "a request in an array"),
     "null": (b"null", "null"),
-    "text": (b'"hello"', "a text"),
+    "text": (b'"hello"', "a string"),
     "digits": (b"1" * 5000, "a number of 5,000 digits"),
     "two": (_HELLO + b" " + _HELLO, "two requests on one line"),
-    "comma": (b'{"id":7,"op":"hello",}', "a comma too many"),
-    "quotes": (b"{'id':7,'op':'hello'}", "quotes that JSON has not"),
-    "open.arrays": (b"[" * _DEEP, f"{_DEEP:,} arrays that do not end"),
-    "open.objects": (b'{"id":1,"op":' * (_DEEP // 2), f"{_DEEP // 2:,} objects that do not end"),
+    "comma": (b'{"id":7,"op":"hello",}', "a trailing comma"),
+    "quotes": (b"{'id':7,'op':'hello'}", "single quotes"),
+    "open.arrays": (b"[" * _DEEP, f"{_DEEP:,} unterminated arrays"),
+    "open.objects": (b'{"id":1,"op":' * (_DEEP // 2), f"{_DEEP // 2:,} unterminated objects"),
     "id.missing": (b'{"op":"hello"}', "no id"),
-    "id.null": (b'{"id":null,"op":"hello"}', "null for an id"),
-    "id.true": (b'{"id":true,"op":"hello"}', "true for an id"),
-    "id.fraction": (b'{"id":1.5,"op":"hello"}', "a fraction for an id"),
-    "id.array": (b'{"id":[7],"op":"hello"}', "an array for an id"),
-    "id.object": (b'{"id":{"id":7},"op":"hello"}', "an object for an id"),
+    "id.null": (b'{"id":null,"op":"hello"}', "null as the id"),
+    "id.true": (b'{"id":true,"op":"hello"}', "true as the id"),
+    "id.fraction": (b'{"id":1.5,"op":"hello"}', "a fraction as the id"),
+    "id.array": (b'{"id":[7],"op":"hello"}', "an array as the id"),
+    "id.object": (b'{"id":{"id":7},"op":"hello"}', "an object as the id"),
 }
 
-# name -> (line, what it has to be answered with, whose id may be read or not, what it looks at)
+# name -> (line, expected answer with the id or null, description)
 _ODD: dict[str, tuple[bytes, Json, str]] = {
-    "nan": (b'{"id":7,"op":"hello","x":NaN}', _BAD, "a number that JSON has not"),
-    "infinity": (b'{"id":7,"op":"hello","x":-Infinity}', _BAD, "a number that JSON has not"),
+    "nan": (b'{"id":7,"op":"hello","x":NaN}', _BAD, "a number that JSON does not have"),
+    "infinity": (b'{"id":7,"op":"hello","x":-Infinity}', _BAD, "a number that JSON does not have"),
     "deep": (
         b'{"id":7,"op":"hello","x":' + b"[" * _DEEP + b"]" * _DEEP + b"}",
         _BAD,
-        f"{_DEEP:,} arrays in each other",
+        f"{_DEEP:,} nested arrays",
     ),
-    "twice": (b'{"id":7,"id":7,"op":"hello"}', _ANY, "a key that stands twice"),
-    "mark": (b"\xef\xbb\xbf" + _HELLO, _ANY, "a mark of byte order"),
-    "surrogate": (b'{"id":7,"op":"\\ud800"}', _ANY, "half a character"),
-    "number.long": (b'{"id":7,"op":"hello","x":' + b"9" * 5000 + b"}", _BAD, "a number of 5,000 digits"),
+    "twice": (b'{"id":7,"id":7,"op":"hello"}', _ANY, "a repeated key"),
+    "mark": (b"\xef\xbb\xbf" + _HELLO, _ANY, "a byte order mark"),
+    "surrogate": (b'{"id":7,"op":"\\ud800"}', _ANY, "half a surrogate pair"),
+    "number.long": (b'{"id":7,"op":"hello","x":' + b"9" * 5000 + b"}", _BAD, "a number with 5,000 digits"),
     "number.large": (b'{"id":7,"op":"hello","x":1e999}', _BAD, "a number that is too large"),
 }  # fmt: skip
 
-# name -> (line, what it has to be answered with under its id, what it looks at)
+# name -> (line, expected answer with its id, description)
 _READ: dict[str, tuple[bytes, Json, str]] = {
     "op.missing": (b'{"id":7}', _BAD, "no operation"),
-    "op.array": (b'{"id":7,"op":["hello"]}', _BAD, "an array for an operation"),
+    "op.array": (b'{"id":7,"op":["hello"]}', _BAD, "an array as the operation"),
     "op.unknown": (
         b'{"id":7,"op":"reboot"}',
         {"ok": False, "error": "unsupported"},
-        "an operation that there is not",
+        "an unknown operation",
     ),
-    "key.unknown": (b'{"id":7,"op":"hello","why":1}', _BAD, "a key that there is not"),
+    "key.unknown": (b'{"id":7,"op":"hello","why":1}', _BAD, "an unknown key"),
     "key.long": (
         b'{"id":7,"op":"hello","' + b"x" * _LONG + b'":1}',
         _BAD,
-        f"a key of {_LONG:,} letters",
+        f"a key with {_LONG:,} letters",
     ),
     "value.long": (
         b'{"id":7,"op":"hello","x":"' + b"x" * _LONG + b'"}',
         _BAD,
-        f"a text of {_LONG:,} letters",
+        f"a string with {_LONG:,} letters",
     ),
     "protocol.unknown": (
         b'{"id":7,"op":"decode","protocol":"no_such_protocol","hex":"00"}',
         {"ok": False, "error": "unsupported"},
-        "a protocol that there is not",
+        "an unknown protocol",
     ),
-    "protocol.number": (b'{"id":7,"op":"decode","protocol":1,"hex":"00"}', _BAD, "a number for a protocol"),
+    "protocol.number": (b'{"id":7,"op":"decode","protocol":1,"hex":"00"}', _BAD, "a number as the protocol"),
 }  # fmt: skip
 
 _IDS: tuple[int | str, ...] = (
@@ -139,9 +142,9 @@ _IDS: tuple[int | str, ...] = (
 
 
 def line_cases(clean: Sequence[Step]) -> Iterator[Case]:
-    """Yield the hostile lines, each followed by a request that has to be answered rightly.
+    """Yield the hostile lines, each followed by a request that must be answered correctly.
 
-    :param clean: requests to follow, one for each protocol; they are also written in unusual ways.
+    :param clean: the requests that follow, one for each protocol. They are also written in unusual ways.
     """
     for name, (raw, about) in _NO_REQUEST.items():
         yield _case(name, about, send(raw, _BAD, None), clean[0])
@@ -155,7 +158,7 @@ def line_cases(clean: Sequence[Step]) -> Iterator[Case]:
 
 
 def id_cases(clean: Sequence[Step]) -> Iterator[Case]:
-    """Yield requests with ids of all kinds, which have to be echoed."""
+    """Yield requests with unusual ids, which must be echoed."""
     for number, id in enumerate(_IDS):
         request = {"id": id, **(clean[0].request or {})}
         for name, ascii in (("escaped", True), ("plain", False)):
@@ -165,7 +168,7 @@ def id_cases(clean: Sequence[Step]) -> Iterator[Case]:
 
 
 def damaged_cases(clean: Sequence[Step], seed: int) -> Iterator[Case]:
-    """Yield requests with some bytes changed by chance: any answer will do, but there has to be one."""
+    """Yield requests with some bytes changed at random. Any answer is accepted, but there must be one."""
     random = Random(f"damaged {seed}")
     for number in range(_DAMAGED):
         raw = bytearray(random.choice(clean).line(_ID).rstrip(b"\n"))
@@ -177,16 +180,16 @@ def damaged_cases(clean: Sequence[Step], seed: int) -> Iterator[Case]:
 
 
 def _unusual(request: Json) -> Iterator[tuple[str, bytes, str]]:
-    """Yield a request as JSON may write it, too."""
+    """Yield unusual but valid ways to write a request in JSON."""
     said = {"id": _ID, **request}
     raw = json.dumps(said).encode("ascii")
-    yield "carriage_return", raw + b"\r", "a carriage return behind the request"
+    yield "carriage_return", raw + b"\r", "a carriage return after the request"
     yield (
         "blanks",
         b" \t" + raw.replace(b", ", b" \t,  ").replace(b": ", b"\t : ") + b"  ",
         "blanks",
     )
-    yield "no_blanks", json.dumps(said, separators=(",", ":")).encode("ascii"), "no blank"
+    yield "no_blanks", json.dumps(said, separators=(",", ":")).encode("ascii"), "no blanks"
     backwards = dict(reversed(said.items()))
     yield "order", json.dumps(backwards).encode("ascii"), "the keys in another order"
     escaped = raw.replace(b'"op"', b'"\\u006f\\u0070"').replace(b'"decode"', b'"\\u0064ecode"')
@@ -194,7 +197,7 @@ def _unusual(request: Json) -> Iterator[tuple[str, bytes, str]]:
 
 
 def _readable(raw: bytearray) -> tuple[int | str, ...]:
-    """Return the id of a line where one can be read."""
+    """Return the possible ids of the answer to a damaged line."""
     try:
         id = json.loads(raw.decode("utf-8"))["id"]
     except (ValueError, LookupError, TypeError, RecursionError):

@@ -1,4 +1,4 @@
-"""A testee as a child process: lines to it and from it, and never a wait without an end."""
+"""A testee as a child process. Every wait has a timeout."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from typing import IO
 from stagewire_conformance.testees.case import EndedError, NotStartedError, SilentError
 
 LONGEST = 64 * 1024 * 1024
-"""Bytes of the longest line that is read; what is longer comes in pieces, and is no answer."""
+"""The maximum length of a line in bytes. A longer line arrives in pieces and is not a valid answer."""
 
 _WAITING = 1_000
 _SAID = 8 * 1024
@@ -26,12 +26,12 @@ _PATIENCE = 2.0
 
 
 class Process:
-    """One run of a program that is a testee.
+    """One run of a testee.
 
-    A thread writes and a thread reads, so that neither side can keep the other one waiting for ever; a
-    third keeps the last of what comes on standard error. Nothing here knows what the lines mean.
+    One thread writes and one reads, so that a blocked pipe cannot block the other direction. A third thread
+    keeps the end of standard error. The lines are not interpreted here.
 
-    Raises :class:`NotStartedError` where there is no such program, or it cannot be run.
+    Raises :class:`NotStartedError` if the program does not exist or cannot be run.
     """
 
     def __init__(self, command: Sequence[str]) -> None:
@@ -41,7 +41,7 @@ class Process:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
-                # Ctrl-C is for this process, which then ends the child and what that has started
+                # Ctrl-C goes to this process, which then ends the child and its processes
                 start_new_session=True,
                 creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
             )
@@ -67,13 +67,13 @@ class Process:
             thread.start()
 
     def send(self, data: bytes) -> None:
-        """Have bytes written; what the testee does not take is lost when it ends."""
+        """Queue bytes for writing. Bytes that the testee does not read are lost when it ends."""
         self._to_write.put(data)
 
     def receive(self, timeout: float) -> bytes:
         """Return the next line, with its end.
 
-        Raises :class:`EndedError` where no line comes any more, :class:`SilentError` after ``timeout``
+        Raises :class:`EndedError` if no more lines can arrive, and :class:`SilentError` after ``timeout``
         seconds without one.
         """
         if self._ended:
@@ -88,7 +88,7 @@ class Process:
         return line
 
     def early(self) -> bytes:
-        """Return a line that is there without a wait; empty where none is."""
+        """Return a line that has already arrived, or nothing."""
         try:
             line = b"" if self._ended else self._came.get_nowait()
         except queue.Empty:
@@ -97,13 +97,13 @@ class Process:
         return line
 
     def said(self) -> str:
-        """Return the last of what it has said on standard error."""
+        """Return the end of its standard error."""
         return b"".join(self._said)[-_SAID:].decode("utf-8", errors="replace").strip()
 
     def end(self, patience: float = 0.0) -> str:
-        """End it with all that it has started, and return how it ended, as words that follow its name.
+        """End the process and all processes that it started; return a phrase such as ``has ended with …``.
 
-        :param patience: seconds that it is given to end by itself, now that nothing more comes.
+        :param patience: seconds to wait until it ends by itself after its input has ended.
         """
         if not self._leaving:
             self._leaving = True
@@ -111,13 +111,13 @@ class Process:
             try:
                 self._end = _how(self._child.wait(patience))
             except subprocess.TimeoutExpired:
-                self._end = "goes on running"
+                self._end = "is still running"
                 _kill(self._child)
             self._settle()
         return self._end
 
     def _settle(self) -> None:
-        """Wait until what has come is read, and close the pipes; a stranger may hold them open."""
+        """Wait until all output is read, and close the pipes. Another process may still hold them open."""
         deadline = time.monotonic() + _PATIENCE
         for thread in self._threads:
             while thread.is_alive() and time.monotonic() < deadline:
@@ -140,7 +140,7 @@ class Process:
                 self._came.get_nowait()
 
     def _write(self, pipe: IO[bytes]) -> None:
-        with contextlib.suppress(OSError, ValueError):  # it has gone; whoever reads finds out
+        with contextlib.suppress(OSError, ValueError):  # it has ended, which the reader notices
             while (data := self._to_write.get()) is not None:
                 pipe.write(data)
                 pipe.flush()
@@ -164,19 +164,19 @@ class Process:
 
 
 def _kill(child: subprocess.Popen[bytes]) -> None:
-    """End a process with all that it has started, and wait for it."""
+    """End a process and all processes that it started, and wait for it."""
     if sys.platform == "win32":
         words = ["taskkill", "/F", "/T", "/PID", str(child.pid)]
         subprocess.run(words, capture_output=True, check=False)
         child.kill()
     else:
-        with contextlib.suppress(OSError):  # all have gone
+        with contextlib.suppress(OSError):  # all have ended
             os.killpg(child.pid, signal.SIGKILL)
     child.wait()
 
 
 def _how(code: int) -> str:
-    """Return how a process ended, by the number that the system gives it."""
+    """Return how a process ended, from its return code."""
     if code >= 0:
         return f"has ended with exit status {code}"
     names = {sign.value: sign.name for sign in signal.Signals}

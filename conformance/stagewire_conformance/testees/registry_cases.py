@@ -1,8 +1,7 @@
 """Cases from the registry: vectors, streams, oversized requests, worked examples and captures.
 
-Each stream is also cut at every byte. Of worked examples only those that are bytes become cases: a testee
-knows nothing of units, numbers and prose; ``stagewire conformance examples`` compares our own codec with
-those.
+Each stream is also split at every byte. Only worked examples with bytes become cases, because a testee does
+not have units, numbers and prose; ``stagewire conformance examples`` compares our own codec with those.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ OPERATIONS = ("decode", "encode", "stream")
 
 
 def stated_cases(protocol: Protocol) -> Iterator[Case]:
-    """Yield the cases that the vectors hold ready."""
+    """Yield the cases that are ready in the vectors."""
     registry = registry_of(protocol)
     for case in protocol.vectors()["cases"]:
         request = {"protocol": protocol.name, **case["request"]}
@@ -43,7 +42,7 @@ def stated_cases(protocol: Protocol) -> Iterator[Case]:
 
 
 def cut_cases(protocol: Protocol) -> Iterator[Case]:
-    """Yield a case for each stream of the vectors: whole, in two at every place, and byte by byte."""
+    """Yield a case for each stream of the vectors: whole, split in two everywhere, and byte by byte."""
     seen = set()
     for case in protocol.vectors()["cases"]:
         request = case["request"]
@@ -60,7 +59,7 @@ def cut_cases(protocol: Protocol) -> Iterator[Case]:
             id=f"{protocol.name}/cut/{case['id']}",
             group=f"{protocol.name}/cut",
             steps=tuple(_cut(raw, rest, case["answer"])),
-            about=f"{len(raw)} bytes, whole, in two at every place, and byte by byte",
+            about=f"{len(raw)} bytes: whole, split in two at every position, and byte by byte",
             protocol=protocol.name,
             operations=frozenset({"stream"}),
             message=message,
@@ -76,13 +75,13 @@ def _cut(raw: bytes, rest: Json, wanted: Json) -> Iterator[Step]:
 
 
 def _operations(request: Json) -> frozenset[str]:
-    """Return what a testee needs to be asked this; nothing where no operation is meant at all."""
+    """Return the operations that a request needs; empty if it has no valid operation."""
     op = request.get("op")
     return frozenset({op} if op in OPERATIONS else ())
 
 
 def _subject(registry: Registry, id: str) -> tuple[str, str]:
-    """Return message and field of a case, as its id names them; each may be empty."""
+    """Return message and field of a case from its id; each may be empty."""
     message, *rest = id.split("/")
     if message not in registry.messages:
         return "", ""
@@ -95,7 +94,7 @@ _BYTES = 100_000
 
 
 def large_cases(protocol: Protocol) -> Iterator[Case]:
-    """Yield the large requests of a protocol, as far as its vectors have what they are made of."""
+    """Yield the large requests of a protocol, if its vectors contain the cases to make them from."""
     found = {
         name: next(filter(test, stated_cases(protocol)), None) for name, test in _MADE_OF.items()
     }
@@ -118,7 +117,7 @@ def large_cases(protocol: Protocol) -> Iterator[Case]:
 
 
 def _is_stream(case: Case) -> bool:
-    """Whether a case is a stream of one message alone, at an end that may hear it again."""
+    """Return whether a case is a stream of a single message, at an end that can receive it repeatedly."""
     (step,) = case.steps
     request, wanted = step.request or {}, step.wanted
     return (
@@ -174,22 +173,22 @@ def _nested(case: Case, request: Json, wanted: Json) -> _Changed:
     return _with(case, request, value), wanted
 
 
-# name -> (what it is made of, how, what it looks at)
+# name -> (case to start from, function, description)
 _CHANGES = {
     "stream.repeated": ("stream", _repeated, f"a message {_MANY:,} times in one chunk"),
     "stream.bytes": ("stream", _bytes, f"a message {_MANY // 4} times, byte by byte"),
-    "stream.empty": ("stream", _empty, f"{2 * _MANY:,} chunks of nothing around a message"),
-    "decode": ("trailing", _trailing, f"{_BYTES:,} bytes behind a message"),
-    "number": ("above", _number, "a number of 31 digits for a field"),
-    "nested": ("text", _nested, "a hundred arrays in each other for a field"),
+    "stream.empty": ("stream", _empty, f"{2 * _MANY:,} empty chunks around a message"),
+    "decode": ("trailing", _trailing, f"{_BYTES:,} bytes after a message"),
+    "number": ("above", _number, "a number with 31 digits as a field"),
+    "nested": ("text", _nested, "a hundred nested arrays as a field"),
 }
 
 
 def example_cases(protocol: Protocol) -> Iterator[Case]:
     """Yield the cases of the examples and captures of a protocol, in the order of its vectors.
 
-    What is right encodes to its bytes, and they decode to it. Bytes that the document misprints decode to
-    what they really say, or are refused.
+    Correct messages must encode to their bytes, and the bytes must decode to them. Misprinted bytes must
+    decode to what they actually mean, or be refused.
     """
     vectors = protocol.vectors()
     for kind in ("examples", "captures"):
@@ -208,7 +207,7 @@ def example_cases(protocol: Protocol) -> Iterator[Case]:
 
 
 def _steps(protocol: Protocol, entry: Json) -> Iterator[tuple[str, Step]]:
-    """Yield what can be asked of an entry: the operation, and behind a dot what it is done to."""
+    """Yield the steps of an entry, each with its operation and, after a dot, its subject."""
     if "form" not in entry:
         if "rejected" in entry:
             yield "decode", _decode(protocol, octets(entry, "printed"), {}, _refused(entry))
@@ -230,7 +229,7 @@ def _steps(protocol: Protocol, entry: Json) -> Iterator[tuple[str, Step]]:
 
 
 def _true_bytes(entry: Json) -> bytes | None:
-    """Return the bytes of what an entry states; None where it is text of which bytes are missing."""
+    """Return the correct bytes of an entry; None if it is text with missing bytes."""
     if "encoded" in entry:
         return octets(entry, "encoded")
     if "printed" in entry:
@@ -256,7 +255,7 @@ def _refused(entry: Json) -> Json:
 
 
 def _said(protocol: Protocol, wanted: Json) -> Json:
-    """Return the answer of a decoder: what is stated, and what is reserved as it is when nobody says it."""
+    """Return the expected answer of a decoder: stated values, and defaults for reserved fields."""
     layout = protocol.message_class(wanted["message"], wanted.get("form")).layout
     known = registry_of(protocol).fields(layout.message, layout.form)
     fields = dict(wanted["fields"])
@@ -271,7 +270,7 @@ def _said(protocol: Protocol, wanted: Json) -> Json:
 
 
 def _about(protocol: Protocol, entry: Json) -> str:
-    """Return what an entry shows, and where it stands."""
+    """Return the subject and the page of an entry."""
     title = entry.get("title") or entry.get("note") or entry.get("says") or ""
     if "page" not in entry:
         return f"{title or entry['kind']}: {entry['reference']}"

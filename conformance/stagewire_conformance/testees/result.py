@@ -1,4 +1,4 @@
-"""The result of a run against a testee: its greeting, and an outcome for each case."""
+"""The result of a run against a testee: its answer to ``hello``, and an outcome for each case."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ REQUEST = {"id": 0, "op": "hello"}
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """Who a testee is and what it can do.
+    """The name and the abilities of a testee.
 
     :param implementation: its name.
     :param version: its own version.
-    :param protocols: the protocols that it speaks, by name.
-    :param operations: of ``decode``, ``encode`` and ``stream`` those that it has; ``hello`` it has.
+    :param protocols: the names of the supported protocols.
+    :param operations: the supported ones of ``decode``, ``encode`` and ``stream``.
     """
 
     implementation: str
@@ -32,27 +32,29 @@ class Hello:
 
 
 def read(answer: Mapping[str, Any]) -> Hello:
-    """Return what an answer to ``hello`` says.
+    """Read an answer to ``hello``.
 
-    Raises :class:`NotATesteeError` for an answer that says something else, or speaks of another version of
-    the testee protocol than that of this suite.
+    Raises :class:`NotATesteeError` for an invalid answer, or for another version of the testee protocol than
+    that of this suite.
     """
     if answer.get("ok") is not True:
-        raise NotATesteeError(f"it refuses hello: {answer.get('detail') or answer.get('error')}")
+        raise NotATesteeError(f"it refused hello: {answer.get('detail') or answer.get('error')}")
     if answer.get("id") != REQUEST["id"]:
-        raise NotATesteeError(f"its answer to hello has the id {answer.get('id')!r}, not 0")
+        raise NotATesteeError(f"its answer to hello has the id {answer.get('id')!r}, expected 0")
     version = answer.get("testee")
     if version != TESTEE or isinstance(version, bool):
         raise NotATesteeError(
-            f"it speaks version {version!r} of the testee protocol; this suite speaks {TESTEE}"
+            f"it uses version {version!r} of the testee protocol; this suite requires version {TESTEE}"
         )
     for key in ("implementation", "version"):
         if not isinstance(answer.get(key), str):
-            raise NotATesteeError(f"its answer to hello has no {key}, as text")
+            raise NotATesteeError(f"{key} is missing in its answer to hello, or not a string")
     for key in ("protocols", "operations"):
         names = answer.get(key)
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise NotATesteeError(f"its answer to hello has no {key}, as a list of texts")
+            raise NotATesteeError(
+                f"{key} is missing in its answer to hello, or not a list of strings"
+            )
     return Hello(
         implementation=answer["implementation"],
         version=answer["version"],
@@ -66,15 +68,15 @@ Json = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """What became of one case.
+    """The result of one case.
 
-    :param text: what came, and what should have come, in one sentence; of one that was skipped, why.
-    :param line: the line after which it went wrong, without its end; empty where all went well.
-    :param wanted: the answer that it should have had.
-    :param came: the line that came instead; empty for none.
-    :param said: the last of what the testee said on standard error before it had to be started anew.
-    :param expected: why it is expected to fail; empty where it is not.
-    :param seconds: how long it took.
+    :param text: one sentence: what was received and what was expected; for a skipped case, the reason.
+    :param line: the line without its end that was answered wrongly; empty if the case passed.
+    :param wanted: the expected answer.
+    :param came: the line that was received; empty if there was none.
+    :param said: the end of its standard error before the testee had to be restarted.
+    :param expected: why it is expected to fail; empty if it is not.
+    :param seconds: the duration.
     """
 
     case: Case
@@ -89,14 +91,14 @@ class Result:
 
     @property
     def failed(self) -> bool:
-        """Whether it is counted against the testee: a failure nobody expects, or a pass nobody does."""
+        """Whether it counts as a failure: an unexpected failure, or an unexpected pass."""
         if self.outcome is Outcome.SKIPPED:
             return False
         return (self.outcome is Outcome.PASSED) == bool(self.expected)
 
     @property
     def word(self) -> str:
-        """How the result is called."""
+        """The name of the result."""
         if not self.expected or self.outcome is Outcome.SKIPPED:
             return str(self.outcome)
         return "unexpected pass" if self.failed else f"{self.outcome}, as expected"
@@ -107,14 +109,14 @@ class Report:
     """A run.
 
     :param command: the program and its arguments.
-    :param hello: what the testee says of itself.
+    :param hello: its name and abilities.
     :param results: of the cases that were run or skipped, in order.
     :param not_run: the cases that were not reached.
-    :param unfinished: why not; empty when the run came to its end.
-    :param interrupted: whether the user has ended it.
+    :param unfinished: why the run did not finish; empty if it did.
+    :param interrupted: whether the user interrupted it.
     :param starts: how often the testee was started.
-    :param seed: what decided whatever chance decides.
-    :param timeout: seconds that an answer may take.
+    :param seed: the seed of all random choices.
+    :param timeout: seconds within which an answer must arrive.
     """
 
     command: tuple[str, ...]
@@ -130,9 +132,9 @@ class Report:
     seconds: float
 
     def failures(self) -> list[Result]:
-        """Return what is counted against the testee."""
+        """Return the results that count as failures."""
         return [result for result in self.results if result.failed]
 
     def counts(self) -> Counter[str]:
-        """Return how many results are called how."""
+        """Return the number of results by name."""
         return Counter(result.word for result in self.results)

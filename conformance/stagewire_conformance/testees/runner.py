@@ -1,7 +1,7 @@
 """Plan the cases for a testee, run them in order, and keep the results, however the run ends.
 
-:func:`plan` makes the cases, :func:`run` asks them. A :class:`Plan` has all that a run depends on, and the
-command that repeats it.
+:func:`plan` makes the cases and :func:`run` runs them. A :class:`Plan` has everything that a run depends on,
+and the command that repeats it.
 """
 
 from __future__ import annotations
@@ -36,19 +36,20 @@ GROUPS = {
     "examples": "Worked examples of the document",
     "captures": "Captures of third parties",
     "cases": "Cases of the registry",
-    "cut": "Streams, cut at every place",
+    "cut": "Streams, split at every position",
     "large": "Requests larger than any frame",
     "lines": "Hostile and unusual lines",
     "order": "Many lines at once",
 }
-"""Last part of the name of a group -> what its cases are."""
+"""Last part of the name of a group -> title of the group."""
 
 
 def plan(protocols: Iterable[Protocol], seed: int, hello: Hello | None = None) -> list[Case]:
-    """Return the cases of the protocols, then those that look at lines alone.
+    """Return the cases of the protocols, then those about lines only.
 
-    :param seed: what chance decides follows from it.
-    :param hello: what the testee can do; what it has not got is planned, and left out when it is run.
+    :param seed: the seed of all random choices.
+    :param hello: the abilities of the testee. Cases that it does not support are planned, but skipped in a
+        run.
     """
     made: list[Case] = []
     for protocol in protocols:
@@ -61,7 +62,7 @@ def plan(protocols: Iterable[Protocol], seed: int, hello: Hello | None = None) -
 
 
 def chosen(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
-    """Return the cases whose id, group or message one of the patterns matches; all without a pattern."""
+    """Return the cases whose id, group or message matches one of the patterns; all without a pattern."""
     if not only:
         return list(cases)
     return [
@@ -73,7 +74,7 @@ def chosen(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
 
 
 def _some(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
-    """Return the cases of :func:`chosen`; raises :class:`NothingToAskError` for none."""
+    """Return the cases of :func:`chosen`. Raises :class:`NothingToAskError` if there are none."""
     found = chosen(cases, only)
     if not found:
         raise NothingToAskError(f"no case matches {' or '.join(only)}")
@@ -81,17 +82,17 @@ def _some(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
 
 
 def why_not(case: Case, hello: Hello | None) -> str:
-    """Return why a testee cannot be asked a case; empty where it can."""
+    """Return why a testee does not support a case, or an empty string."""
     if hello is None:
         return ""
     if case.protocol and case.protocol not in hello.protocols:
-        return f"the testee does not speak {case.protocol}"
+        return f"the testee does not support {case.protocol}"
     lacking = sorted(case.operations.difference(hello.operations))
-    return f"the testee does not {' and '.join(lacking)}" if lacking else ""
+    return f"the testee does not support {' and '.join(lacking)}" if lacking else ""
 
 
 def _clean(cases: Iterable[Case]) -> list[Step]:
-    """Return a request for each protocol and operation that is granted; at least one."""
+    """Return a valid request for each protocol and operation; at least one."""
     found: dict[tuple[str, str], Step] = {}
     for case in cases:
         step = case.steps[0]
@@ -103,10 +104,10 @@ def _clean(cases: Iterable[Case]) -> list[Step]:
 
 
 TIMEOUT = 5.0
-"""Seconds that an answer may take where nobody says otherwise."""
+"""Default timeout of an answer in seconds."""
 
 Progress = Callable[[int, int, Result], None]
-"""Called after each case with how many are done, how many there are, and what became of it."""
+"""Called after each case with the number of finished cases, the total, and the result."""
 
 
 def run(
@@ -120,19 +121,18 @@ def run(
     progress: Progress | None = None,
     start: Callable[[], Program] | None = None,
 ) -> Report:
-    """Start a testee, and ask it the cases of protocols.
+    """Start a testee, and run the cases of some protocols.
 
     :param command: the program and its arguments.
-    :param seed: what decides whatever chance decides.
-    :param timeout: seconds that an answer may take.
-    :param only: patterns of ids, groups or messages; without any, all cases are asked.
-    :param expected: the cases that are known to fail.
-    :param start: starts the testee, in the place of ``command``.
+    :param seed: the seed of all random choices.
+    :param timeout: seconds within which an answer must arrive.
+    :param only: patterns of ids, groups or messages; empty for all cases.
+    :param expected: the expected failures.
+    :param start: starts the testee, instead of ``command``.
 
-    Raises :class:`NotStartedError` where it cannot be started, :class:`NotATesteeError` where it does not
-    answer ``hello``, :class:`NothingToAskError` where it speaks none of the protocols or no case is
-    chosen, :class:`ExpectedFileError` where an expected failure is of no case. What goes wrong later is in
-    the report.
+    Raises :class:`NotStartedError` if it cannot be started, :class:`NotATesteeError` if it does not answer
+    ``hello``, :class:`NothingToAskError` if it supports none of the protocols or if no case is selected, and
+    :class:`ExpectedFileError` if an expected failure matches no case. Later errors are stated in the report.
     """
     session = Session(start or (lambda: Process(command)), timeout)
     started, began = datetime.now(UTC), time.monotonic()
@@ -173,11 +173,11 @@ def _spoken(protocols: Sequence[Protocol], hello: Hello) -> None:
     asked = [protocol.name for protocol in protocols]
     if not set(asked).intersection(hello.protocols):
         speaks = ", ".join(hello.protocols) or "no protocol"
-        raise NothingToAskError(f"the testee speaks {speaks}, and not {' or '.join(asked)}")
+        raise NothingToAskError(f"the testee supports {speaks}, but not {' or '.join(asked)}")
 
 
 def _asked(session: Session, hello: Hello, cases: Sequence[Case]) -> Iterator[Result]:
-    """Yield a result for each case, and another one where something came behind its answers."""
+    """Yield a result for each case, and another one if there was a line after its answers."""
     last: Result | None = None
     for case in cases:
         if why := why_not(case, hello):
@@ -193,7 +193,7 @@ def _too_much(session: Session, last: Result | None) -> Iterator[Result]:
     came = session.unsolicited()
     if came and last and last.outcome is Outcome.PASSED:
         shown = shortened(came.decode("utf-8", errors="replace").rstrip("\r\n"))
-        text = f"another line came behind the answer: {shown!r}"
+        text = f"an extra line after the answer: {shown!r}"
         yield dataclasses.replace(last, outcome=Outcome.RUBBISH, text=text, came=came.rstrip())
 
 
@@ -202,12 +202,12 @@ class Plan:
     """A run against a testee that has not begun.
 
     :param command: the program and its arguments.
-    :param protocols: those whose cases are asked.
-    :param named: whether the protocols were chosen by name, or are all that are installed.
-    :param timeout: seconds that an answer may take.
-    :param expected: the file of the cases that are known to fail.
-    :param only: patterns of ids, groups or messages; without any, all cases are asked.
-    :param seed: what decides whatever chance decides.
+    :param protocols: the protocols to test.
+    :param named: whether the protocols were selected by name; otherwise they are all installed ones.
+    :param timeout: seconds within which an answer must arrive.
+    :param expected: the file of expected failures.
+    :param only: patterns of ids, groups or messages; empty for all cases.
+    :param seed: the seed of all random choices.
     """
 
     command: tuple[str, ...]
@@ -219,10 +219,10 @@ class Plan:
     seed: int = 1
 
     def cases(self) -> list[Case]:
-        """Return the cases that will be asked, without starting the testee.
+        """Return the selected cases, without starting the testee.
 
-        Raises :class:`NothingToAskError` where there are none, and :class:`ExpectedFileError` for a file that
-        cannot be used.
+        Raises :class:`NothingToAskError` if there are none, and :class:`ExpectedFileError` for an invalid
+        file.
         """
         expected = read_expected(self.expected) if self.expected else None
         every = plan(self.protocols, self.seed)
@@ -231,7 +231,7 @@ class Plan:
         return _some(every, self.only)
 
     def run(self, progress: Progress | None = None) -> Report:
-        """Start the testee, and ask it the cases; raises what :func:`run` raises."""
+        """Start the testee and run the cases. Raises the same errors as :func:`run`."""
         return run(
             self.command,
             self.protocols,
@@ -245,7 +245,7 @@ class Plan:
     def repeat(self, only: str = "") -> str:
         """Return the command that repeats the run, or one case of it.
 
-        :param only: the id of a case; empty for all that were chosen.
+        :param only: the id of a case; empty for all selected cases.
         """
         words = ["stagewire", "conformance", "codec"]
         if self.named:

@@ -1,4 +1,4 @@
-"""A testee that is asked case after case, and started anew where it has lost its way."""
+"""A session with a testee: it runs case after case, and restarts the testee if it is out of step."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from stagewire_conformance.testees.explanation import explain, shortened
 from stagewire_conformance.testees.result import REQUEST, Hello, Result, read
 
 START = 10.0
-"""Seconds that a testee may take to start and to answer ``hello``; more, where the time-out is longer."""
+"""Seconds within which a testee must start and answer ``hello``. A longer timeout extends this."""
 
 STARTS = 200
-"""How often a testee is started in one run."""
+"""The maximum number of starts in one run."""
 
 TIME_OUTS = 20
-"""How often a run waits in vain for an answer."""
+"""The maximum number of timeouts in one run."""
 
 Json = Mapping[str, Any]
 
@@ -35,30 +35,30 @@ _LAST_WORDS = 1.0
 
 
 class Program(Protocol):
-    """What a session needs of a running testee; :class:`.process.Process` is one."""
+    """The interface of a running testee. :class:`.process.Process` implements it."""
 
     def send(self, data: bytes) -> None:
-        """Have bytes written."""
+        """Queue bytes for writing."""
 
     def receive(self, timeout: float) -> bytes:
         """Return the next line, or raise :class:`EndedError` or :class:`SilentError`."""
 
     def early(self) -> bytes:
-        """Return a line that is there without a wait; empty where none is."""
+        """Return a line that has already arrived, or nothing."""
 
     def said(self) -> str:
-        """Return the last of what it has said on standard error."""
+        """Return the end of its standard error."""
 
     def end(self, patience: float = 0.0) -> str:
-        """End it, and return how it ended, as words that follow its name."""
+        """End it, and return a phrase such as ``has ended with …``."""
 
 
 class GivenUpError(Exception):
-    """The testee is not asked any further; the text says why."""
+    """The run of the testee is given up. The text states the reason."""
 
 
 class _LostError(Exception):
-    """Nobody knows any more what the next line will answer: the testee has to be started anew."""
+    """The testee is out of step and must be restarted."""
 
     def __init__(self, outcome: Outcome, text: str, came: bytes = b"") -> None:
         super().__init__(text)
@@ -67,9 +67,9 @@ class _LostError(Exception):
 
 
 class _Wrong(NamedTuple):
-    """What is wrong with the answer to a line.
+    """A wrong answer to a line.
 
-    :param lost: whether the testee has to be started anew.
+    :param lost: whether the testee must be restarted.
     """
 
     outcome: Outcome
@@ -79,10 +79,10 @@ class _Wrong(NamedTuple):
 
 
 class Session:
-    """Asks cases.
+    """Runs cases.
 
     :param start: starts the testee.
-    :param timeout: seconds that an answer may take.
+    :param timeout: seconds within which an answer must arrive.
     """
 
     def __init__(self, start: Callable[[], Program], timeout: float) -> None:
@@ -95,10 +95,10 @@ class Session:
         self.starts = 0
 
     def hello(self) -> Hello:
-        """Start the testee, and return what it says of itself.
+        """Start the testee, and return its answer to ``hello``.
 
-        Raises :class:`NotStartedError` where it cannot be started, :class:`NotATesteeError` where it does
-        not answer as a testee does.
+        Raises :class:`NotStartedError` if it cannot be started, and :class:`NotATesteeError` if it does not
+        answer as a testee.
         """
         self.starts += 1
         self._sent.clear()
@@ -108,13 +108,13 @@ class Session:
             return read(_object(self._receive(line, max(START, self._timeout))))
         except (_LostError, NotATesteeError, RecursionError) as error:
             said = self._drop()
-            more = f"\non standard error it said: {said}" if said else ""
-            raise NotATesteeError(f"asked hello: {error}{more}") from None
+            more = f"\nits standard error ends with: {said}" if said else ""
+            raise NotATesteeError(f"after hello: {error}{more}") from None
 
     def ask(self, case: Case) -> Result:
-        """Ask a case; a testee that is not running is started first.
+        """Run a case. Start the testee first if it is not running.
 
-        Raises :class:`GivenUpError` where it cannot be, or that was done too often.
+        Raises :class:`GivenUpError` if it cannot be started, or was started too often.
         """
         line = self._line or self._restarted()
         began = time.monotonic()
@@ -140,32 +140,32 @@ class Session:
         return Result(case=case, outcome=Outcome.PASSED, seconds=time.monotonic() - began)
 
     def unsolicited(self) -> bytes:
-        """Return a line that has come though nothing was asked; the testee is then started anew."""
+        """Return a line that arrived without a request. The testee is then restarted."""
         came = self._line.early() if self._line else b""
         if came:
             self._drop()
         return came
 
     def close(self) -> None:
-        """End the testee: it may do so by itself, and is made to where it does not."""
+        """End the testee. If it does not end by itself, terminate it."""
         line, self._line = self._line, None
         if line:
             line.end(_LAST_WORDS)
 
     def _restarted(self) -> Program:
         if self.starts >= STARTS:
-            raise GivenUpError(f"the testee has been started {self.starts} times")
+            raise GivenUpError(f"the testee was started {self.starts} times")
         if self._time_outs >= TIME_OUTS:
-            raise GivenUpError(f"the testee has left {self._time_outs} lines without an answer")
+            raise GivenUpError(f"the testee did not answer {self._time_outs} lines")
         try:
             self.hello()
         except (NotStartedError, NotATesteeError) as error:
-            raise GivenUpError(f"the testee could not be started again: {error}") from None
+            raise GivenUpError(f"the testee could not be restarted: {error}") from None
         assert self._line is not None
         return self._line
 
     def _drop(self) -> str:
-        """End the testee at once, and return the last of what it said on standard error."""
+        """End the testee immediately, and return the end of its standard error."""
         line, self._line = self._line, None
         if line is None:
             return ""
@@ -178,7 +178,7 @@ class Session:
             self._sent.update(json.dumps(id) for id in step.echoes(number) if id is not None)
 
     def _wrong(self, line: Program, case: Case, step: Step, number: int) -> _Wrong | None:
-        """Read an answer, and return what is wrong with it; None where it is the wanted one."""
+        """Read an answer, and return what is wrong with it; None if nothing is."""
         came = b""
         try:
             came = self._receive(line, self._timeout)
@@ -187,7 +187,7 @@ class Session:
             outcome = compare(step.wanted, answer, step.echoes(number))
             if outcome is Outcome.PASSED:
                 return None
-            # of lines that were sent at once the other answers are still to come
+            # with lines sent at once, the other answers are still to come
             return _Wrong(outcome, explain(case, step, answer, number), came, lost=case.at_once)
         except _LostError as lost:
             return _Wrong(lost.outcome, str(lost), came or lost.came, lost=True)
@@ -195,17 +195,17 @@ class Session:
             return _Wrong(Outcome.RUBBISH, "the answer is nested too deeply", came, lost=True)
 
     def _receive(self, line: Program, timeout: float) -> bytes:
-        """Return the next line, whole."""
+        """Return the next complete line."""
         try:
             came = line.receive(timeout)
         except SilentError:
             self._time_outs += 1
             raise _LostError(Outcome.TIMED_OUT, f"no answer within {timeout:g} seconds") from None
         except EndedError:
-            text = f"the testee {line.end(_LAST_WORDS)}, in the place of an answer"
+            text = f"the testee {line.end(_LAST_WORDS)}instead of answering"
             raise _LostError(Outcome.CRASHED, text) from None
         if not came.endswith(b"\n"):
-            text = f"the testee {line.end(_LAST_WORDS)}, in the middle of an answer"
+            text = f"the testee {line.end(_LAST_WORDS)}in the middle of an answer"
             raise _LostError(Outcome.CRASHED, text, came)
         return came
 
@@ -214,7 +214,7 @@ class Session:
         id = json.dumps(answer.get("id"))
         due = [json.dumps(id) for id in step.echoes(number)]
         if id in self._sent and id not in due:
-            text = f"the answer to {shortened(id)} has come, that to {shortened(due[0])} was due"
+            text = f"received the answer to {shortened(id)}, expected that to {shortened(due[0])}"
             raise _LostError(Outcome.OUT_OF_ORDER, text)
 
 
@@ -223,14 +223,14 @@ def _object(came: bytes) -> Json:
     try:
         answer = json.loads(came.decode("utf-8"), parse_constant=_constant)
     except ValueError as error:
-        raise _LostError(Outcome.RUBBISH, f"{_shown(came)} is no JSON: {error}") from None
+        raise _LostError(Outcome.RUBBISH, f"{_shown(came)} is not JSON: {error}") from None
     if not isinstance(answer, dict):
-        raise _LostError(Outcome.RUBBISH, f"{_shown(came)} is no JSON object")
+        raise _LostError(Outcome.RUBBISH, f"{_shown(came)} is not a JSON object")
     return answer
 
 
 def _constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number")
+    raise ValueError(f"{name} is not a number")
 
 
 def _shown(came: bytes) -> str:

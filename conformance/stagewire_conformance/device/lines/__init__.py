@@ -1,5 +1,5 @@
-"""The line to a controller as checks have it: guarded, recorded, interrupted only between frames.
+"""The guarded link to a controller: it refuses forbidden messages, keeps a log, and sends frames whole.
 
-:mod:`.line` is what :mod:`.apt_line` (frames) and :mod:`.command_line` (commands) have in common. A guard
-(:mod:`.apt_guard`, :mod:`.command_guard`) refuses what was not allowed, before a byte is sent.
+:mod:`.line` is the common base of :mod:`.apt_line` (frames) and :mod:`.command_line` (commands). The guards
+(:mod:`.apt_guard`, :mod:`.command_guard`) refuse forbidden messages before a byte is sent.
 """

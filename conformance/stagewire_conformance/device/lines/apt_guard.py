@@ -1,8 +1,7 @@
-"""What may be sent to a controller whose messages have frames: only what was allowed, whatever a check does.
+"""The guard for controllers with framed messages: it lets only allowed messages pass.
 
-A message is known by its effect in the registry. Bytes that are to be no message, such as those of a frame
-that is cut off, are looked through for one all the same: a controller that has lost its place may begin to
-read anywhere.
+A message is judged by its effect in the registry. Arbitrary bytes, such as a truncated frame, are searched
+for forbidden messages, because a controller that is out of step may start to read at any byte.
 """
 
 from __future__ import annotations
@@ -18,10 +17,10 @@ _ABSOLUTE: Final = "absolute"
 
 
 class AptGuard:
-    """Refuses what the permissions do not open.
+    """Refuses messages that the permissions do not allow.
 
-    :param declared: what is at the other end.
-    :param allowed: what may be sent to it.
+    :param declared: the controller.
+    :param allowed: the permissions.
     """
 
     def __init__(self, declared: Declaration, allowed: Permissions) -> None:
@@ -43,34 +42,34 @@ class AptGuard:
         }
 
     def effect(self, message: str) -> str | None:
-        """Return what a message does; None for one that no controller takes."""
+        """Return the effect of a message; None if controllers do not receive it."""
         return self._effects.get(message)
 
     def check(self, message: FramedMessage, dest: int) -> None:
-        """Refuse a message that is not allowed.
+        """Refuse a forbidden message.
 
-        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError`; nothing was sent then.
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError`. Nothing is sent then.
         """
         name = message.layout.message
         effect = self.effect(name)
         if not self._allowed.opens(effect):
-            what = "no controller takes it" if effect is None else f"its effect is {effect}"
+            what = "controllers do not receive it" if effect is None else f"its effect is {effect}"
             raise NotAllowedError(f"{name} to {dest:#04x} is not allowed: {what}")
         if effect == "motion":
             self._check_target(message, dest)
 
     def _check_target(self, message: FramedMessage, dest: int) -> None:
-        """Refuse a place to go to that lies outside the range, where it can be told."""
+        """Refuse a target position outside the range."""
         name, motion = message.layout.message, self._allowed.motion
         place = self._declared.place_at(dest)
         if place is None or motion is None:
             raise NotAllowedError(
-                f"{name} to {dest:#04x} is not allowed: nothing is declared there"
+                f"{name} to {dest:#04x} is not allowed: no unit is declared at this address"
             )
         channel = getattr(message, "chan_ident", None)
         if channel is not None and channel not in place.channels:
             raise NotAllowedError(
-                f"{name} to {dest:#04x} is not allowed: no channel {channel} is declared there"
+                f"{name} to {dest:#04x} is not allowed: channel {channel} is not declared at this address"
             )
         fields = self._declared.registry.fields(name, message.layout.form)
         for field, entry in fields.items():
@@ -82,15 +81,15 @@ class AptGuard:
                 raise NotAllowedError(f"{name} to {dest:#04x} is not allowed: {error}") from None
             if not low <= getattr(message, field) <= high:
                 raise NotAllowedError(
-                    f"{name} to {dest:#04x} is not allowed: {field} {getattr(message, field)} lies "
+                    f"{name} to {dest:#04x} is not allowed: {field} {getattr(message, field)} is "
                     f"outside {low}..{high}"
                 )
 
     def refusal(self, raw: bytes) -> str:
-        """Return why bytes may not be sent; empty if they may.
+        """Return why bytes may not be sent, or an empty string.
 
-        Refused is what has the id of a message that may not be sent where a header can be: at the beginning
-        whatever follows, elsewhere if one of the addresses behind it, as far as they are there, is right.
+        The bytes are refused if the id of a forbidden message is where a header can begin: at the first byte
+        in any case, elsewhere if one of the two address bytes after it is a valid address or missing.
         """
         for at in range(len(raw) - 1):
             name = self._closed.get(raw[at] | raw[at + 1] << 8)
@@ -99,16 +98,16 @@ class AptGuard:
         return ""
 
     def _is_header(self, header: bytes) -> bool:
-        """Return whether bytes can be a header, or become one with what is sent next."""
+        """Return whether bytes are a header, or may become one with the next bytes sent."""
         dest, source = header[4:5], header[5:6]
         if not dest or dest[0] & ~DATA_FLAG in self._devices:
             return True
         return source == bytes((self._host,))
 
     def check_bytes(self, raw: bytes) -> None:
-        """Refuse bytes that hold a message that is not allowed.
+        """Refuse bytes that contain a forbidden message.
 
-        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError`; nothing was sent then.
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError`. Nothing is sent then.
         """
         why = self.refusal(raw)
         if why:

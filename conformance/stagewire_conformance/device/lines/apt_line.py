@@ -1,8 +1,8 @@
-"""The guarded link to controllers whose messages have frames, and the first contact with one.
+"""The guarded link to controllers with framed messages, and the first contact with one.
 
-Received frames go into an inbox, :attr:`AptLine.heard`, from which a request takes its reply and
-:meth:`AptLine.listen` everything, the oldest first. So nothing is lost that arrives next to a reply, such as
-the end of a move.
+Received frames go into an inbox, :attr:`AptLine.heard`. A request takes its reply from there, and
+:meth:`AptLine.listen` takes everything, oldest first. So messages that arrive next to a reply, such as the
+end of a move, are not lost.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
 
 _WAIT: Final = 1.0
-"""Seconds for each of the two questions."""
+"""Seconds to wait for each of the two requests."""
 
 
 def first_contact(line: AptLine) -> dict[str, int | str]:
-    """Ask a controller twice what it is, the second time with a question to each place beside it.
+    """Request the identity up to twice. Before the second time, send a request of another kind to each place.
 
-    Returns the fields of its answer; none where it says other things of the protocol, but not what it is.
-    Raises :class:`.NothingAnswersError` where nothing comes that is of the protocol.
+    Returns the fields of the answer; empty if the controller answers other requests but does not identify
+    itself. Raises :class:`.NothingAnswersError` if nothing of the protocol arrives.
     """
     request = _request(line)
     at = line.declared.places[0].address
@@ -53,7 +53,7 @@ def first_contact(line: AptLine) -> dict[str, int | str]:
 
 
 def identity_at(line: AptLine, place: Target) -> dict[str, int | str]:
-    """Return what a module of a rack says that it is; nothing where it does not answer."""
+    """Return the identity that a module of a rack reports; empty without an answer."""
     reply = line.ask(_request(line), place.address, wait=_WAIT)
     return {} if reply is None else _fields(reply.message)
 
@@ -67,7 +67,7 @@ def _request(line: AptLine) -> FramedMessage:
 
 
 def _fields(message: Message) -> dict[str, int | str]:
-    """Return what a message says, without what is reserved; bytes in hex."""
+    """Return the fields of a message without reserved ones; bytes in hex."""
     return {
         name: value.hex(" ") if isinstance(value, bytes) else value
         for name, value in message.values().items()
@@ -76,7 +76,7 @@ def _fields(message: Message) -> dict[str, int | str]:
 
 
 def _ask_anything(line: AptLine, but: str) -> None:
-    """Ask each place one thing, should it be that a controller answers everything but what it is."""
+    """Send a harmless request to each place, in case the controller answers anything but its identity."""
     declared = line.declared
     for place in declared.places:
         for name in sorted(place.messages - {but}):
@@ -91,29 +91,29 @@ def _nothing(line: AptLine, garbage: int) -> str:
     name = line.declared.unit.name
     if garbage:
         return (
-            f"no {name} answers at {line.url}: {garbage} bytes came that are no message (another baud rate, "
-            "or another kind of controller?)"
+            f"no {name} answers at {line.url}: {garbage} bytes arrived that are not a message. Is this "
+            "another baud rate, or another kind of controller?"
         )
     places = ", ".join(place.name for place in line.declared.places)
     return (
-        f"nothing answers at {line.url} (asked twice at {places}). Is the {name} switched on, is this its "
-        "port, and does no other program use it?"
+        f"no answer at {line.url} (tried twice at {places}). Is the {name} switched on, is this its "
+        "port, and is the port free?"
     )
 
 
 _SIGN_PERIOD: Final = 0.5
-"""Seconds between two signs of life; a controller wants one a second (page 80)."""
+"""Seconds between two keep-alive messages. A controller needs one per second (page 80)."""
 
 _GIVEN_UP: Final = 0.1
-"""Seconds without a byte after which the rest of a frame is not waited for any more."""
+"""Seconds without a byte after which an incomplete frame is given up."""
 
 
 class AptLine(GuardedLink):
-    """Sends messages, hears what comes, and keeps a log of both.
+    """Sends messages, receives messages, and logs both.
 
-    :param link: open; it stays so.
-    :param declared: what is at its other end.
-    :param allowed: what may be sent; the rest is refused, see :class:`.AptGuard`.
+    :param link: an open link. It is not closed.
+    :param declared: the controller.
+    :param allowed: the permissions. Other messages are refused, see :class:`.AptGuard`.
     """
 
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
@@ -121,14 +121,14 @@ class AptLine(GuardedLink):
         protocol = declared.protocol
         assert isinstance(protocol, FramedProtocol)
         self.heard: list[Incoming] = []
-        """What came and nobody has taken yet."""
+        """Received messages that have not been taken yet."""
         self._protocol = protocol
         self._guard = AptGuard(declared, allowed)
         self._matching = Matching(protocol)
         self._moved = Moved(declared, self._matching)
         self._framer = protocol.framer(End.HOST)
         self._answers: dict[str, tuple[type[FramedMessage], ...]] = {}
-        self._last = 0.0  # when something came
+        self._last = 0.0  # time of the last received bytes
         self._silent = 0
         self._next_sign = 0.0
         self._signs = [
@@ -140,18 +140,18 @@ class AptLine(GuardedLink):
             if place.status is not None:
                 self._framer.tell(place.address, status=place.status)
         statuses = {place.status for place in declared.places} - {None}
-        if len(statuses) == 1:  # some answer as 0, or with the addresses the other way round
+        if len(statuses) == 1:  # some controllers answer as 0, or with swapped addresses
             for address in (0, protocol.host):
                 self._framer.tell(address, status=str(*statuses))
 
-    # To the controller
+    # Sending
 
     def send(self, message: FramedMessage, dest: int, source: int | None = None) -> None:
-        """Send a message; nothing is awaited.
+        """Send a message without waiting for a reply.
 
-        :param source: another address than that of the host.
+        :param source: the source address, if not that of the host.
 
-        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` for what was not allowed.
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` for a forbidden message.
         """
         self._guard.check(message, dest)
         self._sign_of_life()
@@ -159,19 +159,19 @@ class AptLine(GuardedLink):
         self._say(message, dest, source)
 
     def send_bytes(self, raw: bytes, about: str = "") -> None:
-        """Send bytes that may be no message at all.
+        """Send bytes that need not be a message.
 
-        :param about: what they are, for the log.
+        :param about: a description for the log.
 
-        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` if a message that was not allowed
-        is in them; :meth:`refusal` tells beforehand.
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` if the bytes contain a forbidden
+        message. Call :meth:`refusal` to check beforehand.
         """
         self._guard.check_bytes(raw)
         self._sign_of_life()
         self._write(raw, lambda: about)
 
     def refusal(self, raw: bytes) -> str:
-        """Return why :meth:`send_bytes` would refuse bytes; empty if it would not."""
+        """Return why :meth:`send_bytes` would refuse bytes, or an empty string."""
         return self._guard.refusal(raw)
 
     def _say(
@@ -189,24 +189,24 @@ class AptLine(GuardedLink):
 
     @contextmanager
     def silent(self) -> Iterator[None]:
-        """Send no signs of life meanwhile."""
+        """Send no keep-alive messages inside this block."""
         self._silent += 1
         try:
             yield
         finally:
             self._silent -= 1
 
-    # From the controller
+    # Receiving
 
     def ask(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Incoming | None:
-        """Send a request and return its reply; None where none came within ``wait`` seconds.
+        """Send a request and return its reply; None if none arrives within ``wait`` seconds.
 
-        A reply is a message that the registry names as the answer, that comes from the place that was asked,
-        or says no known address, and that repeats what the request says, such as the channel. What
-        else comes stays in :attr:`heard`.
+        A reply is a message that the registry names as the answer. It comes from the requested address or
+        from an unknown one, and repeats the values of the request, such as the channel. All other messages
+        stay in :attr:`heard`.
         """
         answers = self._answers_to(request, dest)
-        self._wait_until(self.now)  # what has come already is no answer
+        self._wait_until(self.now)  # messages that are already here cannot be the answer
         at = len(self.heard)
         self.send(request, dest)
         end = self.now + wait
@@ -222,9 +222,9 @@ class AptLine(GuardedLink):
     def ask_all(
         self, request: FramedMessage, dest: int, wait: float = 1.0, after: float = 0.05
     ) -> list[Incoming]:
-        """Send a request and return all that came, up to ``after`` seconds behind its reply.
+        """Send a request and return everything received, up to ``after`` seconds after its reply.
 
-        Whoever comes first ends the waiting: the reply as :meth:`ask` has it, or ``wait`` seconds.
+        The wait ends with the reply, as defined by :meth:`ask`, or after ``wait`` seconds.
         """
         answers = self._answers_to(request, dest)
         self._wait_until(self.now)
@@ -246,9 +246,10 @@ class AptLine(GuardedLink):
     def listen(
         self, seconds: float, until: Callable[[Incoming], bool] | None = None
     ) -> list[Incoming]:
-        """Return what has come and what comes within some seconds.
+        """Return everything received up to now and within some seconds.
 
-        :param until: ends the waiting with the first thing for which it holds, which is the last one then.
+        :param until: a predicate. The first message for which it holds ends the wait and is the last
+            returned.
         """
         end = self.now + seconds
         at = 0
@@ -263,9 +264,9 @@ class AptLine(GuardedLink):
             self._wait_until(end)
 
     def drain(self, quiet: float = 0.05, limit: float = 1.0) -> list[Incoming]:
-        """Wait until nothing comes for ``quiet`` seconds, and return all that has come.
+        """Wait until nothing arrives for ``quiet`` seconds, and return everything received.
 
-        :param limit: seconds after which a controller that goes on and on is waited for no longer.
+        :param limit: the maximum wait in seconds, for a controller that never stops sending.
         """
         end = self.now + limit
         while self.now < end:
@@ -281,9 +282,9 @@ class AptLine(GuardedLink):
         return taken
 
     def _wait_until(self, end: float, *, whole: bool = False) -> None:
-        """Read once, until something comes or it is time for something.
+        """Read once, until bytes arrive or something is due.
 
-        :param whole: go on until something has come, or the time is over.
+        :param whole: continue until something arrives or the time is over.
         """
         while True:
             self._sign_of_life()
@@ -332,18 +333,18 @@ class AptLine(GuardedLink):
         if message not in self._answers:
             names = self.declared.registry.messages[message]["exchange"].get("answered_by", ())
             classes = tuple(cls for cls in self._protocol.messages if cls.layout.message in names)
-            assert classes  # the registry names an answer to each request
+            assert classes  # the registry names an answer for every request
             self._answers[message] = classes
         return self._answers[message]
 
-    # What a run does with it
+    # Used by a run
 
     def contact(self) -> dict[str, int | str]:
-        """Ask the controller what it is; see :meth:`.GuardedLink.contact`."""
+        """Request the identity; see :meth:`.GuardedLink.contact`."""
         return first_contact(self)
 
     def identify(self, reported: Mapping[str, int | str]) -> Declaration:
-        """Return the controller with the scales of what it is; see :meth:`.GuardedLink.identify`."""
+        """Return the controller with the scales of its identity; see :meth:`.GuardedLink.identify`."""
         facts = self.declared.facts
         names = {}
         for place in self.declared.places:
@@ -355,15 +356,15 @@ class AptLine(GuardedLink):
         return self.declared
 
     def settle(self) -> list[str]:
-        """Read until nothing comes any more; see :meth:`.GuardedLink.settle`."""
+        """Read until the line is quiet; see :meth:`.GuardedLink.settle`."""
         return [heard.text for heard in self.drain()]
 
     def halt(self) -> None:
-        """Stop whatever this check may have set in motion; see :meth:`.GuardedLink.halt`."""
+        """Stop everything that this check may have set in motion; see :meth:`.GuardedLink.halt`."""
         self._stop(self._moved.all())
 
     def rest(self) -> None:
-        """Stop what was left in motion; see :meth:`.GuardedLink.rest`."""
+        """Stop what is still in motion; see :meth:`.GuardedLink.rest`."""
         self._stop(self._moved.going_on())
         self._moved.forget()
 
@@ -373,7 +374,7 @@ class AptLine(GuardedLink):
             self._write_now(message.pack(dest, host), partial(_told, message, dest, host))
 
     def leave(self) -> None:
-        """Do nothing: a controller is left as it was found."""
+        """Do nothing: first contact changes nothing."""
 
 
 def _told(message: FramedMessage, dest: int, source: int) -> str:

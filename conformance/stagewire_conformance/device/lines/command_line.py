@@ -1,9 +1,9 @@
-"""The guarded link to a controller of commands without frames, and the first contact with one.
+"""The guarded link to a controller with unframed commands, and the first contact with one.
 
-A reply has no frame, so that only the command gives it a meaning: a request is sent, the expected number of
-bytes is awaited, and bytes that follow shortly after them belong to no reply. At first contact any byte
-could be a reply. Bytes that look like one are accepted, even a wrong one: checks find out what is wrong
-with it. Noise, an echo and another protocol are refused.
+A reply has no frame. Only the command gives it a meaning: the line sends a request, waits for the expected
+number of bytes, and treats bytes that follow shortly after them as extra. At first contact any byte could be
+a reply, so bytes that look like one are accepted, even if wrong: checks find out what is wrong with them.
+Noise, an echo and other protocols are refused.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
 _MOTOR: Final = b"EMOT"
-"""What an axis says that it is (section 7)."""
+"""The beginning of the identification of an axis (section 7)."""
 _TEXT: Final = 5
-"""Bytes of the text of an identification; the sixth is told in two ways."""
+"""Length of the text of an identification. The document describes the sixth byte in two ways."""
 _MOST: Final = 12
-"""Bytes of an identification that is said twice; who says more does not answer what was asked."""
+"""Maximum length of a repeated identification. A longer answer is not one."""
 _BUSY: Final = (b"B", b"b", b"N", b"n")
-"""Letters of a status, and small and capital exchanged."""
+"""Letters of the status, in both cases."""
 _ROUND: Final = 1.0
-"""Seconds in which all axes are asked one thing."""
+"""Seconds for one request to all axes."""
 
 
 def first_contact(line: CommandLine) -> tuple[dict[str, int | str], bool]:
-    """Ask the axes what they are, and in the format of commands if none answers rightly at once.
+    """Request the identification of the axes. Without a right answer switch to the command format and repeat.
 
-    Returns what the first one says, nothing where one tells its status but not what it is; and whether the
-    controller was found in the other format. Raises :class:`.NothingAnswersError` where no reply comes.
+    Returns the first identification, empty if an axis reports only its status; and whether the controller was
+    found in the other format. Raises :class:`.NothingAnswersError` without a reply.
     """
     first = answer = _identification(line)
     found_in_text = False
-    if not answer.startswith(_MOTOR):  # nothing, or an error message of the other format
+    if not answer.startswith(_MOTOR):  # no answer, or an error message of the other format
         line.send(m.SwitchToLowLevel())
         answer = _identification(line)
         found_in_text = bool(answer) and answer != first
@@ -57,9 +57,9 @@ def first_contact(line: CommandLine) -> tuple[dict[str, int | str], bool]:
 
 
 def _identification(line: CommandLine) -> bytes:
-    """Return what the first axis that says what it is says; empty where none does.
+    """Return the first identification, or nothing.
 
-    What is no right answer has to come twice, as noise does not.
+    A wrong identification must arrive twice, because noise does not.
     """
     request = m.ReadIdentification()
     for axis, answer in _answers(line, request):
@@ -69,7 +69,7 @@ def _identification(line: CommandLine) -> bytes:
 
 
 def _tells_status(line: CommandLine) -> bool:
-    """Return whether an axis tells its status, twice."""
+    """Return whether an axis reports its status, twice."""
     request = m.ReadStatus()
     return any(
         answer in _BUSY and _ask(line, request, axis) in _BUSY
@@ -78,7 +78,7 @@ def _tells_status(line: CommandLine) -> bool:
 
 
 def _answers(line: CommandLine, request: Command) -> Iterator[tuple[int, bytes]]:
-    """Yield what comes from each axis, until the time is over or something talks on and on."""
+    """Yield the answer of each axis, until the time is over or an answer is too long."""
     end = line.now + _ROUND
     for place in line.declared.places:
         if (left := end - line.now) <= 0:
@@ -94,7 +94,7 @@ def _ask(line: CommandLine, request: Command, axis: int, left: float = _ROUND) -
 
 
 def _is_text(answer: bytes) -> bool:
-    """Return whether bytes could be the text of an identification, though another one."""
+    """Return whether bytes could be the text of a wrong identification."""
     text = answer[:_TEXT]
     return len(text) == _TEXT and text.isascii() and text.decode("ascii").isprintable()
 
@@ -104,37 +104,37 @@ def _nothing(line: CommandLine) -> str:
     came = sum(len(entry.raw) for entry in line.log if not entry.sent)
     if came:
         return (
-            f"no {name} answers at {line.url}: {came} bytes came that are no reply (another baud rate, "
-            "or another kind of controller?)"
+            f"no {name} answers at {line.url}: {came} bytes arrived that are not a reply. Is this "
+            "another baud rate, or another kind of controller?"
         )
     axes = ", ".join(place.name for place in line.declared.places)
     return (
-        f"nothing answers at {line.url}: none of the axes {axes} says what it is, neither at once nor "
-        f"after 255 66, which switches to the low-level format. Is the {name} "
-        "switched on, is this its port, and is the baud rate that of its switches?"
+        f"no answer at {line.url}: none of the axes {axes} identifies itself, even after 255 66, "
+        f"which switches to the low-level format. Is the {name} switched on, is this its port, and is "
+        "this the baud rate set by its switches?"
     )
 
 
 QUIET: Final = 0.05
-"""Seconds of silence after which nothing more is taken to come."""
+"""Seconds of silence after which a reply is complete."""
 
 _LIMIT: Final = 1.0
-"""Seconds in which a controller that talks on and on is listened to, at most."""
+"""Maximum time in seconds to read from a controller that never stops sending."""
 _SOON: Final = 0.3
-"""Seconds in which a controller that is well answers a request."""
-_UNASKED: Final = "nobody asked for it"
+"""Seconds within which a healthy controller answers a request."""
+_UNASKED: Final = "unsolicited"
 
 
 class CommandLine(GuardedLink):
-    """Sends commands, and hears replies.
+    """Sends commands and receives replies.
 
-    Bytes that are no command leave open where a controller begins to read, and so may a command in another
-    form than the document prints. After them nothing is sent but requests, until :meth:`settle` has brought
-    both sides into step again.
+    After bytes that are not a command or after a command in another form than the printed one, it is
+    unknown where a controller begins to read. Only requests may follow them, until :meth:`settle` has
+    brought both sides back into step.
 
-    :param link: open; it stays so.
-    :param declared: what is at its other end.
-    :param allowed: what may be sent beside requests; the rest is refused, see :class:`.CommandGuard`.
+    :param link: an open link. It is not closed.
+    :param declared: the controller.
+    :param allowed: the permissions. Other commands are refused, see :class:`.CommandGuard`.
     """
 
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
@@ -143,20 +143,20 @@ class CommandLine(GuardedLink):
         assert isinstance(protocol, CommandProtocol)
         self._end = bytes((protocol.marks.terminator,))
         self._guard = CommandGuard(protocol, declared, allowed)
-        self._waiting = b""  # what came and was not looked at
+        self._waiting = b""  # received but not yet used
         self._in_step = True
         self._found_in_text = False
-        self._stirred = self.now  # when something was sent or came last
+        self._stirred = self.now  # time of the last traffic
         self.unasked = b""
-        """What came while nothing was asked, since the line was last settled."""
+        """Bytes received without a request since the line was last settled."""
         self.moving: set[int] = set()
-        """Axes that may move because of what was sent; who was told that one rests takes it out."""
-        # and those that say that they rest, since the line was settled
+        """Axes that may be moving. A check removes an axis once it has reported rest."""
+        # the same, including axes that have reported rest since the line was settled
         self._moved: set[int] = set()
         self.stopped: set[int] = set()
-        """Axes that were stopped, and are disabled until they are started again (section 16)."""
+        """Axes that were stopped, which disables them until they are started again (section 16)."""
 
-    # To the controller
+    # Sending
 
     def send(
         self,
@@ -166,16 +166,16 @@ class CommandLine(GuardedLink):
         sized: bool | None = None,
         extra: bytes = b"",
     ) -> None:
-        """Send a command; nothing is awaited.
+        """Send a command without waiting for a reply.
 
         :param axis: its identifier; None for a setup command.
-        :param sized: whether the size slot is there; None: as the document prints the command.
+        :param sized: whether to include the size slot; None for the form that the document prints.
         :param extra: bytes between its data and the colon, which a controller ignores.
 
-        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` for what was not allowed.
+        Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` for a forbidden command.
         """
         frame = CommandFrame(command, axis, extra, sized)
-        raw = frame.encode(allow_dummy=True)  # which the guard refuses
+        raw = frame.encode(allow_dummy=True)  # the guard refuses dummies
         self._guard.check(frame, raw, self._in_step)
         if axis is not None and self._guard.moves(frame):
             self.moving.add(axis)
@@ -185,24 +185,24 @@ class CommandLine(GuardedLink):
         elif isinstance(command, m.StartMotor):
             self.stopped.discard(frame.axis or 0)
         if frame.extra or frame.form != "request":
-            self._in_step = False  # a controller may read it otherwise than it is meant
+            self._in_step = False  # a controller may read it differently
         self._write(raw, partial(self._words, frame))
         self._stirred = self.now
 
     def send_bytes(self, raw: bytes, about: str = "") -> None:
-        """Send bytes that may be no command at all.
+        """Send bytes that need not be a command.
 
-        :param about: what they are, for the log.
+        :param about: a description for the log.
 
         Raises :class:`~stagewire_conformance.device.errors.NotAllowedError` if any part of them could be a
-        command that does more than was allowed.
+        forbidden command.
         """
         self._guard.check_bytes(raw)
         self._in_step = False
         self._write(raw, lambda: about)
         self._stirred = self.now
 
-    # From the controller
+    # Receiving
 
     def ask(
         self,
@@ -214,13 +214,13 @@ class CommandLine(GuardedLink):
         extra: bytes = b"",
         quiet: float = QUIET,
     ) -> bytes:
-        """Send a request and return exactly what came: the bytes that are due, and what came behind them.
+        """Send a request and return exactly what arrives: the reply and all bytes after it.
 
-        Whoever gets more or fewer bytes than the reply has, has not got the reply.
+        If there are more or fewer bytes than the reply has, it is not the reply.
 
-        :param wait: seconds in which the reply has to be there.
-        :param quiet: seconds without a byte behind the reply that are waited for; with 0 what comes late
-            is found among :attr:`unasked`.
+        :param wait: seconds within which the reply must be complete.
+        :param quiet: seconds of silence to wait for after the reply. With 0, late bytes go to
+            :attr:`unasked`.
         """
         self._fill(0)
         self.unasked += self._out(len(self._waiting), _UNASKED)
@@ -228,9 +228,9 @@ class CommandLine(GuardedLink):
         return self.hear(command, wait, quiet)
 
     def hear(self, command: Command, wait: float = 1.0, quiet: float = QUIET) -> bytes:
-        """Return what comes as the reply to a command that was sent, and behind it, as :meth:`ask` does."""
+        """Return the reply to a command that was sent, and all bytes after it, as :meth:`ask` does."""
         reply = command.reply
-        assert reply is not None  # what is asked has an answer
+        assert reply is not None  # every request has a reply
         return self.collect(reply.layout.length, wait, quiet, lambda raw: _reply_text(raw, reply))
 
     def collect(
@@ -240,56 +240,56 @@ class CommandLine(GuardedLink):
         quiet: float = QUIET,
         about: str | Callable[[bytes], str] = "",
     ) -> bytes:
-        """Return ``size`` bytes that come within ``wait`` seconds, or fewer, and all that comes behind them.
+        """Return up to ``size`` bytes that arrive within ``wait`` seconds, and all bytes after them.
 
-        :param about: what they say, for the log.
+        :param about: a description for the log.
         """
         end = self.now + wait
         while len(self._waiting) < size and (left := end - self.now) > 0:
             self._fill(left)
-        return self._out(size, about) + self._until_quiet(quiet, "it belongs to no reply")
+        return self._out(size, about) + self._until_quiet(quiet, "not part of a reply")
 
     def listen(self, seconds: float) -> bytes:
-        """Return all that comes within some seconds."""
+        """Return everything received within some seconds."""
         end = self.now + seconds
         while (left := end - self.now) > 0:
             self._fill(left)
         return self._out(len(self._waiting), _UNASKED)
 
-    # What a run does with it
+    # Used by a run
 
     def contact(self) -> dict[str, int | str]:
-        """Ask the axes what they are; see :meth:`.GuardedLink.contact`.
+        """Request the identification of the axes; see :meth:`.GuardedLink.contact`.
 
-        Where none answers rightly, the controller may be in the other format. It is switched then to that of
-        commands, into which there is no other way (section 1), and :meth:`leave` switches it back.
+        Without a right answer the controller may be in the other format. It is then switched to the command
+        format, for which there is only one way (section 1), and :meth:`leave` switches it back.
         """
         identity, self._found_in_text = first_contact(self)
         return identity
 
     def settle(self) -> list[str]:
-        """Come into step again, and read until nothing comes any more; see :meth:`.GuardedLink.settle`.
+        """Get back into step, and read until the line is quiet; see :meth:`.GuardedLink.settle`.
 
-        A colon ends what may be open. Of a command that writes it would be data, and no number of colons
-        would help (``3A 3A 3A`` is a position); but bytes that could begin one are never sent but as a whole.
-        A controller that does not answer then is led back into the format of commands.
+        A colon ends an incomplete command. In a command that writes data, colons would be data (``3A 3A 3A``
+        is a position) and would not help; but bytes that could begin such a command are only sent as a whole
+        command. A controller that does not answer then is switched to the command format.
         """
         if not self._in_step:
-            self._write(self._end, lambda: "ends what may be open")
+            self._write(self._end, lambda: "ends an incomplete command")
             self._in_step = True
             self.unasked += self._until_quiet(QUIET, _UNASKED)
             if not self.ask(m.ReadStatus(), self.declared.places[0].address, _SOON, quiet=0):
-                self.send(m.SwitchToLowLevel())  # something may have led out of it
-        silent = self.now - self._stirred  # often a check has waited for silence by itself
+                self.send(m.SwitchToLowLevel())  # the controller may have left this format
+        silent = self.now - self._stirred  # often the check has already waited for silence
         came = self.unasked + self._until_quiet(max(0.0, QUIET - silent), _UNASKED)
         self.unasked = b""
         self._moved &= self.moving
         return [f"{came.hex(' ')}: {_UNASKED}"] if came else []
 
     def halt(self) -> None:
-        """Stop every axis that was set in motion, also if it reports rest; see :meth:`.GuardedLink.halt`.
+        """Stop every axis that was set in motion, even if it reports rest; see :meth:`.GuardedLink.halt`.
 
-        It is disabled then (section 16).
+        This disables the axes (section 16).
         """
         self._stop(frozenset(self._moved))
 
@@ -298,13 +298,13 @@ class CommandLine(GuardedLink):
         self._stop(frozenset(self.moving))
 
     def _stop(self, axes: frozenset[int]) -> None:
-        """Stop some axes, whatever has happened.
+        """Stop some axes.
 
-        Of a command that lost a byte on its way the next one becomes a part, and is ignored. So each stop is
-        sent twice, behind a colon where something may be open.
+        If a byte of a command was lost, the next command becomes part of it and is ignored. So each stop is
+        sent twice, after a colon if a command may be incomplete.
         """
         if axes and not self._in_step:
-            self._write_now(self._end, lambda: "ends what may be open")
+            self._write_now(self._end, lambda: "ends an incomplete command")
         for axis in sorted(axes) * 2:
             frame = CommandFrame(m.StopMotor(), axis)
             self._write_now(frame.encode(), partial(self._words, frame))
@@ -320,7 +320,7 @@ class CommandLine(GuardedLink):
             self._write(frame.encode(), partial(self._words, frame))
 
     def _words(self, frame: CommandFrame) -> str:
-        """Return a command in one line: what it is, of which axis, and its values."""
+        """Return a command in one line: its name, its axis, and its values."""
         words = message_text(frame.message).split(" ", 1)
         if frame.axis is not None:
             place = self.declared.place_at(frame.axis)
@@ -332,14 +332,14 @@ class CommandLine(GuardedLink):
         return " ".join(words)
 
     def _until_quiet(self, quiet: float, about: str) -> bytes:
-        """Return what comes until nothing did for ``quiet`` seconds."""
+        """Return received bytes until the line was quiet for ``quiet`` seconds."""
         end = self.now + _LIMIT
         while self._fill(quiet) and self.now < end:
             pass
         return self._out(len(self._waiting), about)
 
     def _fill(self, timeout: float) -> bool:
-        """Take what is there, or what comes first within ``timeout`` seconds; say whether anything came."""
+        """Receive bytes, waiting up to ``timeout`` seconds for the first; return whether any arrived."""
         data = self._read(timeout)
         self._waiting += data
         if data:
@@ -347,7 +347,7 @@ class CommandLine(GuardedLink):
         return bool(data)
 
     def _out(self, size: int, about: str | Callable[[bytes], str]) -> bytes:
-        """Give out what came, ``size`` bytes at most, and note it."""
+        """Return up to ``size`` received bytes, and log them."""
         raw, self._waiting = self._waiting[:size], self._waiting[size:]
         if raw:
             tell = about if callable(about) else lambda _: about

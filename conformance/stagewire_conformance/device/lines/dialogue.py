@@ -1,4 +1,4 @@
-"""What came from a controller, event by event, and what is said of it in one line."""
+"""Received messages, and their descriptions in one line."""
 
 from __future__ import annotations
 
@@ -25,60 +25,60 @@ _KINDS: Final[dict[type[Event], str]] = {
     BadLength: "bad_length",
     Garbage: "garbage",
 }
-_MOST: Final = 24  # bytes of what is no message that are shown
+_MOST: Final = 24  # bytes shown of a received text that is not a message
 
 
 class Incoming:
-    """Something that came.
+    """A received message, or other received bytes.
 
-    :param time: when its last byte was there, in seconds since the line was opened.
-    :param event: what the framer made of it.
+    :param time: arrival of the last byte, in seconds since the line was opened.
+    :param event: the event of the framer.
     """
 
     def __init__(self, time: float, event: Event) -> None:
         self.time = time
         self.event = event
         self.kind: str = _KINDS[type(event)]
-        """``message``, ``undocumented``, ``unknown`` (an id that is none), ``bad_length`` or ``garbage``."""
+        """``message``, ``undocumented``, ``unknown`` (an unknown id), ``bad_length`` or ``garbage``."""
 
     @property
     def raw(self) -> bytes:
-        """Its bytes."""
+        """The received bytes."""
         return self.event.raw
 
     @cached_property
     def frame(self) -> Frame | None:
-        """The decoded frame; None for what is not a known message."""
+        """The decoded frame; None if this is not a known message."""
         if not isinstance(self.event, DecodableEvent):
             return None
         try:
             return self.event.frame
-        except CodecError:  # an id without a layout, in a form that it cannot have
+        except CodecError:  # an id without a layout, in an invalid form
             return None
 
     @property
     def message(self) -> Any:
-        """The message, with its fields as attributes; None for what is not a known one."""
+        """The message, with its fields as attributes; None if this is not a known message."""
         return None if self.frame is None else self.frame.message
 
     @property
     def name(self) -> str:
-        """The name of the message; empty for what is not a known one."""
+        """The name of the message; empty if this is not a known message."""
         return "" if self.frame is None else self.frame.message.layout.message
 
     @property
     def dest(self) -> int | None:
-        """To whom it goes, without the bit that announces a packet; None for what is no frame."""
+        """The destination, without the packet flag; None if this is not a frame."""
         return self.event.dest if isinstance(self.event, FrameEvent) else None
 
     @property
     def source(self) -> int | None:
-        """From whom it comes; None for what is no frame."""
+        """The source; None if this is not a frame."""
         return self.event.source if isinstance(self.event, FrameEvent) else None
 
     @property
     def channel(self) -> int | None:
-        """The channel that it names; None: it names none."""
+        """The value of its channel field; None without one."""
         return getattr(self.message, "chan_ident", None)
 
     @property
@@ -88,12 +88,12 @@ class Incoming:
 
     @property
     def payload(self) -> int:
-        """How many bytes follow the header; 0 for what is no frame."""
+        """The number of bytes after the header; 0 if this is not a frame."""
         return max(0, len(self.raw) - HEADER_SIZE) if isinstance(self.event, FrameEvent) else 0
 
     @cached_property
     def text(self) -> str:
-        """What it says, in one line."""
+        """A description in one line."""
         if self.frame is not None:
             return frame_text(self.frame)
         shown = self.raw[:_MOST].hex(" ") + (" …" if len(self.raw) > _MOST else "")
@@ -104,13 +104,13 @@ class Incoming:
 
 
 def frame_text(frame: Frame) -> str:
-    """Return a frame in one line: who to whom, the message, and its fields."""
+    """Return a frame in one line: addresses, message and fields."""
     extra = f" extra={frame.extra.hex()}" if frame.extra else ""
     return f"{frame.source:#04x}->{frame.dest:#04x} {message_text(frame.message)}{extra}"
 
 
 def message_text(message: Message) -> str:
-    """Return a message in one line; what is reserved is left out where it is empty."""
+    """Return a message in one line, without empty reserved fields."""
     layout = message.layout
     name = layout.message
     if isinstance(message, (UndecidedMessage, UndocumentedMessage)):
@@ -124,7 +124,7 @@ def message_text(message: Message) -> str:
 
 
 def _shown(value: int | str | bytes) -> str:
-    """Return a value of a field: integers as they are, texts in quotes, bytes in hex."""
+    """Return a field value as text: integers as they are, strings in quotes, bytes in hex."""
     if isinstance(value, bytes):
         return value.hex()
     return repr(value) if isinstance(value, str) else f"{value:d}"

@@ -1,16 +1,16 @@
 """The base of the guarded links, the signals that interrupt a run, and the jitter of the computer.
 
-Time is that of the link, where it has a clock of its own: a minute of a stepped clock takes no time.
-Waiting is reading.
+Time is that of the link if it has a clock: a minute of a stepped clock takes no real time. The suite waits by
+reading.
 
-Python raises ``KeyboardInterrupt`` between any two steps of the main thread. In a run that would leave half a
-frame on the link, and a controller would take the stop that follows for the rest of it. So during a run a
-signal is only noted, and the waiting read is woken; the link then raises. A program with a handler of its
-own keeps it; where the link raises an error, the signal is honoured as well. SIGHUP comes when the
-terminal or its connection is closed, and not on Windows.
+Python raises ``KeyboardInterrupt`` between any two bytecodes of the main thread. During a run that could
+leave half a frame on the link, and the controller would read the following stop as the rest of that frame. So
+during a run a signal handler only sets a flag and wakes the waiting read; then the link raises the exception.
+If the program has its own handler, it is kept. SIGHUP is sent when the terminal or its connection is closed;
+Windows does not have it.
 
-A reply that came 20 ms late means something only on a computer that does not oversleep by as much. So the
-suite sleeps some fifty times for no time at all, and measures how late it wakes.
+A reply that is 20 ms late means something only if this computer does not oversleep by as much. So the suite
+sleeps about fifty times for a short time, and measures how late it wakes.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ if hasattr(signal, "SIGHUP"):
 
 
 class Interruption:
-    """Notes that somebody wants the run to end; a context manager while the run goes on.
+    """Records requests to end the run; a context manager around the run.
 
-    :param link: whose read is woken.
+    :param link: the link whose read is woken.
     """
 
     def __init__(self, link: Link) -> None:
@@ -50,7 +50,7 @@ class Interruption:
         self._heeded = 0
         self._before: dict[signal.Signals, Any] = {}
         self.signal: int = signal.SIGINT
-        """The one that came last."""
+        """The last signal."""
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
@@ -74,24 +74,24 @@ class Interruption:
         self._link.wake()
 
     def check(self) -> None:
-        """Raise :class:`KeyboardInterrupt` if somebody wants the run to end."""
+        """Raise :class:`KeyboardInterrupt` if the run should end."""
         if self._count > self._heeded:
             raise KeyboardInterrupt
 
     def heed(self) -> None:
-        """Take all that was wanted until now as seen to: what is put back can be interrupted once more."""
+        """Mark the interruptions up to now as handled. Restoring can then be interrupted again."""
         self._heeded = self._count
 
 
 SHARE: Final = 0.2
-"""The part of a tolerance that the jitter may take; beyond it nothing can be said of the controller."""
+"""The fraction of a tolerance that the jitter may use. With more jitter the suite draws no conclusion."""
 
 _WAITS: Final = 50
 _SECONDS: Final = 0.005
 
 
 class Waiting(Protocol):
-    """What waits: a line to a controller."""
+    """A line to a controller on which one can wait."""
 
     @property
     def now(self) -> float:
@@ -99,7 +99,7 @@ class Waiting(Protocol):
         ...
 
     def listen(self, seconds: float, /) -> object:
-        """Take what comes within some seconds."""
+        """Receive for some seconds."""
         ...
 
 
@@ -107,15 +107,15 @@ class Waiting(Protocol):
 class Jitter:
     """How late waits ended, in seconds.
 
-    :param typical: half of the waits were no later.
-    :param late: 99 in 100 of the waits were no later.
+    :param typical: the median.
+    :param late: the 99th percentile.
     """
 
     typical: float
     late: float
 
     def blurs(self, tolerance: float) -> bool:
-        """Say whether nothing can be said of a time that may be ``tolerance`` seconds off."""
+        """Return whether the jitter is too large to judge a time with this tolerance in seconds."""
         return self.late > SHARE * tolerance
 
     def __str__(self) -> str:
@@ -126,9 +126,9 @@ class Jitter:
 
 
 def jitter_of(line: Waiting) -> Jitter:
-    """Measure it, in a quarter of a second; what comes meanwhile is taken by the line as always.
+    """Measure the jitter for a quarter of a second. The line receives as usual meanwhile.
 
-    A wait that something cuts short, such as a message, counts as in time.
+    A wait that ends early, for example because of a message, counts as on time.
     """
     late = []
     for _ in range(_WAITS):
@@ -139,9 +139,9 @@ def jitter_of(line: Waiting) -> Jitter:
 
 
 def percentile(values: list[float], share: int) -> float:
-    """Return the smallest value that at least ``share`` in 100 of the values do not exceed.
+    """Return the smallest value that at least ``share`` percent of the values do not exceed.
 
-    Raises :class:`ValueError` where there are no values.
+    Raises :class:`ValueError` without values.
     """
     if not values:
         raise ValueError("nothing was measured")
@@ -149,18 +149,18 @@ def percentile(values: list[float], share: int) -> float:
 
 
 class GuardedLink(ABC):
-    """A line to a controller; made for one run.
+    """A line to a controller, for one run.
 
-    :param link: open; it stays so.
-    :param declared: what is at its other end.
-    :param allowed: what may be sent.
+    :param link: an open link. It is not closed.
+    :param declared: the controller.
+    :param allowed: the permissions.
     """
 
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         self.declared = declared
         self.allowed = allowed
         self.log: list[Entry] = []
-        """Everything that passed, in order."""
+        """All traffic, in order."""
         self.interruption = Interruption(link)
         self._link = link
         self._clock = time.monotonic if link.clock is None else link.clock
@@ -168,64 +168,64 @@ class GuardedLink(ABC):
 
     @property
     def url(self) -> str:
-        """What was opened."""
+        """The URL of the link."""
         return self._link.url
 
     @property
     def now(self) -> float:
-        """Seconds since the line was made."""
+        """Seconds since the line was created."""
         return self._clock() - self._began
 
-    # What a run does with it
+    # Used by a run
 
     @abstractmethod
     def contact(self) -> dict[str, int | str]:
-        """Begin to talk, and return what the controller says that it is, field by field; empty: it does not.
+        """Contact the controller and return the fields of its identity; empty if it reports none.
 
-        Raises :class:`.NothingAnswersError` where nothing comes that is of the protocol.
+        Raises :class:`.NothingAnswersError` if nothing of the protocol arrives.
         """
 
     def identify(self, reported: Mapping[str, int | str]) -> Declaration:
-        """Return the controller with the scales of what it reports that it is, and guard it so from now on.
+        """Return the controller with the scales of the reported identity. The guard uses them from now on.
 
-        :param reported: what :meth:`contact` returned.
+        :param reported: the identity from :meth:`contact`.
 
-        Raises :class:`.RangeError` for a declared travel that no scale converts to counts there.
+        Raises :class:`.RangeError` for a declared travel that cannot be converted to counts.
         """
         return self.declared
 
     @abstractmethod
     def listen(self, seconds: float) -> object:
-        """Return what comes within some seconds."""
+        """Receive for some seconds and return the result."""
 
     @abstractmethod
     def settle(self) -> list[str]:
-        """Read until nothing comes any more, before a check; return what came unasked, for people."""
+        """Read until the line is quiet, before a check; return descriptions of unsolicited messages."""
 
     @abstractmethod
     def halt(self) -> None:
-        """Stop whatever this check may have set in motion, before anything else is done.
+        """Stop everything that this check may have set in motion, before anything else is done.
 
-        Raises nothing but what interrupts it a second time: a line that is gone takes no stop.
+        Raises nothing except a second interruption: on a lost line nothing can be stopped.
         """
 
     @abstractmethod
     def rest(self) -> None:
-        """Stop what a check that is over has left in motion, and forget what has ended."""
+        """Stop what a finished check has left in motion, and forget completed motions."""
 
     @abstractmethod
     def leave(self) -> None:
-        """Leave the controller in the state in which :meth:`contact` found it, at the end of a run."""
+        """Restore the state in which :meth:`contact` found the controller, at the end of a run."""
 
     # Bytes
 
     def _write(self, raw: bytes, tell: Callable[[], str], *, keep_alive: bool = False) -> None:
-        """Send bytes, whole."""
+        """Send all bytes."""
         self.interruption.check()
         self._put(raw, tell, keep_alive)
 
     def _write_now(self, raw: bytes, tell: Callable[[], str]) -> None:
-        """Send bytes whatever has happened; a line that is gone takes none, and the log says none."""
+        """Send bytes regardless of interruptions. On a lost line nothing is sent or logged."""
         try:
             self._put(raw, tell, False)
         except TransportLostError:
@@ -236,10 +236,10 @@ class GuardedLink(ABC):
         self._link.write(raw)
 
     def _read(self, timeout: float) -> bytes:
-        """Return what came, and wait for it for so many seconds at most."""
+        """Return received bytes; wait for them for at most ``timeout`` seconds."""
         self.interruption.check()
         return self._link.read(max(0.0, timeout))
 
     def _record(self, raw: bytes, tell: Callable[[], str]) -> None:
-        """Note something that came."""
+        """Log received bytes."""
         self.log.append(Entry(self.now, False, raw, False, tell))

@@ -1,4 +1,4 @@
-"""What a check may have set in motion, and what stops it."""
+"""Motions that a check may have started, and the messages that stop them."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.targets import Target
 
 _MANNER: Final = "PROFILED"
-"""How a stop is made where there are several ways: without losing steps, as the library does it."""
+"""The stop mode if there are several: without losing steps, as in the library."""
 
 
 class _Where(NamedTuple):
-    """An address and a channel there; None: all of them."""
+    """An address and a channel; None for all channels."""
 
     dest: int
     channel: int | None
 
 
 class Moved:
-    """Everything that was set in motion since the last check began.
+    """The motions started since the last check began.
 
-    :param declared: what is at the other end.
-    :param matching: tells where a message comes from.
+    :param declared: the controller.
+    :param matching: finds the source and the channel of a message.
     """
 
     def __init__(self, declared: Declaration, matching: Matching) -> None:
@@ -32,8 +32,8 @@ class Moved:
         self._matching = matching
         self._entries = declared.registry.messages
         self._ends = frozenset[str]().union(*map(self._ends_of, self._entries))
-        # Where something was set in motion -> the messages of which one tells its end, as far as it may go
-        # on: none are told of what only a stop ends. None: it has ended, or was over at once.
+        # Place of a motion -> the messages that report its end; an empty set if only a stop ends it.
+        # None: the motion has ended.
         self._going: dict[_Where, frozenset[str] | None] = {}
 
     def _ends_of(self, message: str) -> frozenset[str]:
@@ -41,7 +41,7 @@ class Moved:
         return frozenset(exchange.get("completes_with", ())) | set(exchange.get("stops_with", ()))
 
     def sends(self, message: FramedMessage, dest: int, effect: str | None) -> None:
-        """Note what is about to be sent."""
+        """Note a message that is about to be sent."""
         where = _Where(dest, self._matching.channel_of(message))
         name = message.layout.message
         if effect == "motion":
@@ -52,7 +52,7 @@ class Moved:
             self._going[where] = None
 
     def hears(self, message: FramedMessage, raw: bytes) -> None:
-        """Note what came: it may be the end of something."""
+        """Note a received message, which may be the end of a motion."""
         if message.layout.message not in self._ends:
             return
         source, channel = self._matching.source_of(raw), self._matching.channel_of(message)
@@ -61,16 +61,16 @@ class Moved:
                 self._going[where] = None
 
     def all(self) -> list[tuple[FramedMessage, int]]:
-        """Return what stops everything that was set in motion, ended or not, and where it is to be sent."""
+        """Return the stops for everything that was set in motion, ended or not, with their destinations."""
         return [stop for where in self._going for stop in self._stops(where)]
 
     def going_on(self) -> list[tuple[FramedMessage, int]]:
-        """Return what stops that whose end was not told."""
+        """Return the stops for motions whose end was not reported."""
         going = [where for where, ends in self._going.items() if ends is not None]
         return [stop for where in going for stop in self._stops(where)]
 
     def forget(self) -> None:
-        """Begin anew, with the next check."""
+        """Forget all motions, before the next check."""
         self._going.clear()
 
     def _stops(self, where: _Where) -> list[tuple[FramedMessage, int]]:
@@ -85,7 +85,7 @@ class Moved:
         ]
 
     def _names(self, place: Target) -> list[str]:
-        """Return the messages that stop something there, whatever the PICS says of them."""
+        """Return the stop messages of a place, including those that the PICS lists as unsupported."""
         return sorted(name for name in place.listed if self._entries[name]["effect"] == "stop")
 
     def _make(self, name: str, channel: int) -> FramedMessage:
