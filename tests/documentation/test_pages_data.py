@@ -150,7 +150,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ): first_line,
     ("docs/reference/codec-conformance.md", '{"id":1,"op":"hello"}'): talk,
     ("docs/reference/codec-conformance.md", "schema_version = 1"): expected,
-    ("docs/tutorials/conformance.md", "schema_version = 1"): pics,
+    ("docs/reference/conformance.md", "schema_version = 1"): pics,
     (
         "docs/tutorials/conformance.md",
         "FAIL answers/0x50/MOT_REQ_VELPARAMS/1: MOT_REQ_VELPARAMS for channel 1 to 0x50 is answered by one "
