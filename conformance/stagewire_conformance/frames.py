@@ -53,7 +53,8 @@ def check_reproduced(
     made = _encode(codec, wanted, findings)
     if made is not None:
         findings.expect(
-            made == raw, f"the stated values give {spaced(made)}, {origin} is {spaced(raw)}"
+            made == raw,
+            f"the stated values give {spaced(made)}, the {origin} bytes are {spaced(raw)}",
         )
     _decodes(codec, raw, wanted, f"{origin} bytes", findings)
 

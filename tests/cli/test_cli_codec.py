@@ -70,14 +70,14 @@ def test_a_failure_is_told_with_its_line_and_repeated_by_its_command(stagewire: 
     result = stagewire(*CODEC, *BOTH, *bad("crash"))
     assert result.code == 1
     assert f"crashed {STUMBLES}" in result.out
-    assert "has ended with exit status 3, in the place of an answer" in result.out
+    assert "has ended with exit status 3 instead of answering" in result.out
     assert "the stack is gone" in result.out
     asked, again = (
         next(line for line in result.out.splitlines() if line.strip().startswith(start)).strip()
-        for start in ("asked: ", "again: stage")
+        for start in ("request: ", "repeat with: stage")
     )
-    assert json.loads(asked.removeprefix("asked: "))["message"] == "WRITE_TARGET_POSITION"
-    words = shlex.split(again.removeprefix("again: "))
+    assert json.loads(asked.removeprefix("request: "))["message"] == "WRITE_TARGET_POSITION"
+    words = shlex.split(again.removeprefix("repeat with: "))
     assert words[0] == "stagewire"
     repeated = stagewire(*words[1:])
     assert repeated.code == 1
@@ -104,7 +104,7 @@ def test_reports(stagewire: Stagewire, tmp_path: Path) -> None:
     assert group["name"] == "asi_ms2000/cases"
     found = {case["id"]: case for case in group["cases"]}
     assert (found[STUMBLES]["result"], found[STUMBLES]["grade"]) == ("rubbish", "failed")
-    assert "'oops' is no JSON" in found[STUMBLES]["findings"][0]["text"]
+    assert "'oops' is not JSON" in found[STUMBLES]["findings"][0]["text"]
     assert {case["result"] for id, case in found.items() if id != STUMBLES} == {"passed"}
     root = ElementTree.parse(files["junit"]).getroot()
     (failed,) = [case for case in root.iter("testcase") if case.find("failure") is not None]
@@ -124,20 +124,20 @@ def expected(tmp_path: Path, id: str) -> Path:
 def test_a_failure_that_is_expected_counts_as_passed(stagewire: Stagewire, tmp_path: Path) -> None:
     path = expected(tmp_path, STUMBLES)
     result = stagewire(*CODEC, *BOTH, "--expected", path, *bad("crash"))
-    assert (result.code, "expected: known" in result.out) == (0, True)
+    assert (result.code, "expected failure: known" in result.out) == (0, True)
     result = stagewire(*CODEC, *BOTH, "--expected", path, *bad("good"))
     assert (result.code, f"unexpected pass {STUMBLES}" in result.out) == (1, True)
-    assert "it was expected to fail: known" in result.out
+    assert "expected to fail: known" in result.out
     result = stagewire(*CODEC, *BOTH, "--expected", expected(tmp_path, "no/such/*"), *bad("good"))
-    assert (result.code, "no case has the id 'no/such/*'" in result.err) == (2, True)
+    assert (result.code, "no case matches 'no/such/*'" in result.err) == (2, True)
 
 
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ("banner", "is not a testee: asked hello: 'Welcome!' is no JSON"),
+        ("banner", "is not a testee: after hello: 'Welcome!' is not JSON"),
         ("crash_at_once", "has ended with exit status 9"),
-        ("other_version", "speaks version 2 of the testee protocol"),
+        ("other_version", "uses version 2 of the testee protocol"),
     ],
 )
 def test_no_testee(stagewire: Stagewire, how: str, said: str) -> None:
@@ -152,7 +152,7 @@ def test_one_that_cannot_be_started_again(stagewire: Stagewire, tmp_path: Path) 
     command = [*bad("crash_after_the_first"), mark]
     result = stagewire(*CODEC, *BOTH, "--json", report, *command)
     assert result.code == 1
-    assert "not finished: the testee could not be started again: " in result.err
+    assert "not finished: the testee could not be restarted: " in result.err
     counts = json.loads(report.read_text(encoding="utf-8"))["counts"]
     assert counts["failed"] == 1 < counts["not run"]
 
@@ -193,12 +193,12 @@ def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -
 def test_a_protocol_that_it_does_not_speak(stagewire: Stagewire) -> None:
     result = stagewire(*CODEC, "--protocol", "thorlabs_apt", *bad("speaks_one"))
     assert result.code == 2
-    assert "speaks asi_ms2000, and not thorlabs_apt" in result.err
+    assert "supports asi_ms2000, but not thorlabs_apt" in result.err
     result = stagewire(
         *CODEC, "--only", "*/START_MOTOR/*", "--only", "HW_DISCONNECT", *bad("speaks_one")
     )
     assert result.code == 0
-    assert "the testee does not speak thorlabs_apt" in result.out
+    assert "the testee does not support thorlabs_apt" in result.out
 
 
 # Before and meanwhile

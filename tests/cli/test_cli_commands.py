@@ -253,7 +253,7 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
         (["decode", "--direction", "command", "--protocol", "thorlabs_apt", "00"], "frames of thorlabs"),
         (
             ["decode", "--direction", "command", "--status", "dc", "00"],
-            "low-level command set depends on 'status' or on any other context",
+            "low-level command set depends on 'status', or on any other context",
         ),
         (
             ["decode", "--direction", "command", "--message", "READ_STATUS:reply", MOVE],

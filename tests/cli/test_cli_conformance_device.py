@@ -73,7 +73,10 @@ def test_a_run_that_passes(stagewire: Stagewire, tmp_path: Path) -> None:
     options = [word for name, path in files.items() for word in (f"--{name}", path)]
     result = stagewire(*DEVICE, GOOD, "--unit", "TDC001", "--only", "answers", *options)
     assert result.code == 0
-    assert "It is only asked: nothing is set, written or moved." in result.out
+    assert (
+        "This run only sends requests: it does not change settings, write to memory or move anything."
+        in result.out
+    )
     assert re.search(r"^answers .* \d+ *$", result.out, re.MULTILINE)
     assert "\x1b" not in result.out + result.err
     assert result.err.startswith("... 0 of ")
@@ -105,14 +108,16 @@ def test_the_printed_command_gives_the_same_again(
     case = cases(report(path))[VELOCITY]
     assert case["result"] == word
     finding = next(one for one in case["findings"] if one["grade"] in ("failed", "deviates"))
-    for part in (f"{word} {VELOCITY}: ", finding["text"], "came        15 04 0E 00", "^^"):
+    for part in (f"{word} {VELOCITY}: ", finding["text"], "received      15 04 0E 00", "^^"):
         assert part in result.out
     for line in case["lines"]:
         assert bytes.fromhex(line["hex"]).hex(" ").upper() in result.out
     assert case["rules"]
     assert re.search(r"  rule [a-z-]+ \(must, page \d+\): ", result.out)
-    [command] = [line.strip() for line in result.out.splitlines() if line.startswith("  again: ")]
-    assert command == f"again: {case['repeat']}"
+    [command] = [
+        line.strip() for line in result.out.splitlines() if line.startswith("  repeat with: ")
+    ]
+    assert command == f"repeat with: {case['repeat']}"
     words = shlex.split(case["repeat"])
     assert words[:3] == ["stagewire", *DEVICE]
     assert "7" in words
@@ -147,7 +152,7 @@ def test_what_will_be_done_is_said_before(stagewire: Stagewire) -> None:
                        "readback/0x50/MOT_SET_VELPARAMS/1")  # fmt: skip
     assert result.code == 0
     before = result.out.partition("kind ")[0]
-    assert "It changes settings, and restores them: 1 check" in before
+    assert "This run changes settings, and restores them: 1 check" in before
     assert "MOT_SET_VELPARAMS" in before
 
 
@@ -207,12 +212,12 @@ def dead(stagewire: Stagewire, url: str, tmp_path: Path) -> str:
 
 
 def test_a_line_on_which_nothing_answers(stagewire: Stagewire, tmp_path: Path) -> None:
-    assert "nothing answers at virtual://TDC001" in dead(stagewire, SILENT, tmp_path)
+    assert "no answer at virtual://TDC001" in dead(stagewire, SILENT, tmp_path)
 
 
 def test_a_server_that_says_nothing(stagewire: Stagewire, tmp_path: Path) -> None:
     with deaf() as url:
-        assert f"nothing answers at {url}" in dead(stagewire, url, tmp_path)
+        assert f"no answer at {url}" in dead(stagewire, url, tmp_path)
 
 
 def test_a_server_that_refuses(stagewire: Stagewire, tmp_path: Path) -> None:
@@ -266,7 +271,7 @@ def test_ctrl_c_stops_what_moves_and_says_so(tmp_path: Path, number: signal.Sign
     assert code == 130, err
     assert "Traceback" not in err
     assert f"ended by {number.name}" in err
-    assert re.search(r"^stop was sent: .*MOT_MOVE_STOP chan_ident=1", err, re.MULTILINE)
+    assert re.search(r"^stop sent: .*MOT_MOVE_STOP chan_ident=1", err, re.MULTILINE)
     assert re.search(r"^restored: .*MOT_SET_VELPARAMS", err, re.MULTILINE)
     assert out.splitlines()[-1].startswith("NOT FINISHED")
     assert f"ended by {number.name}" in report(path)["unfinished"]
@@ -304,11 +309,14 @@ def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([GOOD], "what is there? give --unit"),
-        ([GOOD, "--unit", "RACK"], "what is in the bays of a rack only a PICS says"),
+        ([GOOD], "which controller is it? Give --unit"),
+        ([GOOD, "--unit", "RACK"], "a rack of modules needs a PICS that lists its bays"),
         (["--unit", "TDC001"], "which line?"),
-        ([GOOD, "--unit", "TDC999"], "there is no unit TDC999"),
-        ([GOOD, "--unit", "TDC001", "--allow-motion", "5..1mm"], "the lower end comes first"),
+        ([GOOD, "--unit", "TDC999"], "unknown unit TDC999"),
+        (
+            [GOOD, "--unit", "TDC001", "--allow-motion", "5..1mm"],
+            "the first number must not exceed the second",
+        ),
         ([GOOD, "--unit", "TDC001", "--allow-motion", "far"], "expected a range with its unit"),
         ([GOOD, "--unit", "TDC001", "--only", "nothing-like-this"], "nothing-like-this"),
         ([GOOD, "--pics", "there-is-none.toml"], "there-is-none.toml"),
@@ -324,7 +332,7 @@ def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -
         ([GOOD, "--unit", "TDC001", "--log", "no/such/folder/x.txt"], "--log: missing folder"),
         ([GOOD, "--unit", "TDC001", "--json", "x", "--html", "x"], "name the same file"),
         ([GOOD, "--unit", "TDC001", "--json", "x", "--log", "x"], "name the same file"),
-        ([GOOD, "--unit", "TDC001", "--only", "readback"], "there is nothing to run"),
+        ([GOOD, "--unit", "TDC001", "--only", "readback"], "nothing to run"),
     ],
     ids=lambda value: " ".join(value[1:])[:40] if isinstance(value, list) else "",
 )

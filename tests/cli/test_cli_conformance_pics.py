@@ -52,7 +52,9 @@ def test_a_controller_that_says_that_it_is_another_unit(
         result = stagewire(*PICS, "--from", URL, "--unit", unit, "--out", path)
     assert result.code == 0
     assert read_pics(path).unit == unit
-    said = f"--unit {unit} was named, and the controller says that it is a TDC001 with the serial"
+    said = (
+        f"--unit {unit} was given, but the controller reports that it is a TDC001 with the serial"
+    )
     for text in (result.err, path.read_text(encoding="utf-8")):
         assert (said in text) is (unit != "TDC001")
 
@@ -85,7 +87,7 @@ def test_what_was_filled_in_is_not_written_over(
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["--from", "virtual://TDC001", "--unit", "TDC999"], 2, "there is no unit TDC999"),
+        (["--from", "virtual://TDC001", "--unit", "TDC999"], 2, "unknown unit TDC999"),
         (
             ["--from", "virtual://TDC001", "--out", "no/folder/x.toml"],
             2,
@@ -112,5 +114,5 @@ def test_a_line_on_which_nothing_answers(
         attached(monkeypatch, tdc)
         result = stagewire(*PICS, "--from", URL, "--unit", "TDC001", "--out", path)
     assert result.code == 4
-    assert "nothing answers" in result.err
+    assert "no answer at" in result.err
     assert not path.exists()

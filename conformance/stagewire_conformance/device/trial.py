@@ -182,7 +182,7 @@ class Restoration:
 
     def _may_be_done(self, undo: Undo) -> bool:
         if undo.moves and not self._moves:
-            self._trial.info(f"not restored, because nothing may move now: {undo.what}")
+            self._trial.info(f"left as it is, because nothing may move now: {undo.what}")
             return False
         return True
 

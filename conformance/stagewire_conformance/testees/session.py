@@ -202,10 +202,10 @@ class Session:
             self._time_outs += 1
             raise _LostError(Outcome.TIMED_OUT, f"no answer within {timeout:g} seconds") from None
         except EndedError:
-            text = f"the testee {line.end(_LAST_WORDS)}instead of answering"
+            text = f"the testee {line.end(_LAST_WORDS)} instead of answering"
             raise _LostError(Outcome.CRASHED, text) from None
         if not came.endswith(b"\n"):
-            text = f"the testee {line.end(_LAST_WORDS)}in the middle of an answer"
+            text = f"the testee {line.end(_LAST_WORDS)} in the middle of an answer"
             raise _LostError(Outcome.CRASHED, text, came)
         return came
 

@@ -1,4 +1,4 @@
-"""Runs of the checks of Thorlabs APT that change something, on virtual controllers in stepped time."""
+"""Runs of the changing checks of Thorlabs APT on virtual controllers in stepped time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from stagewire_virtual.linking import SteppedLink
 
 UNITS = {entry["name"]: entry for entry in PROTOCOL.registry()["units"]}
 CASES = [(name, stage) for name, entry in UNITS.items() for stage in (None, *entry["stages"])]
-"""Every unit, without a stage and with each that it may have."""
+"""Every unit, without a stage and with each possible stage."""
 
 SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
 OUTPUTS = (
@@ -40,14 +40,14 @@ MOVES = (
 EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
 
 _SERIES_TRAVEL = {"Z8": "25", "MLS203": "110", "APT_STEPPER": "25"}
-"""Millimetres on the bench, for stages whose travel the registry leaves unknown."""
+"""Travel on the bench in millimetres, for stages without a travel in the registry."""
 
 
 @dataclass
 class Bench:
-    """A virtual controller, and how it is declared.
+    """A virtual controller and its declaration.
 
-    :param motion: what may be moved to.
+    :param motion: the range to allow.
     """
 
     controller: VirtualController
@@ -70,7 +70,7 @@ class Bench:
 def bench(
     unit: str, stage: str | None = None, seed: int = 0, *, ends: bool = True, **options: Any
 ) -> Bench:
-    """Return a unit on a bench, declared as it is; ``ends`` says whether its travel is declared, too."""
+    """Return a correctly declared unit on a bench; ``ends`` states whether its travel is also declared."""
     facts = UNITS[unit]
     motion = "0..2000000counts" if "MOT_MOVE_HOME" in facts["messages"] else "-10000..20000counts"
     pics = Pics(unit=unit)
@@ -88,7 +88,7 @@ def bench(
 
 
 def _travel_mm(stage: str) -> str:
-    """Return the travel of a stage in millimetres: that of the registry, where it has one."""
+    """Return the travel of a stage in millimetres, from the registry if possible."""
     limit = getattr(stages, stage).limits["travel"]
     return str(limit.value) if isinstance(limit, Limit) else _SERIES_TRAVEL[stage]
 
@@ -117,12 +117,12 @@ def run_on(
 
 
 def faulty_link(on: Bench, spoil: LinkFault) -> FaultyAptLink:
-    """Return a line to a controller that breaks a rule."""
+    """Return a line to a controller with a fault."""
     return FaultyAptLink(on.link, spoil)
 
 
 def complaints(report: Report) -> dict[str, str]:
-    """Return what was found to be wrong, by check."""
+    """Return the problems that were found, by check."""
     return {
         outcome.check.id: words_of(outcome)
         for outcome in report.outcomes
@@ -135,7 +135,7 @@ def words_of(outcome: Outcome) -> str:
 
 
 def readable(on: Bench, leave_out: Sequence[str] = ()) -> dict[str, str]:
-    """Ask for everything that can be asked, and return what was said, by what was asked."""
+    """Send every possible request, and return the answers by request."""
     line = AptLine(on.link, on.declared, Permissions())
     said = {}
     for place in on.declared.places:

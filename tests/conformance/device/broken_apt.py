@@ -1,4 +1,4 @@
-"""Thorlabs APT controllers that break a rule, which check finds each, and in which words."""
+"""Defective Thorlabs APT controllers, each with the check that finds it and a part of the finding."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ FAIL, NON_STRICT = Result.FAIL, Result.NON_STRICT
 
 
 class Broken(NamedTuple):
-    """A controller that breaks a rule.
+    """A defective controller.
 
-    :param unit: what it is.
-    :param spoil: what is done to what passes; to be used once, since some count.
-    :param where: the check that finds it.
-    :param words: in what it says.
+    :param unit: the name of the unit.
+    :param spoil: the fault on the line. Use it only once, because some faults count.
+    :param where: the id of the check that finds it.
+    :param words: a part of the finding.
     """
 
     unit: str
@@ -52,27 +52,27 @@ def sends(names: str, change: Change) -> LinkFault:
 
 
 def takes(change: Change) -> LinkFault:
-    """Change what the controller takes."""
+    """Change messages that the controller receives."""
     return LinkFault(to_controller=change)
 
 
 def takes_of(name: str, change: Change) -> LinkFault:
-    """Change messages that the controller takes."""
+    """Change certain messages that the controller receives."""
     return LinkFault(to_controller=of(name, change))
 
 
 def longer(raw: bytes) -> bytes:
-    """Send six bytes more than the document has, as the header then says."""
+    """Send six more bytes than documented, with a matching length in the header."""
     return raw[:2] + len(raw).to_bytes(2, "little") + raw[4:] + bytes(range(6))
 
 
 def by_host(name: str, channel: int = 0, dest: int = 0x50) -> bytes:
-    """Return a header that the host sends."""
+    """Return a header from the host."""
     return frame(name, channel, dest=dest, source=1)
 
 
 def locked_by(what: Callable[[bytes], bool]) -> LinkFault:
-    """Take nothing any more once something has come."""
+    """Ignore everything after certain bytes."""
     locked = [False]
 
     def change(raw: bytes) -> bytes:
@@ -83,7 +83,7 @@ def locked_by(what: Callable[[bytes], bool]) -> LinkFault:
 
 
 def losing(count: int, after: Callable[[bytes], bool]) -> LinkFault:
-    """Lose so many frames after something that has come."""
+    """Lose some frames after certain bytes."""
     left = [0]
 
     def change(raw: bytes) -> bytes:
@@ -98,7 +98,7 @@ def losing(count: int, after: Callable[[bytes], bool]) -> LinkFault:
 
 
 def at_both_ends(raw: bytes) -> bytes:
-    """Set the bits of both limit switches, in whatever message has the bits."""
+    """Set the bits of both limit switches in every message that has them."""
     return of(BITS, flip(8, 3))(of(STEPPER, flip(16, 3))(raw))
 
 
@@ -122,7 +122,7 @@ def read_packets(raw: bytes) -> bytes:
 
 
 def answer_all(raw: bytes) -> bytes:
-    """Take what goes to any other address."""
+    """Accept messages for any other address."""
     return byte(4, 0x50)(raw) if len(raw) == 6 and raw[5] == 1 else raw
 
 
@@ -135,7 +135,7 @@ def swapped_length(raw: bytes) -> bytes:
 
 
 def disorderly() -> Change:
-    """Hold a reply back until the next one has come, now and then."""
+    """Hold a reply back until the next one, from time to time."""
     held: list[bytes] = []
     count = [0]
 
@@ -152,7 +152,7 @@ def disorderly() -> Change:
 
 
 def running_away() -> LinkFault:
-    """Tell another position each time, in the status and in the counter alike."""
+    """Report another position each time, in status and counter alike."""
     count = [0]
 
     def change(raw: bytes) -> bytes:
@@ -163,12 +163,12 @@ def running_away() -> LinkFault:
 
 
 def in_bay_three(raw: bytes) -> bytes:
-    """Let the card in bay 1 answer for bay 3, too."""
+    """Make the card in bay 1 also answer for bay 3."""
     return byte(4, 0x21)(raw) if raw[4:5] == b"\x23" else raw
 
 
 def filled_up(raw: bytes) -> bytes:
-    """Take a packet that lacks a byte for one that ends with a zero."""
+    """Read a packet that lacks a byte as one that ends with a zero."""
     if len(raw) > 6 and raw[4] & DATA_FLAG and "_SET_" in name_of(raw):
         return raw[:2] + (len(raw) - 5).to_bytes(2, "little") + raw[4:] + b"\0"
     return raw
@@ -203,25 +203,25 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
         ("TDC001", sends(VEL, byte(8, 1)), VEL_50, FAIL, "min_velocity is 1; it is always zero"),
     "values that change":
         ("TDC001", sends(VEL, every(2, plus(12, 1))), VEL_50, FAIL, "two different replies"),
-    "an address that the document has not":
+    "an undocumented address":
         ("TDC001", sends(VEL, byte(5, 0x33)), VEL_50, FAIL, "goes from 0x33 to 0x01"),
     "the address of a bay":
         ("TDC001", sends(VEL, byte(5, 0x22)), VEL_50, FAIL, "went from 0x22 to 0x01; it should"),
     "a packet that is not announced":
         ("TDC001", sends(VEL, flip(4, DATA_FLAG)), VEL_50, FAIL, "announces no data packet"),
-    "something beside the answer":
+    "an extra message next to the answer":
         ("TDC001", sends(VEL, followed_by(frame(ENABLED, 1, 1))), VEL_50, FAIL,
          "in addition to the reply to MOT_REQ_VELPARAMS for channel 1 to 0x50, the controller sent "
          "MOD_GET_CHANENABLESTATE"),
-    "an end of a move beside the answer":
+    "an end of a move next to the answer":
         ("TDC001", sends(VEL, followed_by(frame("MOT_MOVE_COMPLETED", 1))), VEL_50, FAIL,
          "the controller sent MOT_MOVE_COMPLETED"),
-    "an error beside the answer":
+    "an error next to the answer":
         ("TDC001", sends(VEL, followed_by(frame("HW_RESPONSE"))), VEL_50, NON_STRICT, "reports a fault"),
-    "another message for an answer":
+    "another message as the answer":
         ("TDC001", sends("MOT_GET_GENMOVEPARAMS", renamed("MOT_GET_MOVERELPARAMS")),
          "answers/0x50/MOT_REQ_GENMOVEPARAMS/1", FAIL, "received MOT_GET_MOVERELPARAMS"),
-    "a value that stands for nothing":
+    "an undefined value":
         ("TDC001", sends(ENABLED, byte(3, 3)), "answers/0x50/MOD_REQ_CHANENABLESTATE/1", FAIL,
          "enable_state is 3; the document defines 1 (ENABLE), 2 (DISABLE)"),
     "a value out of range":
@@ -251,7 +251,7 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "a serial number with nine digits":
         ("BBD103", sends(INFO, lambda raw: raw[:6] + (103_000_007).to_bytes(4, "little") + raw[10:]),
          "identification/0x11", NON_STRICT, "103000007 has 9 digits; the document states 8"),
-    "a channel too many":
+    "one channel too many":
         ("TDC001", sends(INFO, byte(88, 2)), IDENTITY, FAIL, "channels is 2; TDC001 should have 1"),
     "a card with the channels of the rack":
         ("BBD103", sends(INFO, of_source(0x23, byte(88, 3))), "identification/0x23", FAIL,
@@ -261,23 +261,23 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
          "the serial number is 0"),
     "a serial number that changes":
         ("TDC001", sends(INFO, every(2, plus(6, 1))), IDENTITY, FAIL, "two different replies"),
-    "a model number that nobody can read":
+    "an unreadable model number":
         ("TDC001", sends(INFO, byte(10, 7)), IDENTITY, FAIL, "the model number is"),
-    "a cube that calls itself a motherboard":
+    "a cube that reports to be a motherboard":
         ("TDC001", sends(INFO, byte(18, 45)), IDENTITY, FAIL, "the hardware type is 45"),
-    "a byte of the version that is unused":
+    "an unused byte of the version that is set":
         ("TDC001", sends(INFO, byte(23, 1)), IDENTITY, NON_STRICT, "the last byte of the software version"),
     "a status with another position":
         ("TDC001", sends(DC, plus(8, 1)), STATUS, FAIL, "MOT_GET_POSCOUNTER, read before and after"),
-    "a status that came by itself with another position":
+    "an update with another position":
         ("TST001", sends(STEPPER, every(2, plus(8, 1))), STATUS, FAIL, "periodic MOT_GET_STATUSUPDATE has"),
     "the status of steppers":
         ("TDC001", sends(DC, renamed(STEPPER)), STATUS, FAIL, "received MOT_GET_STATUSUPDATE"),
-    "motion that is none":
+    "a motion bit at rest":
         ("TDC001", sends(DC, flip(16, 0x10)), STATUS, FAIL, "reports moving_forward, but the position stays"),
     "motion in both directions":
         ("TDC001", sends(DC, flip(16, 0x30)), STATUS, FAIL, "moving_forward and moving_reverse at the same"),
-    "an enabled channel that says that it is not":
+    "an enabled channel that is reported as disabled":
         ("TDC001", sends(DC, flip(19, 0x80)), STATUS, FAIL, "channel_enabled"),
     "a velocity at rest":
         ("TDC001", sends(DC, byte(12, 9)), STATUS, FAIL, "has the velocity 9, but the position stays"),
@@ -285,17 +285,17 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
         ("BMS001", running_away(), STATUS, FAIL, "but no motion bit is set"),
     "both limit switches":
         ("BMS001", LinkFault(to_host=at_both_ends), STATUS, NON_STRICT, "both limit switches as active"),
-    "other bits for each question":
+    "other bits in each answer":
         ("TDC001", sends(BITS, flip(9, 4)), STATUS, FAIL, "differ in homed"),
-    "other bits for each question to a stepper":
+    "other bits in each answer of a stepper":
         ("BMS001", sends(BITS, flip(9, 4)), STATUS, FAIL, "differ in homed"),
     "the status of channel 1 for channel 2":
         ("BMS002", sends(STEPPER, byte(6, 1)), "status/0x50/2", FAIL, "it should be for channel 2"),
-    "a closed loop that is open":
+    "an open loop reported as closed":
         ("BPC301", sends(PIEZO, flip(13, 4)), STATUS, FAIL, "closed_loop"),
     "no status at all":
         ("TPZ001", sends(PIEZO, dropped), STATUS, FAIL, "received nothing"),
-    "an answer to what has none":
+    "an answer to a message without one":
         ("TDC001", takes_of("MOD_IDENTIFY", followed_by(by_host("HW_REQ_INFO"))), "identify/0x50", FAIL,
          "MOD_IDENTIFY to 0x50 was answered with HW_GET_INFO"),
     "one answer of fifty lost":
@@ -316,7 +316,7 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
         ("TDC001", losing(1, is_request_with_packet), "wrong-length/long", FAIL, "was not answered"),
     "no way out of a request with a packet":
         ("TDC001", locked_by(is_request_with_packet), "wrong-length/empty", FAIL, "was not answered"),
-    "a setting that is not whole, and taken":
+    "an incomplete setting that is accepted":
         ("TDC001", takes(filled_up), "wrong-length/short/0x50", NON_STRICT, "should change nothing"),
     "an answer at any address":
         ("TDC001", takes(answer_all), "foreign-destination/undocumented", FAIL,
@@ -333,11 +333,11 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
         ("TDC001", losing(1, is_no_frame), "garbage/many", NON_STRICT, "only at attempt 2"),
     "an occupied bay called empty":
         ("BSC103", sends(BAY, byte(3, 2)), "bays/used", FAIL, "bay occupied, so the state should be 1"),
-    "a bay state that stands for nothing":
+    "an undefined bay state":
         ("BSC103", sends(BAY, byte(3, 7)), "bays/used", FAIL, "bay_state is 7"),
-    "another bay than was asked for":
+    "another bay than requested":
         ("BSC103", sends(BAY, byte(2, 0)), "bays/used", FAIL, "bay ident 0; 1 was requested"),
-    "no word of bays":
+    "no answer about bays":
         ("BSC103", sends(BAY, dropped), "bays/used", FAIL, "bay ident 0 was not answered"),
     "an empty bay that answers":
         ("BSC102", LinkFault(of_source(0x21, byte(5, 0x23)), in_bay_three), "bays/empty", FAIL,
@@ -349,27 +349,27 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
     "updates of two bays for one start":
         ("BBD103", takes_of(START, lambda raw: raw + byte(4, 0x22)(raw)), UPDATES, FAIL,
          "0x21 also started MOT_GET_DCSTATUSUPDATE from 0x22"),
-    "an end of two bays for one stop":
+    "an end for two bays for one stop":
         ("BBD103", takes_of(STOP, lambda raw: raw + byte(4, 0x23)(raw)), UPDATES, FAIL,
          "0x21 also stopped MOT_GET_DCSTATUSUPDATE from 0x23"),
-    "updates of a channel that is not there":
+    "updates of a missing channel":
         ("TDC001", sends(DC, byte(6, 2)), UPDATES, FAIL, "is for channel 2; the target has 1"),
     "updates half as often":
         ("BBD102", sends(DC, every(2, dropped)), UPDATES, FAIL, "came 5.00 times a second"),
-    "updates half as often, where the document says what is typical":
+    "updates half as often, with a documented typical rate":
         ("TST001", sends(STEPPER, every(2, dropped)), UPDATES, NON_STRICT, "it should come 10 times"),
     "updates too seldom":
         ("BBD101", sends(DC, every(6, dropped)), "updates/rate", FAIL, "came 8.3"),
     "updates too often":
         ("TDC001", sends(DC, every(6, twice)), "updates/rate", NON_STRICT, "came 11.6"),
-    "silence though the host is alive":
+    "silence although keep-alive messages are sent":
         ("BBD102", takes_of(ACK, dropped), "updates/rate", FAIL,
          "came 50 times, the last one 5.0 s after the start, though MOT_ACK_DCSTATUSUPDATE was sent every"),
-    "silence where the list has no sign of life":
+    "silence of a unit without keep-alive messages":
         ("TPZ001", sends(PIEZO, from_the(51, dropped)), "updates/rate", NON_STRICT, "came 50 times, the"),
     "silence for ever":
         ("TDC001", takes_of(ACK, dropped), "keep-alive", FAIL, "nor after HW_START_UPDATEMSGS was sent"),
-    "an answer to a sign of life":
+    "an answer to a keep-alive message":
         ("TDC001", takes_of(ACK, followed_by(by_host("HW_REQ_INFO"))), "keep-alive", FAIL,
          "MOT_ACK_DCSTATUSUPDATE to 0x50 was answered with HW_GET_INFO"),
     "silence too early":

@@ -1,4 +1,4 @@
-"""An MS-2000 that does not ignore what has an error, or takes what is right for one."""
+"""MS-2000 controllers that do not ignore errors, or that ignore valid commands."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class AnswersReserved(FaultyMs2000Link):
 
 
 class AbortedAnswers(Stateful):
-    """Carries the last command out again when one is aborted."""
+    """Repeats the last command when a command is aborted."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         self.memory["last"] = raw
@@ -37,14 +37,14 @@ class AbortedAnswers(Stateful):
 
 
 class ColonRepeats(AbortedAnswers):
-    """Carries the last command out again at every colon."""
+    """Repeats the last command at every colon."""
 
     def other(self, raw: bytes) -> bytes:
         return self.on(self.memory["last"]) if raw[:1] == b":" and "last" in self.memory else b""
 
 
 class SticksAfterGarbage(Stateful):
-    """Loses the command behind garbage."""
+    """Loses the command after garbage."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         return b"" if self.memory.pop("lost", False) else self.on(raw)
@@ -58,14 +58,14 @@ class SticksAfterGarbage(Stateful):
 
 
 class OverflowsForEver(SticksAfterGarbage):
-    """Loses the command behind more bytes than its buffer has."""
+    """Loses the command after more bytes than fit into its buffer."""
 
     def loses(self, raw: bytes) -> bool:
         return len(raw) > 64
 
 
 class AnyPrefixSwitches(FaultyMs2000Link):
-    """Leaves the format for 255 and whatever follows."""
+    """Leaves the format at 255 followed by any byte."""
 
     def other(self, raw: bytes) -> bytes:
         return self.on(b"\xffA" if raw[0] == 0xFF and len(raw) > 2 else raw)
@@ -87,7 +87,7 @@ class TakesAnySize(FaultyMs2000Link):
 
 
 class ExampleOfThree(FaultyMs2000Link):
-    """Answers its example, with the size 3, by three bytes."""
+    """Answers the size 3 of the documented example with three bytes."""
 
     def other(self, raw: bytes) -> bytes:
         if raw[1:3] == b"l\x03":
@@ -104,7 +104,7 @@ class AnswersBeforeTheColon(FaultyMs2000Link):
 
 
 class TimesOut(FaultyMs2000Link):
-    """Gives up after two seconds, as the controllers do that this one imitates."""
+    """Gives up after two seconds, like the controllers that this one imitates."""
 
     last = 0.0
 

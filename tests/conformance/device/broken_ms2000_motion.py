@@ -1,4 +1,4 @@
-"""An MS-2000 that moves wrongly, or says wrongly that it does."""
+"""MS-2000 controllers that move wrongly or report motion wrongly."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stagewire_ms2000.flags import StatusBits
 
 
 class SaysDoneAtOnce(Stateful):
-    """Tells b once, right after a command that moves."""
+    """Reports b once, immediately after a command that moves."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         answer = super().command(frame, raw)
@@ -26,7 +26,7 @@ class SaysDoneAtOnce(Stateful):
 
 
 class SaysDoneTooEarly(FaultyMs2000Link):
-    """Tells b when it begins to slow down."""
+    """Reports b when it begins to slow down."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         answer = super().command(frame, raw)
@@ -51,7 +51,7 @@ class NeverDone(Stateful):
 
 
 class StaleBit(Stateful):
-    """Tells bit 0 for ever after a move."""
+    """Reports bit 0 for ever after a move."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         answer = super().command(frame, raw)
@@ -106,7 +106,7 @@ def down_for_up(frame: CommandFrame, raw: bytes) -> list[bytes]:
 
 
 class OnlyTells(Stateful):
-    """Keeps a number that is written, and tells it, but does not go by it."""
+    """Stores and reports a written number, but does not use it."""
 
     pair: tuple[type, type]
 
@@ -128,7 +128,7 @@ class OnlyTellsRampTime(OnlyTells):
 
 
 class EndsByItself(Stateful):
-    """Ends a movement at a speed after 0.15 s."""
+    """Ends a movement at constant speed after 0.15 s."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         if isinstance(frame.message, m.WriteVectorSpeed):
@@ -141,7 +141,7 @@ class EndsByItself(Stateful):
 
 
 class MovesForTheCounter(FaultyMs2000Link):
-    """Goes back to where its target is, as a number, when its place gets another one."""
+    """Returns to its target as a number when its counter is set."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         if not isinstance(frame.message, m.WriteMotorPosition):

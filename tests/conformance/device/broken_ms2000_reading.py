@@ -1,4 +1,4 @@
-"""An MS-2000 that answers wrongly, or says wrongly how an axis stands."""
+"""MS-2000 controllers that answer wrongly or report the state of an axis wrongly."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Wobbles(FaultyMs2000Link):
 
 
 class Talks(Stateful):
-    """Says something every 0.3 s."""
+    """Sends something every 0.3 s."""
 
     def unasked(self) -> bytes:
         beat = int(self.clock() / 0.3)
@@ -89,7 +89,7 @@ READING = named(
 
 
 class StatusOfAnother(FaultyMs2000Link):
-    """READ_STATUS_BYTE of Y tells that of X."""
+    """READ_STATUS_BYTE of Y returns that of X."""
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
         if isinstance(frame.message, m.ReadStatusByte) and frame.axis == Y:

@@ -1,4 +1,4 @@
-"""An MS-2000 that keeps settings wrongly, or leaves its format."""
+"""MS-2000 controllers that store settings wrongly or leave the format."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class WritesBothAxes(FaultyMs2000Link):
 
 
 class PadsShortData(FaultyMs2000Link):
-    """Takes a write of another size, with as much data as it has."""
+    """Accepts a write of another size, with the data that it has."""
 
     def other(self, raw: bytes) -> bytes:
         if len(raw) > 4 and raw[1] == m.WriteIncrementValue.layout.id:

@@ -1,4 +1,4 @@
-"""A line between the suite and a virtual Thorlabs APT controller that changes frames, so that rules break."""
+"""A line to a virtual Thorlabs APT controller that changes frames, so that rules are broken."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ IDS = {
 }
 
 Change = Callable[[bytes], bytes]
-"""Takes the bytes of a frame, and returns those that go on; none, or several frames."""
+"""Takes the bytes of a frame and returns the bytes to pass on: none, one or several frames."""
 
 
 def as_it_is(raw: bytes) -> bytes:
@@ -26,11 +26,11 @@ def as_it_is(raw: bytes) -> bytes:
 
 @dataclass
 class LinkFault:
-    """A way to break a rule.
+    """A fault.
 
-    :param to_host: changes what the controller sends, frame by frame.
-    :param to_controller: changes what is written, each write being a frame or what stands for one.
-    :param late: seconds by which all that comes is late.
+    :param to_host: changes frames from the controller.
+    :param to_controller: changes writes; each write is a frame or another piece of bytes.
+    :param late: delay of everything received, in seconds.
     """
 
     to_host: Change = as_it_is
@@ -39,7 +39,7 @@ class LinkFault:
 
 
 class FaultyAptLink(Link):
-    """A stepped line that changes what passes."""
+    """A stepped line that changes the traffic."""
 
     def __init__(self, link: Link, spoil: LinkFault) -> None:
         self.url = link.url
@@ -69,24 +69,24 @@ class FaultyAptLink(Link):
 
 
 def name_of(raw: bytes) -> str:
-    """Return the name of the message that bytes have the id of; empty where no message has it."""
+    """Return the name of the message with the id in these bytes; empty for an unknown id."""
     id = int.from_bytes(raw[:2], "little")
     return next((name for name, each in IDS.items() if each == id), "")
 
 
 def of(names: str | Iterable[str], change: Change) -> Change:
-    """Change the frames of some messages, and no others."""
+    """Change only the frames of some messages."""
     wanted = {names} if isinstance(names, str) else set(names)
     return lambda raw: change(raw) if name_of(raw) in wanted else raw
 
 
 def of_source(source: int, change: Change) -> Change:
-    """Change the frames that come from an address."""
+    """Change only the frames from one address."""
     return lambda raw: change(raw) if raw[5] == source else raw
 
 
 def byte(at: int, value: int) -> Change:
-    """Give a byte of the frame another value."""
+    """Replace a byte of the frame."""
     return lambda raw: raw[:at] + bytes((value,)) + raw[at + 1 :] if len(raw) > at else raw
 
 
@@ -96,17 +96,17 @@ def plus(at: int, by: int) -> Change:
 
 
 def flip(at: int, mask: int) -> Change:
-    """Turn bits of a byte over."""
+    """Invert bits of a byte."""
     return lambda raw: raw[:at] + bytes((raw[at] ^ mask,)) + raw[at + 1 :]
 
 
 def renamed(name: str) -> Change:
-    """Give a frame the id of another message."""
+    """Replace the id of a frame by that of another message."""
     return lambda raw: IDS[name].to_bytes(2, "little") + raw[2:]
 
 
 def shorter(raw: bytes) -> bytes:
-    """Take a byte from the packet, as the header then says."""
+    """Remove a byte from the packet, with a matching length in the header."""
     return raw[:2] + (len(raw) - 7).to_bytes(2, "little") + raw[4:-1]
 
 
@@ -123,7 +123,7 @@ def followed_by(more: bytes) -> Change:
 
 
 def every(count: int, change: Change) -> Change:
-    """Change each ``count``-th frame only."""
+    """Change only every ``count``-th frame."""
     seen = [0]
 
     def changed(raw: bytes) -> bytes:
@@ -134,7 +134,7 @@ def every(count: int, change: Change) -> Change:
 
 
 def from_the(number: int, change: Change) -> Change:
-    """Change the ``number``-th frame and all after it."""
+    """Change the ``number``-th frame and all later ones."""
     seen = [0]
 
     def changed(raw: bytes) -> bytes:

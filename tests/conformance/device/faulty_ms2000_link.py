@@ -1,4 +1,4 @@
-"""A line to a virtual MS-2000 on which something is wrong: the controller behaves like broken firmware."""
+"""A line to a virtual MS-2000 that behaves like defective firmware."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from stagewire_virtual.linking import SteppedLink
 
 
 class FaultyMs2000Link(Link):
-    """A stepped line; a test overrides what it spoils.
+    """A stepped line; tests override methods to add faults.
 
-    Whole commands reach the controller one by one, by :meth:`command`, and what is none by :meth:`other`.
-    What is not whole waits, as it does in a controller.
+    :meth:`command` receives whole commands one by one, and :meth:`other` all other bytes. Incomplete commands
+    wait, as in a controller.
     """
 
     def __init__(self, controller: VirtualController) -> None:
@@ -27,32 +27,32 @@ class FaultyMs2000Link(Link):
         self.waiting = b""
         self.framer = PROTOCOL.framer()
         self.count = 0
-        """Commands that came so far."""
+        """The number of commands so far."""
 
     def on(self, raw: bytes) -> bytes:
-        """Let the controller have some bytes, and return what it says at this instant."""
+        """Pass bytes to the controller and return its immediate output."""
         self._line.write(raw)
         return self._line.read(0)
 
     def ask(self, command: Command, axis: int = 0x18) -> bytes:
-        """Ask the controller behind the back of the host."""
+        """Send a request to the controller without the host noticing."""
         return self.on(command.pack(axis))
 
     # Faults
 
     def command(self, frame: CommandFrame, raw: bytes) -> bytes:
-        """Return what comes of a command."""
+        """Return the output for a command."""
         return self.on(raw)
 
     def other(self, raw: bytes) -> bytes:
-        """Return what comes of bytes that are no command."""
+        """Return the output for bytes that are not a command."""
         return self.on(raw)
 
     def unasked(self) -> bytes:
-        """Return what comes while the host waits."""
+        """Return unsolicited output while the host waits."""
         return b""
 
-    # As a line
+    # The link
 
     def read(self, timeout: float) -> bytes:
         if not self.waiting:
@@ -69,7 +69,7 @@ class FaultyMs2000Link(Link):
                 self.waiting += self.other(event.raw)
 
     def write_now(self, data: bytes) -> None:
-        raise AssertionError("the suite writes whole commands")
+        raise AssertionError("the suite never calls write_now here")
 
     def wake(self) -> None:
         self._line.wake()
@@ -79,7 +79,7 @@ class FaultyMs2000Link(Link):
 
 
 class Slow(FaultyMs2000Link):
-    """A line on which each reply comes so many seconds after what was sent last."""
+    """A line that delays each reply by a number of seconds after the last write."""
 
     def __init__(self, controller: VirtualController, seconds: float) -> None:
         super().__init__(controller)
@@ -104,9 +104,9 @@ Change = Callable[[bytes, CommandFrame], bytes]
 
 
 def answers(change: Change, *commands: type[Command]) -> Make:
-    """Return a line that changes the answers to some commands; to all without any.
+    """Return a line that changes the answers to some commands; to all if none are given.
 
-    Where a request is not answered, because it comes in the other format, it stays so.
+    A request that is not answered, because the controller is in the other format, stays unanswered.
     """
 
     class Answers(FaultyMs2000Link):
@@ -120,12 +120,12 @@ def answers(change: Change, *commands: type[Command]) -> Make:
 
 
 def drops(*commands: type[Command]) -> Make:
-    """Return a line on which some commands do nothing."""
+    """Return a line that ignores some commands."""
     return passes(lambda frame, raw: [] if isinstance(frame.message, commands) else [raw])
 
 
 def passes(change: Callable[[CommandFrame, bytes], Iterable[bytes]]) -> Make:
-    """Return a line on which other bytes reach the controller instead of a command."""
+    """Return a line that passes other bytes to the controller instead of a command."""
 
     class Passes(FaultyMs2000Link):
         def command(self, frame: CommandFrame, raw: bytes) -> bytes:

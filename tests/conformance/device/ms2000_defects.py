@@ -1,4 +1,4 @@
-"""How a broken MS-2000 is described: what is wrong with it, and which check has to find it."""
+"""Descriptions of defective MS-2000 controllers: the defect, and the check that must find it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ACK = b":A"
 
 @dataclass
 class Defect:
-    """What is broken, which check has to find it, and a word of what it has to say."""
+    """A defect, the check that must find it, and a part of the finding."""
 
     make: Make
     check: str
@@ -30,11 +30,11 @@ class Defect:
     pics: Mapping[str, Any] = field(default_factory=dict)
     strategies: Mapping[str, str] = field(default_factory=dict)
     hides: bool = False
-    """Whether it does something that nothing tells, so that it cannot be put back."""
+    """Whether it has an effect that is not readable, so that it cannot be restored."""
 
 
 def bits(set_: int = 0, clear: int = 0) -> Callable[[bytes, CommandFrame], bytes]:
-    """Return what sets and clears bits of a status byte, the last byte of its replies."""
+    """Return a change that sets and clears bits of a status byte, the last byte of its replies."""
     return lambda raw, frame: raw[:-1] + bytes((raw[-1] & ~clear | set_,))
 
 
@@ -43,7 +43,7 @@ def named(**defects: Defect) -> dict[str, Defect]:
 
 
 class Stateful(FaultyMs2000Link):
-    """A line with something to remember."""
+    """A line with state."""
 
     def __init__(self, controller: Any) -> None:
         super().__init__(controller)
@@ -53,7 +53,7 @@ class Stateful(FaultyMs2000Link):
 def changed(
     command: type, change: Callable[[bytes], bytes]
 ) -> Callable[[CommandFrame, bytes], list[bytes]]:
-    """Return what changes the data of a command on its way."""
+    """Return a function that changes the data of a command on its way."""
 
     def instead(frame: CommandFrame, raw: bytes) -> list[bytes]:
         hit = isinstance(frame.message, command)

@@ -1,4 +1,4 @@
-"""Runs the suite on a virtual MS-2000 in stepped time, and tells what state the controller is in."""
+"""Runs of the suite on a virtual MS-2000 in stepped time, and the state of the controller."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.linking import SteppedLink
 
 WIDE = Permissions(settings=True, motion=Range.parse("-20..20mm"))
-"""As much as any check wants."""
+"""A range that is large enough for every check."""
 NOTHING = Permissions()
 CHANGING = ["readback", "written-size", "marks-in-data", "joystick", "formats"]
 MOVING = [
@@ -45,7 +45,7 @@ def declared_with(
     reply_p99_ms: float | None = None,
     unsupported: Mapping[str, str] | None = None,
 ) -> Declaration:
-    """Return a controller as a PICS declares it."""
+    """Return a controller as declared by a PICS."""
     span = Range.parse(travel) if travel else None
     return declare(
         Pics(
@@ -65,7 +65,7 @@ def run_suite(
     only: Sequence[str] = (),
     seed: int = 1,
 ) -> Report:
-    """Run checks, and fail if the run did not come to its end."""
+    """Run checks, and fail if the run does not finish."""
     declared = declared or declare("MS2000")
     report = run(link, plan(declared, allowed, only=only), declared, allowed, seed)
     assert not report.unfinished, report.unfinished
@@ -73,7 +73,7 @@ def run_suite(
 
 
 def found(report: Report, *results: Result) -> list[tuple[str, Result, str]]:
-    """Return the ids of the checks with some results, the results, and what they found."""
+    """Return check id, result and text of the checks with certain results."""
     return [
         (outcome.check.id, outcome.result, "; ".join(each.text for each in outcome.findings))
         for outcome in report.outcomes
@@ -82,7 +82,7 @@ def found(report: Report, *results: Result) -> list[tuple[str, Result, str]]:
 
 
 def state_of(controller: VirtualController) -> dict[str, dict[str, Any]]:
-    """Return all that a host can change of a controller, axis by axis."""
+    """Return everything that a host can change in a controller, axis by axis."""
     instrument = controller.instrument
     assert isinstance(instrument, Ms2000Instrument)
     return {
@@ -101,12 +101,12 @@ def state_of(controller: VirtualController) -> dict[str, dict[str, Any]]:
 
 
 def understands_commands(controller: VirtualController) -> bool:
-    """Return whether a controller is in the format of commands."""
+    """Return whether a controller is in the command format."""
     controller.read()
     controller.write(b"\x18s\x02:")
     return len(controller.read(timeout=0.01)) == 2
 
 
 def stepped(controller: VirtualController) -> SteppedLink:
-    """Return a line to it."""
+    """Return a stepped line to a controller."""
     return SteppedLink(controller)

@@ -1,4 +1,4 @@
-"""Checks that a decorator declares: their cases, ids and texts."""
+"""Checks declared with the decorator: their cases, ids and texts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOTHING = Permissions()
 
 
 def two(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
-    """Give two cases; the second one differs in all that a case may change."""
+    """Yield two cases; the second changes everything that a case may change."""
     yield Case(name="one", arguments={"place": declared.places[0]}, messages=("MOD_IDENTIFY",))
     yield Case(
         name="two",
@@ -40,12 +40,12 @@ def declared_checks(title: str, allowed: Permissions = NOTHING, does: str = "") 
         title, messages=("MOD_IDENTIFY",), needs={Need.MOTION}, does=does, name="last", each=two
     )
     def look(trial: Trial, place: object) -> None:
-        """Look at nothing."""
+        """Do nothing."""
 
     return plan(DECLARED, allowed, kinds=[kind])
 
 
-def test_each_case_makes_a_check_with_what_it_changes() -> None:
+def test_each_case_makes_a_check_with_its_changes() -> None:
     one, two = declared_checks("It looks at {place.name}")
     assert [one.id, two.id] == ["made/one/last", "made/two/last"]
     assert [one.title, two.title] == ["It looks at 0x11", "It looks at 0x21"]
@@ -56,59 +56,54 @@ def test_each_case_makes_a_check_with_what_it_changes() -> None:
     assert two.rules == ("velocity-parameters",)
 
 
-def test_texts_name_the_range_that_was_allowed() -> None:
+def test_texts_name_the_allowed_range() -> None:
     allowed = Permissions(motion=Range.parse("0..5mm"))
     assert (
         declared_checks("It moves", allowed, "moves within {range}")[0].does
         == "moves within 0..5mm"
     )
-    assert (
-        declared_checks("It moves", does="within {range}")[0].does
-        == "within the range that is allowed"
-    )
+    assert declared_checks("It moves", does="within {range}")[0].does == "within the allowed range"
 
 
 @pytest.mark.parametrize("title", ["It {verb}", "At {place.nowhere}", "An open {brace", "The {}"])
-def test_a_title_that_its_case_cannot_fill_in_is_an_error(title: str) -> None:
-    with pytest.raises(
-        ValueError, match=r"a check of the kind made: .* cannot be filled in"
-    ) as caught:
+def test_a_title_with_unknown_names_is_an_error(title: str) -> None:
+    with pytest.raises(ValueError, match=r"a check of the kind made: cannot fill in") as caught:
         declared_checks(title)
     assert "which has range, place" in str(caught.value)
 
 
 def nothing(trial: Trial) -> None:
-    """Look at nothing."""
+    """Do nothing."""
 
 
 async def later(trial: Trial) -> None:
-    """Look at nothing, later."""
+    """Do nothing, asynchronously."""
 
 
 def parts(trial: Trial) -> Iterator[None]:
-    """Look at nothing, part by part."""
+    """Do nothing, as a generator."""
     yield
 
 
 @pytest.mark.parametrize(
     ("options", "function", "said"),
     [
-        ({"messages": "MOD_IDENTIFY"}, nothing, r"messages is a tuple, such as \('MOD_IDENTIFY',\)"),
-        ({"rules": "velocity-parameters"}, nothing, "rules is a tuple"),
-        ({"needs": "motion"}, nothing, "needs is a tuple"),
-        ({"needs": ("motion",)}, nothing, "needs has 'motion', and takes Need.SETTINGS"),
-        ({}, later, "later is a plain function, without async and yield"),
-        ({}, parts, "parts is a plain function"),
-        ({"each": lambda declared, allowed: ["one"]}, nothing, "each gives 'one', which is not a Case"),
+        ({"messages": "MOD_IDENTIFY"}, nothing, r"messages must be a tuple, such as \('MOD_IDENTIFY',\)"),
+        ({"rules": "velocity-parameters"}, nothing, "rules must be a tuple"),
+        ({"needs": "motion"}, nothing, "needs must be a tuple"),
+        ({"needs": ("motion",)}, nothing, "unknown need 'motion' .choose from Need.SETTINGS"),
+        ({}, later, "later must be a plain function, without async or yield"),
+        ({}, parts, "parts must be a plain function"),
+        ({"each": lambda declared, allowed: ["one"]}, nothing, "each yields 'one', which is not a Case"),
         (
             {"each": lambda declared, allowed: [Case(arguments={"axis": 1})]},
             nothing,
             r"arguments of its case \(axis\): got an unexpected keyword argument 'axis'",
         ),
-        ({"each": lambda declared, allowed: [Case(messages="X")]}, nothing, "messages is a tuple"),
+        ({"each": lambda declared, allowed: [Case(messages="X")]}, nothing, "messages must be a tuple"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_a_check_is_an_error_that_names_the_kind(
+def test_an_invalid_declaration_is_an_error_that_names_the_kind(
     options: dict[str, Any], function: Any, said: str
 ) -> None:
     kind = Kind(name="made", title="Made for a test")
@@ -122,29 +117,27 @@ def test_what_cannot_be_a_check_is_an_error_that_names_the_kind(
 
 
 def test_a_declaration_without_a_title_is_an_error() -> None:
-    with pytest.raises(TypeError, match="the kind made: write a title"):
+    with pytest.raises(TypeError, match="the kind made: missing title"):
         Kind(name="made", title="Made for a test").check(nothing)  # type: ignore[arg-type]
 
 
-def test_rules_of_a_kind_are_a_tuple() -> None:
-    with pytest.raises(TypeError, match="the kind made: rules is a tuple"):
+def test_rules_of_a_kind_must_be_a_tuple() -> None:
+    with pytest.raises(TypeError, match="the kind made: rules must be a tuple"):
         Kind(name="made", title="Made for a test", rules="no-padding")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({}, "two checks have the id made; give their cases different names"),
+        ({}, "duplicate check id made: give the cases different names"),
         (
             {"messages": ("MOT_NOTHING",)},
-            "the check made: the registry has no message 'MOT_NOTHING'",
+            "check made: unknown message 'MOT_NOTHING'",
         ),
-        ({"rules": ("no-such-rule",)}, "the check made: the registry has no rule 'no-such-rule'"),
+        ({"rules": ("no-such-rule",)}, "check made: unknown rule 'no-such-rule'"),
     ],
 )
-def test_a_plan_refuses_checks_that_it_could_not_tell_apart_or_look_up(
-    options: dict[str, Any], said: str
-) -> None:
+def test_a_plan_refuses_duplicate_ids_and_unknown_names(options: dict[str, Any], said: str) -> None:
     kind = Kind(name="made", title="Made for a test")
     for _ in range(2):
         kind.check("It looks", **options)(nothing)
@@ -152,7 +145,7 @@ def test_a_plan_refuses_checks_that_it_could_not_tell_apart_or_look_up(
         Plan.of("BSC102", NOTHING, kinds=[kind])
 
 
-def test_one_pattern_may_be_given_as_a_text() -> None:
+def test_a_single_pattern_may_be_a_string() -> None:
     ids = [check.id for check in Plan.of("BSC102", NOTHING, only="identify*").checks]
     assert ids == [check.id for check in Plan.of("BSC102", NOTHING, only=["identify*"]).checks]
     assert ids

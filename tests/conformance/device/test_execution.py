@@ -1,4 +1,4 @@
-"""A plan and its execution, as a vendor calls them without the command."""
+"""Plans and their execution from Python, without the command."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ URL = "virtual://TDC001"
 ASKING = Permissions()
 
 
-def test_a_run_comes_to_a_verdict_and_an_exit_status(tmp_path: Path) -> None:
+def test_a_run_has_a_verdict_and_an_exit_status(tmp_path: Path) -> None:
     plan = Plan.of("TDC001", ASKING, only=["identification"], seed=7)
     capture = tmp_path / "run.txt"
     execution = execute(URL, plan, log=capture)
@@ -46,7 +46,7 @@ def test_a_dead_line_gives_a_report(tmp_path: Path) -> None:
     assert any(case.why == "nothing was run" for case in sheet.cases())
 
 
-def test_a_report_of_a_dead_line_says_why() -> None:
+def test_the_report_of_a_dead_line_states_the_reason() -> None:
     plan = Plan.of("BBD102", ASKING, seed=3)
     report = dead_line_report(URL, plan, "the cable is not there")
     assert (report.unfinished, report.outcomes, report.seed) == ("the cable is not there", (), 3)
@@ -61,11 +61,11 @@ def test_an_interruption_before_the_run_is_reported() -> None:
     execution = execute(URL, Plan.of("TDC001", ASKING), progress=interrupt)  # type: ignore[arg-type]
     sheet = sheet_of_execution(execution)
     assert execution.interrupted
-    assert sheet.unfinished == "it was interrupted before it began"
+    assert sheet.unfinished == "interrupted before it began"
     assert (sheet.verdict, sheet.exit_status) == (Verdict.UNFINISHED, 130)
 
 
-def test_effects_and_refusals_are_of_the_plan() -> None:
+def test_a_plan_lists_effects_and_refusals() -> None:
     allowed = Permissions(settings=True, motion=Range.parse("0..100000counts"))
     plan = Plan.of("TDC001", allowed)
     effects = plan.effects()
@@ -80,18 +80,20 @@ def test_effects_and_refusals_are_of_the_plan() -> None:
     lines = [*announcement(URL, plan)]
     assert lines[0].startswith(f"TDC001 at {URL}: {len(plan.runnable)} checks, about ")
     assert any(
-        line.startswith("It moves, or switches what is put out within 0..100000counts")
+        line.startswith("This run moves stages, or switches outputs within 0..100000counts")
         for line in lines
     )
-    assert "It is only asked: nothing is set, written or moved." in [*announcement(URL, asking)]
+    assert any(
+        line.startswith("This run only sends requests: ") for line in announcement(URL, asking)
+    )
 
 
 def test_a_plan_needs_a_declaration(tmp_path: Path) -> None:
-    with pytest.raises(DeclarationError, match="give --unit"):
+    with pytest.raises(DeclarationError, match="Give --unit"):
         Plan.of(None, ASKING)
-    with pytest.raises(DeclarationError, match="only a PICS says"):
+    with pytest.raises(DeclarationError, match="needs a PICS that lists its bays"):
         Plan.of("rack", ASKING)
-    with pytest.raises(StagewireError, match="there is no unit TDC999"):
+    with pytest.raises(StagewireError, match="unknown unit TDC999"):
         Plan.of("TDC999", ASKING)
     pics = tmp_path / "pics.toml"
     pics.write_text('schema_version = 1\nunit = "TDC001"\n', encoding="utf-8")
@@ -100,12 +102,12 @@ def test_a_plan_needs_a_declaration(tmp_path: Path) -> None:
         Plan.of("BBD102", ASKING, pics=pics)
 
 
-def test_a_plan_without_a_check_is_refused_before_the_line_is_opened(tmp_path: Path) -> None:
+def test_a_plan_without_checks_is_refused_before_the_line_is_opened(tmp_path: Path) -> None:
     every = Plan.of("TDC001", ASKING)
     needing = next(check.id for check in every.checks if check.needs == {Need.SETTINGS})
     plan = Plan.of("TDC001", ASKING, only=[needing])
     capture = tmp_path / "run.txt"
-    with pytest.raises(NothingToRunError, match="all that was chosen is left out: not allowed"):
+    with pytest.raises(NothingToRunError, match="all selected checks are omitted: not allowed"):
         execute(URL, plan, log=capture)
     assert not capture.exists()
 

@@ -1,4 +1,4 @@
-"""The first contact with an MS-2000: what is none is told as such; and the words of a log."""
+"""The first contact with an MS-2000: other controllers are recognised. Also the texts of a log."""
 
 from __future__ import annotations
 
@@ -20,14 +20,16 @@ from stagewire_conformance.device.run import run
 from stagewire_ms2000 import messages as m
 
 X, Y = 0x18, 0x19
-SAYS = "bytes came that are no reply (another baud rate, or another kind of controller?)"
+SAYS = (
+    "bytes arrived that are not a reply. Is this another baud rate, or another kind of controller?"
+)
 FRAME = apt.MotMoveCompletedHeader(1).pack(0x01, 0x50)
 
 _DRAWN = random.Random(1)
 
 
 class Talker(DeadLink):
-    """A line at whose other end is something else: it answers what is sent, or talks by itself."""
+    """A line with something else at the other end. It answers or sends on its own."""
 
     def __init__(
         self, answer: Callable[[bytes], bytes], flood: bytes = b"", seconds: float = 0.01
@@ -82,7 +84,7 @@ OTHERS: dict[str, Callable[[], Link]] = {
 
 
 @pytest.mark.parametrize("other", OTHERS)
-def test_what_is_no_ms2000_is_told_as_such(other: str) -> None:
+def test_other_controllers_are_reported_as_such(other: str) -> None:
     declared = declared_with()
     link = OTHERS[other]()
     with pytest.raises(NothingAnswersError) as caught:
@@ -94,7 +96,7 @@ def test_what_is_no_ms2000_is_told_as_such(other: str) -> None:
 
 
 @pytest.mark.parametrize("other", OTHERS)
-def test_no_pics_is_written_from_what_is_no_ms2000(other: str) -> None:
+def test_no_pics_is_written_for_another_controller(other: str) -> None:
     link = OTHERS[other]()
     with pytest.raises(NothingAnswersError, match="no MS2000 answers"):
         ask_pics(link, "MS2000")
@@ -109,7 +111,7 @@ def test_no_pics_is_written_from_what_is_no_ms2000(other: str) -> None:
         b"EFIL :",
     ],
 )  # fmt: skip
-def test_a_reply_that_is_not_quite_right_is_for_the_checks(says: bytes) -> None:
+def test_a_slightly_wrong_reply_is_left_to_the_checks(says: bytes) -> None:
     link = answers(lambda raw, _: says, m.ReadIdentification)(controller_of())
     report = run_suite(link, declared_with(axes=["X"]), NOTHING, ["identification"])
     assert report.identification == {
@@ -118,12 +120,12 @@ def test_a_reply_that_is_not_quite_right_is_for_the_checks(says: bytes) -> None:
     assert len(report.outcomes) == 1
 
 
-def test_a_reply_that_is_unreadable_is_for_the_checks_where_the_status_is_told() -> None:
+def test_an_unreadable_reply_is_left_to_the_checks_if_the_status_is_readable() -> None:
     link = answers(lambda raw, _: bytes(6), m.ReadIdentification)(controller_of())
     assert run_suite(link, None, NOTHING, ["identification"]).identification == {}
 
 
-# The words of a log
+# The texts of a log
 
 
 def test_a_log_names_commands_and_axes_as_the_document_does() -> None:
@@ -140,7 +142,7 @@ def test_a_log_names_commands_and_axes_as_the_document_does() -> None:
         (False, "READ_IDENTIFICATION identification='EMOT :'"),
         (True, "READ_STATUS of axis 0x1a extra=01 with a size slot"),
         (False, "READ_STATUS status=98"),
-        (True, "ends what may be open"),
+        (True, "ends an incomplete command"),
         (True, "STOP_MOTOR of axis X"),
         (True, "STOP_MOTOR of axis X"),
     ]

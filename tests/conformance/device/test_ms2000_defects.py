@@ -1,4 +1,4 @@
-"""A controller that breaks a rule fails the check of this rule, and is named there."""
+"""A controller with a defect fails the check of the broken rule, and is named there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the suite sends to an MS-2000 does no harm: not by what it is, and not by what is lost of it."""
+"""The suite does no harm to an MS-2000, even if some of its bytes are lost."""
 
 from __future__ import annotations
 
@@ -74,16 +74,16 @@ def writes(line: CommandLine) -> list[bytes]:
     ],
     ids=str,
 )
-def test_a_command_that_is_not_allowed_is_not_sent(command: object, allowed: Permissions) -> None:
+def test_a_forbidden_command_is_not_sent(command: object, allowed: Permissions) -> None:
     line = line_of(allowed)
     with pytest.raises(NotAllowedError, match=command.layout.message):
         line.send(command, X)
     assert writes(line) == []
 
 
-def test_a_command_to_an_axis_that_is_not_declared_does_not_move_it() -> None:
+def test_a_command_to_an_undeclared_axis_is_not_sent() -> None:
     line = line_of(WIDE)
-    with pytest.raises(NotAllowedError, match="no axis 26"):
+    with pytest.raises(NotAllowedError, match="axis 26 is not declared"):
         line.send(m.WriteTargetPosition(5), 0x1A)
     assert writes(line) == []
 
@@ -101,14 +101,14 @@ def test_a_command_to_an_axis_that_is_not_declared_does_not_move_it() -> None:
     ],
     ids=str,
 )
-def test_a_command_that_is_allowed_is_sent(command: object, allowed: Permissions) -> None:
+def test_an_allowed_command_is_sent(command: object, allowed: Permissions) -> None:
     line = line_of(allowed)
     line.send(command, None if command.layout.kind == "setup" else X)
     assert len(writes(line)) == 1
 
 
 @pytest.mark.parametrize("command", [m.SwitchToHighLevel(), m.ResetController()], ids=str)
-def test_formats_are_not_left_without_settings_and_nothing_is_ever_reset(command: object) -> None:
+def test_leaving_the_format_needs_settings_and_a_reset_is_never_sent(command: object) -> None:
     for allowed in (NOTHING, WIDE) if isinstance(command, m.ResetController) else (NOTHING,):
         with pytest.raises(NotAllowedError):
             line_of(allowed).send(command)
@@ -133,7 +133,7 @@ def test_formats_are_not_left_without_settings_and_nothing_is_ever_reset(command
     ids=lambda raw: raw.hex(),
 )
 @pytest.mark.parametrize("allowed", [NOTHING, WIDE], ids=["none", "all"])
-def test_bytes_that_could_be_a_command_that_acts_are_not_sent(
+def test_bytes_that_could_move_or_stop_an_axis_are_not_sent(
     raw: bytes, allowed: Permissions
 ) -> None:
     line = line_of(allowed)
@@ -145,18 +145,18 @@ def test_bytes_that_could_be_a_command_that_acts_are_not_sent(
     assert writes(line) == []
 
 
-def test_bytes_that_could_set_something_need_settings() -> None:
+def test_bytes_that_could_change_a_setting_need_permission() -> None:
     raw = b"\x18D\x02\x01\x01:"
     with pytest.raises(NotAllowedError, match="WRITE_INCREMENT_VALUE"):
         line_of(NOTHING).send_bytes(raw)
     line_of(SETTINGS).send_bytes(raw)
 
 
-def test_nothing_that_acts_follows_bytes_that_were_no_command_before_a_colon() -> None:
+def test_only_requests_follow_an_incomplete_command_until_a_colon() -> None:
     line = line_of(WIDE)
     line.send_bytes(b"\x18a\x03", "a request without its colon")
     for command in (m.WriteTargetPosition(5), m.WriteTopSpeed(5), m.SwitchToHighLevel()):
-        with pytest.raises(NotAllowedError, match="no whole command"):
+        with pytest.raises(NotAllowedError, match="not a complete command"):
             line.send(command, None if command.layout.kind == "setup" else X)
     line.ask(m.ReadStatus(), X)
     line.settle()
@@ -164,7 +164,7 @@ def test_nothing_that_acts_follows_bytes_that_were_no_command_before_a_colon() -
     assert writes(line)[-1] == m.WriteTargetPosition(5).pack(X)
 
 
-# What is lost
+# Lost bytes
 
 
 def sent_by_a_run(allowed: Permissions, seed: int) -> list[bytes]:
@@ -175,9 +175,9 @@ def sent_by_a_run(allowed: Permissions, seed: int) -> list[bytes]:
 
 
 def damaged(writes: Sequence[bytes]) -> Iterator[bytes]:
-    """Give what arrives when bytes are lost at the beginning, at the end or within of any one write.
+    """Yield the stream with bytes lost at the beginning, at the end or inside of one write.
 
-    Long garbage is left out: the guard sees to it that no byte of it is that of a command.
+    Long garbage is left out, because the guard ensures that it contains no command byte.
     """
     for at, raw in enumerate(writes):
         if len(raw) > 16:
@@ -190,7 +190,7 @@ def damaged(writes: Sequence[bytes]) -> Iterator[bytes]:
 
 
 def effects_of(stream: bytes) -> set[str]:
-    """Return the effects of all commands that a controller finds in a stream, whichever way it reads it."""
+    """Return the effects of all commands that a controller may find in a stream, however it reads it."""
     entries = registry_of(PROTOCOL).messages
     by_colon = [part + b":" for part in stream.split(b":")]  # any colon ends a command
     parts = [(PROTOCOL.framer(), stream), *((PROTOCOL.framer(), part) for part in by_colon)]
@@ -207,9 +207,7 @@ def effects_of(stream: bytes) -> set[str]:
     [(NOTHING, {"none", "connection"}), (SETTINGS, {"none", "connection", "settings"})],
     ids=["none", "settings"],
 )
-def test_whatever_is_lost_of_what_a_run_sends_does_no_more_than_is_allowed(
-    allowed: Permissions, opened: set[str]
-) -> None:
+def test_lost_bytes_never_cause_a_forbidden_effect(allowed: Permissions, opened: set[str]) -> None:
     writes = {raw: None for seed in range(4) for raw in sent_by_a_run(allowed, seed)}
     looked = 0
     for stream in damaged([*writes]):
@@ -218,8 +216,8 @@ def test_whatever_is_lost_of_what_a_run_sends_does_no_more_than_is_allowed(
     assert looked > 2000
 
 
-def test_the_bytes_of_a_move_would_be_found_in_what_is_left_of_a_value() -> None:
-    """The test before this one can fail: this is what a careless value does."""
+def test_a_move_inside_a_damaged_value_would_be_found() -> None:
+    """Show that the previous test can fail, with a carelessly chosen value."""
     careless = (
         m.WriteIncrementValue(0x035418).pack(X),
         m.ReadStatus().pack(X),
@@ -229,9 +227,7 @@ def test_the_bytes_of_a_move_would_be_found_in_what_is_left_of_a_value() -> None
 
 
 @given(st.integers(), st.integers(-(1 << 23), (1 << 23) - 1), st.integers(0, 5000))
-def test_no_byte_of_a_value_that_is_drawn_is_that_of_a_command(
-    seed: int, low: int, width: int
-) -> None:
+def test_random_values_contain_no_command_byte(seed: int, low: int, width: int) -> None:
     high = min(low + width, (1 << 23) - 1)
     value = harmless_value(random.Random(seed), low, high, 3)
     assert low <= value <= high
@@ -239,23 +235,23 @@ def test_no_byte_of_a_value_that_is_drawn_is_that_of_a_command(
     tops = {top.to_bytes(2, "little", signed=True) for top in range(low >> 8, (high >> 8) + 1)}
     free = [top for top in tops if acting.isdisjoint(top)]
     if high - low < 512 or len(free) < len(tops) // 2:
-        return  # there may be none, or few, that is harmless
+        return  # there may be few harmless values, or none
     assert acting.isdisjoint((value % (1 << 24)).to_bytes(3, "little"))
 
 
 @given(st.integers(), st.integers(0, 300))
-def test_no_byte_that_is_drawn_means_anything(seed: int, count: int) -> None:
+def test_random_bytes_are_never_commands(seed: int, count: int) -> None:
     drawn = harmless_bytes(random.Random(seed), count)
     assert len(drawn) == count
     assert all(byte < 0x20 or byte >= 0x80 for byte in drawn)  # commands are printable
     assert not {0xFF, 0x0A, 0x0D, 0x11, 0x13, 0x18, 0x19, 0x1A, 0x1B} & set(drawn)
 
 
-# What interrupts
+# Interruptions
 
 
 class Failing(WatchedLink):
-    """Ends a run at one of its reads."""
+    """A line that ends a run at one of its reads."""
 
     def fail_at(self, number: int, how: type[BaseException]) -> None:
         self.writes_before = 0
@@ -275,7 +271,7 @@ def reads_of(only: list[str]) -> int:
 
 
 @pytest.mark.parametrize("only", [[kind] for kind in CHANGING + MOVING], ids=lambda only: only[0])
-def test_a_run_that_is_interrupted_stops_first_moves_no_more_and_puts_settings_back(
+def test_an_interrupted_run_stops_first_and_restores_settings_without_moving(
     only: list[str],
 ) -> None:
     declared = declared_with()
@@ -300,8 +296,8 @@ def test_a_run_that_is_interrupted_stops_first_moves_no_more_and_puts_settings_b
             assert axis["does"] in ("idle", "stopped"), number
 
 
-def test_a_stop_is_sent_twice_behind_a_colon_where_something_may_be_open() -> None:
-    """Of a move that lost a byte the first stop becomes a part."""
+def test_a_stop_is_sent_twice_after_a_colon_if_a_command_may_be_incomplete() -> None:
+    """If a move lost a byte, the first stop becomes part of it."""
     line = line_of(WIDE)
     line.send(m.WriteTargetPosition(5), X)
     line.send_bytes(b"\x18a\x03", "a request without its colon")
@@ -311,8 +307,8 @@ def test_a_stop_is_sent_twice_behind_a_colon_where_something_may_be_open() -> No
     assert len(writes(line)) == 5  # it is stopped
 
 
-def test_an_axis_that_says_that_it_rests_is_stopped_too() -> None:
-    """Its letter may lie."""
+def test_an_axis_that_reports_rest_is_also_stopped() -> None:
+    """Its status may be wrong."""
     line = line_of(WIDE)
     line.send(m.WriteTargetPosition(5), X)
     line.moving.discard(X)
@@ -322,7 +318,7 @@ def test_an_axis_that_says_that_it_rests_is_stopped_too() -> None:
     assert writes(line)[1:] == [b"\x18B:", b"\x18B:"]
 
 
-def test_an_axis_that_was_moved_before_this_check_is_not_stopped_with_it() -> None:
+def test_an_axis_moved_by_an_earlier_check_is_not_stopped() -> None:
     line = line_of(WIDE)
     line.send(m.WriteTargetPosition(5), X)
     line.moving.discard(X)
@@ -331,7 +327,7 @@ def test_an_axis_that_was_moved_before_this_check_is_not_stopped_with_it() -> No
     assert len(writes(line)) == 1
 
 
-def test_a_line_that_is_lost_in_a_move_ends_the_run_and_says_so() -> None:
+def test_a_line_lost_during_a_move_ends_the_run_with_a_reason() -> None:
     declared = declared_with()
     controller = controller_of(strategies=IN_COMMANDS)
     link = Failing(stepped(controller))
@@ -344,17 +340,17 @@ def test_a_line_that_is_lost_in_a_move_ends_the_run_and_says_so() -> None:
 # First contact
 
 
-def test_a_dead_port_is_told_after_two_questions_in_each_format_in_seconds() -> None:
+def test_a_dead_port_is_reported_within_seconds_after_two_requests_in_each_format() -> None:
     link = DeadLink()
     declared = declared_with()
-    with pytest.raises(NothingAnswersError, match="is the baud rate that of its switches"):
+    with pytest.raises(NothingAnswersError, match="this the baud rate set by its switches"):
         run(link, plan(declared, NOTHING), declared, NOTHING, 1)
     assert link.now < 4
 
 
-def test_an_error_message_of_the_other_format_is_no_contact() -> None:
+def test_an_error_message_of_the_other_format_is_not_a_contact() -> None:
     class Text(WatchedLink):
-        """A controller that answers lines and colons in its other format with an error."""
+        """A controller in the other format that answers lines and colons with an error."""
 
         low_level = False
 
@@ -376,7 +372,7 @@ def test_an_error_message_of_the_other_format_is_no_contact() -> None:
     assert link.writes[-1] == b"\xffA"  # left as it was found
 
 
-def test_a_controller_that_does_not_say_what_it_is_is_tried_all_the_same() -> None:
+def test_a_controller_without_identification_is_accepted() -> None:
     class Nameless(WatchedLink):
         def write(self, data: bytes) -> None:
             if data[1:2] != b"i":
@@ -387,7 +383,7 @@ def test_a_controller_that_does_not_say_what_it_is_is_tried_all_the_same() -> No
     assert found(report, Result.FAIL) == []
 
 
-def test_every_check_that_changes_something_says_what() -> None:
+def test_every_check_that_needs_a_permission_describes_its_actions() -> None:
     for check in plan(declared_with(travel="-10..10mm"), WIDE):
         assert bool(check.needs) == bool(check.does), check.id
         if Need.MOTION in check.needs:

@@ -1,4 +1,4 @@
-"""The suite of the MS-2000 on virtual controllers: every reading passes, and everything is put back."""
+"""The suite of the MS-2000 on virtual controllers: every reading passes, and everything is restored."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ RUNS = [
     ("unit", "readings"),
     chosen(RUNS, lambda run: run in {("MS2000", "default"), ("MFC2000", "all others")}),
 )
-def test_every_reading_passes_and_all_is_put_back(unit: str, readings: str) -> None:
+def test_every_reading_passes_and_everything_is_restored(unit: str, readings: str) -> None:
     controller = controller_of(unit, READINGS[readings])
     declared = declared_with(unit, axes="XYZ" if readings == "default" else "XY")
     before, in_commands = state_of(controller), understands_commands(controller)
@@ -66,7 +66,7 @@ def test_every_reading_passes_and_all_is_put_back(unit: str, readings: str) -> N
 
 
 @pytest.mark.parametrize("seed", every_nth(range(8), 8))
-def test_another_seed_passes_from_another_place_with_other_settings(seed: int) -> None:
+def test_other_seeds_positions_and_settings_pass(seed: int) -> None:
     chance = random.Random(seed)
     controller = controller_of(strategies=drawn(seed))
     instrument = controller.instrument
@@ -83,7 +83,7 @@ def test_another_seed_passes_from_another_place_with_other_settings(seed: int) -
 
 
 @pytest.mark.parametrize("allowed", [NOTHING, Permissions(settings=True)], ids=["none", "settings"])
-def test_without_permission_nothing_changes_and_what_was_not_run_is_named(
+def test_without_permission_nothing_changes_and_omitted_checks_are_listed(
     allowed: Permissions,
 ) -> None:
     controller = controller_of(strategies={"power_on_mode": "low"})
@@ -130,7 +130,7 @@ def test_a_narrow_range_is_never_left(motion: str, low: int, high: int) -> None:
     assert max(places) - min(places) >= min(500, (high - low) / 3)
 
 
-def test_an_axis_does_not_move_when_its_place_gets_another_number() -> None:
+def test_an_axis_does_not_move_when_its_counter_is_set() -> None:
     controller = controller_of(strategies=OTHERS)
     axis = controller.instrument.axes["X"]
     numbers: set[int] = set()
@@ -161,14 +161,14 @@ def test_an_axis_outside_the_range_is_not_moved() -> None:
     assert state_of(controller) == before
 
 
-def test_a_range_that_is_no_length_is_said_and_nothing_is_run() -> None:
+def test_a_range_in_volts_is_reported_and_nothing_runs() -> None:
     allowed = Permissions(motion=Range.parse("0..5V"))
     report = run_suite(stepped(controller_of()), allowed=allowed, only=["move-target"])
     assert report.outcomes == ()
     assert all("0..5V" in why for _, why in report.not_run)
 
 
-def test_limits_are_driven_to_where_the_range_includes_them() -> None:
+def test_limits_are_approached_if_the_range_includes_them() -> None:
     controller = controller_of(travel=60_000, position=30_000)
     before = state_of(controller)
     declared = declared_with(travel="-3..3mm")
@@ -186,7 +186,7 @@ def test_limits_are_driven_to_where_the_range_includes_them() -> None:
     }
 
 
-def test_what_the_pics_takes_back_is_skipped_with_its_reason() -> None:
+def test_unsupported_commands_are_skipped_with_their_reason() -> None:
     declared = declared_with(unsupported={"WRITE_VECTOR_SPEED": "not in this firmware"})
     report = run_suite(stepped(controller_of()), declared)
     skipped = [each for each in found(report, Result.SKIP) if "limits" not in each[0]]
@@ -195,7 +195,7 @@ def test_what_the_pics_takes_back_is_skipped_with_its_reason() -> None:
     assert found(report, Result.FAIL, Result.NON_STRICT) == []
 
 
-def test_which_reading_a_controller_follows_is_told() -> None:
+def test_the_report_states_which_reading_a_controller_follows() -> None:
     told = {}
     for name, strategies in (("first", {}), ("second", OTHERS)):
         report = run_suite(stepped(controller_of(strategies=strategies)))
@@ -213,18 +213,18 @@ def test_which_reading_a_controller_follows_is_told() -> None:
 
 
 @pytest.mark.parametrize("seconds", every_nth([0.03, 0.005, 0.016, 0.1], 4))
-def test_replies_that_are_slow_fail_nothing(seconds: float) -> None:
+def test_slow_replies_cause_no_failure(seconds: float) -> None:
     controller = controller_of()
     before = state_of(controller)
     report = run_suite(Slow(controller, seconds))
     assert found(report, Result.FAIL, Result.NON_STRICT) == []
     assert state_of(controller) == before
     undecided = {check.partition("/")[0] for check, _, _ in found(report, Result.INFO)}
-    too_slow = {"ramps": 0.02, "stop-start": 0.04}  # more than so many seconds
+    too_slow = {"ramps": 0.02, "stop-start": 0.04}  # fails above this number of seconds
     assert undecided == {"timing", *(kind for kind, least in too_slow.items() if seconds > least)}
 
 
-def test_the_same_seed_sends_the_same_bytes_also_of_one_check_alone() -> None:
+def test_the_same_seed_sends_the_same_bytes_even_for_a_single_check() -> None:
     reports = [run_suite(stepped(controller_of()), allowed=NOTHING, seed=5) for _ in range(2)]
     alone = run_suite(
         stepped(controller_of()), allowed=NOTHING, seed=5, only=["silence/unknown-command"]

@@ -1,4 +1,4 @@
-"""What a vendor declares: a file is read with all its mistakes at once, and the schema says the same."""
+"""PICS files: all problems are reported together, and the schema agrees with the reader."""
 
 from __future__ import annotations
 
@@ -95,10 +95,10 @@ def problems(text: str | bytes) -> tuple[str, ...]:
     return caught.value.problems
 
 
-# What is read
+# Valid files
 
 
-def test_a_byte_order_mark_is_no_mistake() -> None:
+def test_a_byte_order_mark_is_accepted() -> None:
     text = '\ufeffschema_version = 1\r\nunit = "TDC001"\r\n'
     assert parse_pics(text.encode()).unit == "TDC001"
 
@@ -110,7 +110,7 @@ def test_a_cube() -> None:
     assert "MOT_REQ_POTPARAMS" not in place.messages
     assert cube.unsupported == {"MOT_REQ_POTPARAMS": "no potentiometer fitted"}
     assert place.why_not("MOT_REQ_POTPARAMS") == (
-        "the PICS says that MOT_REQ_POTPARAMS is not supported: no potentiometer fitted"
+        "the PICS lists MOT_REQ_POTPARAMS as unsupported: no potentiometer fitted"
     )
     assert place.why_not("MOT_REQ_VELPARAMS") == ""
     assert place.travel_of(1) == (0, 411648)
@@ -173,17 +173,17 @@ def test_axes() -> None:
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BMS002", "ODC001", "MS2000"])
-def test_stages_stand_on_what_moves_stages(unit: str) -> None:
+def test_units_that_move_stages_accept_a_stage(unit: str) -> None:
     assert all(place.moves_stages for place in declare(unit).places)
 
 
 @pytest.mark.parametrize("unit", ["TPZ001", "TSC001", "TSG001", "BPC301"])
-def test_no_stage_stands_on_what_moves_none(unit: str) -> None:
+def test_units_that_move_no_stage_refuse_a_stage(unit: str) -> None:
     assert not any(place.moves_stages for place in declare(unit).places)
 
 
 @pytest.mark.parametrize("unit", sorted(known_units()))
-def test_without_a_pics_a_unit_is_taken_as_the_document_has_it(unit: str) -> None:
+def test_without_a_pics_a_unit_is_declared_as_documented(unit: str) -> None:
     known = declare(unit)
     assert known.unsupported == {}
     claimed = frozenset[str]().union(*(place.messages for place in known.places))
@@ -195,55 +195,55 @@ def test_without_a_pics_a_unit_is_taken_as_the_document_has_it(unit: str) -> Non
     assert len({place.address for place in known.places}) == len(known.places)
 
 
-def test_names_are_taken_in_any_case() -> None:
+def test_names_are_accepted_in_any_case() -> None:
     text = CUBE.replace('"TDC001"', '"tdc001"').replace('"Z8"', '"z8"')
     stage = declared(text).places[0].stage_of(1)
     assert stage is not None
     assert stage.name == "Z8"
 
 
-# Mistakes
+# Problems
 
 MISTAKES: list[dict[str, str]] = plain_yaml.read(Path(__file__).parent / "pics_mistakes.yaml")
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake["said"][:60])
-def test_a_mistake_is_said_with_its_key(mistake: dict[str, str]) -> None:
+def test_a_problem_is_reported_with_its_key(mistake: dict[str, str]) -> None:
     text = FILES[mistake["in"]]
     assert mistake["instead_of"] in text
     found = problems(text.replace(mistake["instead_of"], mistake["write"], 1))
     assert any(mistake["said"] in problem for problem in found), found
     assert all(problem.startswith("my.toml") for problem in found)
-    assert len(found) <= 2  # the mistake and, where the rest hangs on it, one that follows
+    assert len(found) <= 2  # the problem, and at most one that follows from it
 
 
-def test_all_mistakes_are_said_at_once() -> None:
+def test_all_problems_are_reported_together() -> None:
     text = CUBE
     for old, new in (("POTPARAMS", "POTS"), ('"Z8"', '"Z9"'), ("p99_ms = 50", "p99_ms = -1")):
         text = text.replace(old, new)
     found = problems(text)
-    assert len(found) == 4  # and the travel in mm, of which no scale is known now
+    assert len(found) == 4  # including the travel in mm, which has no scale now
     assert all(word in "\n".join(found) for word in ("MOT_REQ_POTS", "'Z9'", "-1"))
 
 
 @pytest.mark.parametrize(
     ("raw", "said"),
     [
-        (b"unit = ", "my.toml: is no TOML file"),
-        (b"\xff\xfe", "my.toml: is no TOML file"),
-        (b"a = " + b"[" * 100_000, "my.toml: is nested too deeply"),
+        (b"unit = ", "my.toml: not a TOML file"),
+        (b"\xff\xfe", "my.toml: not a TOML file"),
+        (b"a = " + b"[" * 100_000, "my.toml: nested too deeply"),
         (b"", "key unit: missing"),
         (b"schema_version = 1\nunit = 'TDC001'\n" + b"x" * 9 + b" = 1", "there is no such key"),
     ],
 )
-def test_what_is_no_pics_at_all_is_refused(raw: bytes, said: str) -> None:
+def test_a_file_that_is_not_a_pics_is_refused(raw: bytes, said: str) -> None:
     assert any(said in problem for problem in problems(raw))
 
 
-def test_a_file_that_cannot_be_read_is_said(tmp_path: Path) -> None:
-    with pytest.raises(PicsError, match="cannot be read"):
+def test_an_unreadable_file_is_reported(tmp_path: Path) -> None:
+    with pytest.raises(PicsError, match="cannot read the file"):
         read_pics(tmp_path / "missing.toml")
-    with pytest.raises(PicsError, match="cannot be read"):
+    with pytest.raises(PicsError, match="cannot read the file"):
         read_pics(tmp_path)
     good = tmp_path / "good.toml"
     good.write_text(CUBE, encoding="utf-8")
@@ -259,17 +259,17 @@ VALUES: list[Any] = [
 ]
 
 ONLY_THE_REGISTRY_KNOWS = re.compile(
-    r"is no message of|there is no (unit|stage|axis) |speaks|nothing in the document|has no bays|"
-    r"is not there|there is nothing in bay|moves no stage|give one of them|nothing says|"
-    r"is the same as|there are (axes|channels)|missing; (of a rack|it is one of|each bay)|"
-    r"wants no signs|lower end|no range in|counts in tenths|is not a number|above 0, not 0|"
-    r"between two counts"
+    r"is not a message of|unknown (unit|stage|axis) |uses|does not depend on it|has no bays|"
+    r"does not exist|is not occupied|does not move a stage|give only one of them|is not known|"
+    r"is the same as|has (axes|channels), not|missing; (the (occupied bays|axes|modules) are|list each)|"
+    r"no keep-alive|must not exceed|cannot be converted|counts in tenths|is not a number|above 0, not 0|"
+    r"contains no whole count"
 )
-"""What is wrong with a file that has the right form."""
+"""Problems of a file that satisfies the schema."""
 
 
 def changed(document: Any) -> Iterator[Any]:
-    """Give documents that differ in one place: something else there, nothing there, or something more."""
+    """Yield documents with one difference: another value, a missing one, or an additional one."""
     for path in paths(document):
         for value in VALUES:
             yield put(document, path, value)
@@ -294,7 +294,7 @@ def at(document: Any, path: tuple[Any, ...]) -> Any:
 
 
 def put(document: Any, path: tuple[Any, ...], value: Any) -> Any:
-    """Return a copy with another value in one place; None takes it away."""
+    """Return a copy with another value at one path; None removes it."""
     if not path:
         return value
     made = copy.deepcopy(document)
@@ -307,7 +307,7 @@ def put(document: Any, path: tuple[Any, ...], value: Any) -> Any:
 
 
 def toml(value: Any) -> str:
-    """Write a value as TOML has it, within a line."""
+    """Return a value as inline TOML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{json.dumps(k)} = {toml(v)}" for k, v in value.items()) + "}"
     if isinstance(value, list):
@@ -329,19 +329,19 @@ def refused(document: dict[str, Any]) -> tuple[str, ...]:
 def test_the_schema_and_the_reader_agree(file: str) -> None:
     whole = tomllib.loads(FILES[file])
     VALIDATOR.validate(whole)
-    counts = {"both take": 0, "both refuse": 0, "the reader knows more": 0}
+    counts = {"both accept": 0, "both refuse": 0, "only the reader refuses": 0}
     for document in changed(whole):
         if not isinstance(document, dict):
             continue  # a file is a table
         valid, found = VALIDATOR.is_valid(document), refused(document)
         if not valid:
-            assert found, f"the schema alone refuses {document}"
+            assert found, f"only the schema refuses {document}"
             counts["both refuse"] += 1
         elif found:
             assert all(map(ONLY_THE_REGISTRY_KNOWS.search, found)), (document, found)
-            counts["the reader knows more"] += 1
+            counts["only the reader refuses"] += 1
         else:
-            counts["both take"] += 1
+            counts["both accept"] += 1
     assert min(counts.values()) >= 5, counts
 
 

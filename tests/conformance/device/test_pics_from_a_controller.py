@@ -1,4 +1,4 @@
-"""A first PICS, written by asking a controller what it answers: nothing is set, and nothing moves."""
+"""PICS drafts from the answers of a controller. Nothing is set or moved."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def asked(controller: VirtualController, unit: str = "") -> tuple[Pics, WatchedL
 
 
 def named(declared: Declaration, writes: list[bytes]) -> Counter[tuple[str, bytes]]:
-    """Return how often each message was sent, by its name and its bytes."""
+    """Return how often each message was sent, by name and bytes."""
     protocol = declared.protocol
     if isinstance(protocol, FramedProtocol):
         events = protocol.framer(End.DEVICE).feed(b"".join(writes))
@@ -46,7 +46,7 @@ def named(declared: Declaration, writes: list[bytes]) -> Counter[tuple[str, byte
 
 
 class DeafLink(WatchedLink):
-    """A line that takes no request for the velocity of bay 2."""
+    """A line that loses the requests for the velocity of bay 2."""
 
     def write(self, data: bytes) -> None:
         if data != m.MotReqVelParams(1).pack(0x22, 0x01):
@@ -62,39 +62,42 @@ def test_a_controller_that_answers_everything_supports_everything(unit: str) -> 
     declared = declare(pics)
     effects = {name: entry["effect"] for name, entry in declared.registry.messages.items()}
     sent = named(declared, link.writes)
-    switches = {"SWITCH_TO_LOW_LEVEL", "SWITCH_TO_HIGH_LEVEL"}  # an MS-2000 may take text at first
+    switches = {
+        "SWITCH_TO_LOW_LEVEL",
+        "SWITCH_TO_HIGH_LEVEL",
+    }  # an MS-2000 may be in the text format
     assert {effects[name] for name, _ in sent if name not in switches} == {"none"}
     if isinstance(declared.protocol, FramedProtocol):
         found_out_before = {"HW_REQ_INFO", "RACK_REQ_BAYUSED"}
         assert all(times == 1 for (name, _), times in sent.items() if name not in found_out_before)
 
 
-def test_a_rack_of_modules_says_what_is_in_its_bays() -> None:
+def test_the_modules_of_a_rack_are_listed() -> None:
     pics, _ = asked(controller_of("RACK"), "RACK")
     assert [(bay.number, bay.unit) for bay in pics.bays or ()] == [(1, "MST601"), (3, "MPZ601")]
     assert [(channel.bay, channel.number) for channel in pics.channels] == [(1, 1), (1, 2)]
 
 
-def test_a_rack_of_cards_says_which_of_its_bays_are_empty() -> None:
+def test_the_empty_bays_of_a_rack_of_cards_are_omitted() -> None:
     pics, _ = asked(stagewire_virtual.BBD103(empty_bays=[1]), "BBD103")
     assert [bay.number for bay in pics.bays or ()] == [1, 3]
 
 
-def test_axes_that_are_not_fitted_are_left_out() -> None:
+def test_missing_axes_are_omitted() -> None:
     pics, _ = asked(stagewire_virtual.MS2000(), "MS2000")
     assert [channel.axis for channel in pics.channels] == ["X", "Y", "Z"]
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "TPZ001", "TSC001", "BBD102", "BSC103", "BMS002"])
-def test_a_controller_is_asked_what_it_is(unit: str) -> None:
+def test_the_unit_is_read_from_the_controller(unit: str) -> None:
     assert asked(controller_of(unit))[0].unit == unit
 
 
-def test_a_rack_of_modules_is_told_by_its_own_name() -> None:
+def test_a_rack_of_modules_is_recognised_by_its_name() -> None:
     assert asked(stagewire_virtual.MST601())[0].unit == "RACK"
 
 
-def test_what_does_not_answer_is_not_supported_and_is_skipped_then() -> None:
+def test_unanswered_requests_are_unsupported_and_then_skipped() -> None:
     fault = "to_host drop frame message=MOT_GET_POTPARAMS"
     pics, _ = asked(stagewire_virtual.TDC001(faults=[fault]))
     assert pics.unsupported == {"MOT_REQ_POTPARAMS": "did not answer"}
@@ -108,12 +111,12 @@ def test_what_does_not_answer_is_not_supported_and_is_skipped_then() -> None:
     assert set(results.values()) == {Result.PASS, Result.SKIP}
 
 
-def test_what_is_lost_once_is_asked_again() -> None:
+def test_a_lost_request_is_repeated() -> None:
     fault = "to_host drop frame message=MOT_GET_POTPARAMS at=1"
     assert asked(stagewire_virtual.TDC001(faults=[fault]))[0].unsupported == {}
 
 
-def test_what_one_bay_does_not_answer_is_said_of_that_bay() -> None:
+def test_requests_unanswered_by_one_bay_are_listed_for_that_bay() -> None:
     link = DeafLink(SteppedLink(stagewire_virtual.BBD102()))
     pics = parse_pics(ask_pics(link).encode())
     assert pics.unsupported == {}
@@ -123,27 +126,27 @@ def test_what_one_bay_does_not_answer_is_said_of_that_bay() -> None:
     ]
 
 
-def test_another_unit_than_was_named_answers_what_it_answers() -> None:
+def test_a_draft_with_the_wrong_unit_lists_what_is_not_answered() -> None:
     pics, _ = asked(stagewire_virtual.TST001(), "TDC001")
     assert set(pics.unsupported) == {"MOT_REQ_DCPIDPARAMS", "MOT_REQ_DCSTATUSUPDATE"}
 
 
 @pytest.mark.parametrize("unit", ["", "TDC001", "MS2000", "RACK"])
-def test_nothing_at_the_other_end_is_told_in_seconds(unit: str) -> None:
+def test_a_dead_line_is_reported_within_seconds(unit: str) -> None:
     link = DeadLink()
     with pytest.raises(NothingAnswersError, match=r"socket://192\.0\.2\.1:4001"):
         ask_pics(link, unit)
     assert link.now < 5
 
 
-def test_a_unit_that_is_none_is_refused_before_anything_is_sent() -> None:
+def test_an_unknown_unit_is_refused_before_anything_is_sent() -> None:
     link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
-    with pytest.raises(StagewireError, match="there is no unit TDC002"):
+    with pytest.raises(StagewireError, match="unknown unit TDC002"):
         ask_pics(link, "TDC002")
     assert link.writes == []
 
 
-def test_what_a_controller_says_of_itself_becomes_no_toml() -> None:
+def test_the_reported_identity_cannot_inject_toml() -> None:
     text = ask_pics(SteppedLink(stagewire_virtual.TDC001()), "TDC001")
     told = [line for line in text.splitlines() if line.startswith("# ")]
     assert any("model_number: TDC001" in line for line in told)
@@ -156,7 +159,7 @@ def test_what_a_controller_says_of_itself_becomes_no_toml() -> None:
     }
 
 
-def test_each_question_is_told_before_it_is_asked() -> None:
+def test_each_request_is_announced_before_it_is_sent() -> None:
     said: list[str] = []
     ask_pics(SteppedLink(stagewire_virtual.BBD102()), "", said.append)
     assert {"bay 1", "bay 2", "0x22 MOT_REQ_VELPARAMS"} <= set(said)

@@ -1,4 +1,4 @@
-"""Every must of the documents is seen by a check, or says why none can see it; and the table of it."""
+"""Every requirement of the documents has a check or a waiver, and is listed on the page of rules."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from stagewire_conformance.registry import about, registry_of
 
 PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 PROMISED = {"timing"}
-"""Kinds that hold a controller to what its vendor promises in the PICS, and to no rule."""
+"""Kinds that test promises of the vendor in the PICS, and no rule."""
 
 PAGE = ROOT / "docs" / "reference" / "conformance-rules.md"
 
@@ -40,23 +40,23 @@ def test_every_must_has_a_check_or_a_waiver(rows: tuple[Coverage, ...]) -> None:
     wanting = [
         row.rule for row in rows if row.strength == "must" and not row.checks and not row.waiver
     ]
-    assert not wanting, f"musts without a check and without a waiver: {', '.join(wanting)}"
+    assert not wanting, f"musts with neither a check nor a waiver: {', '.join(wanting)}"
 
 
 def test_no_rule_has_a_check_and_a_waiver(rows: tuple[Coverage, ...]) -> None:
     both = [f"{row.rule} ({', '.join(row.checks)})" for row in rows if row.checks and row.waiver]
-    assert not both, f"waived, though a check sees it: {', '.join(both)}"
+    assert not both, f"waived, although a check covers it: {', '.join(both)}"
 
 
 def test_every_should_has_a_check_or_a_waiver(rows: tuple[Coverage, ...]) -> None:
     assert not [row.rule for row in rows if not row.checks and not row.waiver]
 
 
-def test_every_rule_that_a_kind_names_is_one(protocol: str) -> None:
+def test_kinds_name_only_known_rules(protocol: str) -> None:
     assert not [f"{kind.name}: {rule}" for kind, rule in unknown_rules(load_protocol(protocol))]
 
 
-def test_every_rule_that_a_kind_names_is_seen_by_a_check_of_it(
+def test_every_rule_of_a_kind_is_covered_by_one_of_its_checks(
     protocol: str, rows: tuple[Coverage, ...]
 ) -> None:
     seen = {row.rule: row.checks for row in rows}
@@ -66,28 +66,28 @@ def test_every_rule_that_a_kind_names_is_seen_by_a_check_of_it(
         for rule in kind.rules
         if kind.name not in seen.get(rule, ())
     ]
-    assert not idle, f"named, and no check of the kind is about it: {', '.join(idle)}"
+    assert not idle, f"named, but covered by no check of the kind: {', '.join(idle)}"
 
 
 def test_every_kind_names_each_rule_once(protocol: str) -> None:
     for kind in kinds_of(load_protocol(protocol)):
-        assert kind.rules or kind.name in PROMISED, f"{kind.name} holds a controller to nothing"
+        assert kind.rules or kind.name in PROMISED, f"{kind.name} tests no rule"
         twice = [rule for rule, number in Counter(kind.rules).items() if number > 1]
         assert not twice, f"{kind.name} names twice: {', '.join(twice)}"
 
 
-def test_every_check_holds_to_a_rule_of_its_kind() -> None:
+def test_every_check_tests_a_rule_of_its_kind() -> None:
     for name in known_units():
         for check in plan(declare(name), Permissions()):
             assert check.kind is not None
             if check.kind.name in PROMISED:
                 continue
-            assert check.rules, f"{name}: {check.id} holds to no rule"
+            assert check.rules, f"{name}: {check.id} tests no rule"
             beyond = set(check.rules) - set(check.kind.rules)
-            assert not beyond, f"{name}: {check.id} holds to {beyond}, which its kind does not name"
+            assert not beyond, f"{name}: {check.id} tests {beyond}, which its kind does not name"
 
 
-def test_a_check_is_about_the_rules_of_its_messages() -> None:
+def test_a_check_tests_the_rules_of_its_messages() -> None:
     registry = registry_of(load_protocol("thorlabs_apt"))
     rules = ("little-endian", "jog-parameters", "velocity-parameters")
     assert about(registry, rules, ("MOT_SET_JOGPARAMS",)) == ("little-endian", "jog-parameters")
@@ -103,7 +103,7 @@ def test_rules_of_bays_concern_units_with_bays() -> None:
     assert about(registry, rules, (), bays=False) == ("little-endian", "generic-unit-address")
 
 
-def test_a_planned_check_has_the_rules_of_its_kind_that_concern_it() -> None:
+def test_a_planned_check_has_the_relevant_rules_of_its_kind() -> None:
     for name, bays in (("TDC001", False), ("BBD102", True)):
         checks = [
             each for each in plan(declare(name), Permissions()) if each.id.startswith("frames/")
@@ -114,7 +114,7 @@ def test_a_planned_check_has_the_rules_of_its_kind_that_concern_it() -> None:
             assert ("generic-unit-address" in check.rules) is not bays
 
 
-def test_what_is_wrong_with_a_rule(rows: tuple[Coverage, ...]) -> None:
+def test_the_problem_of_a_rule(rows: tuple[Coverage, ...]) -> None:
     checked = replace(rows[0], strength="must", checks=("answers",), waiver="")
     assert checked.problem == ""
     assert replace(checked, waiver="Not seen.").problem == "has a check and a waiver"
@@ -123,15 +123,15 @@ def test_what_is_wrong_with_a_rule(rows: tuple[Coverage, ...]) -> None:
     assert replace(checked, checks=(), strength="should").problem == ""
 
 
-def test_the_page_is_what_the_rules_and_the_checks_give() -> None:
-    """If it fails: ``python -m stagewire_conformance.device.rules_page`` and the path of the page."""
+def test_the_page_is_up_to_date() -> None:
+    """To update it run ``python -m stagewire_conformance.device.rules_page`` with the path of the page."""
     there = PAGE.read_text(encoding="utf-8").split("\n")
     drifted = [line for line in page().split("\n") if line not in there]
     assert not drifted[:3]
     assert len(there) == len(page().split("\n"))
 
 
-def test_the_page_is_made_by_a_command(tmp_path: Path) -> None:
+def test_a_command_writes_the_page(tmp_path: Path) -> None:
     made = tmp_path / "page.md"
     module = "stagewire_conformance.device.rules_page"
     subprocess.run([sys.executable, "-m", module, str(made)], check=True)

@@ -1,4 +1,4 @@
-"""Controllers of Thorlabs APT that break a rule where something is set or moved: the right kind says so."""
+"""Defective Thorlabs APT controllers that set or move something wrongly fail a check of the right kind."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from faulty_apt_link import (
     twice,
 )
 
-MOVING = 0x10  # of the first byte of status bits: in motion, forward
-BITS = 16  # where the status bits begin in a motor's status, and in its end messages
+MOVING = 0x10  # in the first byte of the status bits: moving forward
+BITS = 16  # offset of the status bits in a motor's status and end messages
 
 
 @dataclass
 class Broken:
-    """A controller that breaks a rule, and the kind that has to find it.
+    """A defective controller, and the kind of check that must find the defect.
 
-    :param words: of the finding; they name the message, and where.
-    :param make: makes the spoil.
-    :param homed: whether it is homed before, by itself as it should be.
-    :param strict: whether a rule is broken that is a must.
-    :param before: what it is told before.
+    :param words: texts that the finding must contain, such as the message and the place.
+    :param make: makes the fault.
+    :param homed: whether it is homed, without the fault, before the run.
+    :param strict: whether the broken rule is a must.
+    :param before: messages to send before the run.
     """
 
     kind: str
@@ -51,7 +51,7 @@ class Broken:
     options: dict[str, Any] = field(default_factory=dict)
 
     def bench(self) -> Bench:
-        """Return such a controller, as it is before the run."""
+        """Return this controller in its state before the run."""
         on = bench(self.unit, self.stage, **self.options)
         if self.before:
             on.link.write(self.before)
@@ -74,7 +74,7 @@ def low_word(at: int) -> Change:
 
 
 def always_forward(raw: bytes) -> bytes:
-    """Say of motions in reverse that they are forward."""
+    """Report reverse motion as forward."""
     return with_bit(BITS, MOVING)(without_bit(BITS, 0x20)(raw)) if raw[BITS] & 0x20 else raw
 
 
@@ -94,7 +94,7 @@ def rounded(at: int, by: int) -> Change:
 
 
 def to(address: int) -> Change:
-    """Send what goes to one bay to another."""
+    """Redirect messages for one bay to another."""
     return lambda raw: raw[:4] + bytes((raw[4] & 0x80 | address,)) + raw[5:]
 
 
@@ -111,7 +111,7 @@ def from_source(address: int) -> Change:
 
 
 def backwards(raw: bytes) -> bytes:
-    """Turn the direction of a jog, or of a run, over."""
+    """Invert the direction of a jog or of a move at constant velocity."""
     return raw[:3] + bytes((3 - raw[3],)) + raw[4:]
 
 
@@ -129,12 +129,12 @@ def with_bit(at: int, mask: int) -> Change:
 
 
 def number(at: int, value: int) -> Change:
-    """Give a number of four bytes another value."""
+    """Replace a number of four bytes."""
     return lambda raw: raw[:at] + value.to_bytes(4, "little", signed=True) + raw[at + 4 :]
 
 
 def sixteen_bits(at: int) -> Change:
-    """Keep only two bytes of a number with a sign."""
+    """Keep only two bytes of a signed number."""
 
     def change(raw: bytes) -> bytes:
         return number(at, int.from_bytes(raw[at : at + 2], "little", signed=True))(raw)
@@ -143,12 +143,12 @@ def sixteen_bits(at: int) -> Change:
 
 
 def without_sign(raw: bytes) -> bytes:
-    """Lose the sign of a voltage."""
+    """Drop the sign of a voltage."""
     return raw[:8] + abs(int.from_bytes(raw[8:10], "little", signed=True)).to_bytes(2, "little")
 
 
 def acts_on(change: Change) -> LinkFault:
-    """Act on other parameters of a waveform than those that are told."""
+    """Use other waveform parameters than those reported."""
     told_last = [b""]
 
     def note(raw: bytes) -> bytes:
@@ -170,7 +170,7 @@ def stops_after_a_cycle() -> LinkFault:
 
 
 def without_delay() -> LinkFault:
-    """Hold each sample for a tenth of a second, whatever is said."""
+    """Hold each sample for a tenth of a second, regardless of the parameters."""
     return acts_on(lambda raw: raw[:16] + (99).to_bytes(4, "little") + raw[20:])
 
 
@@ -179,7 +179,7 @@ def without_rests() -> LinkFault:
 
 
 def second_stop_dropped() -> LinkFault:
-    """Heed no stop in a move by a distance."""
+    """Ignore stops during a relative move."""
     last = [""]
 
     def note(raw: bytes) -> bytes:
@@ -192,7 +192,7 @@ def second_stop_dropped() -> LinkFault:
 
 
 def frozen() -> LinkFault:
-    """Say of bay 2 what it was at first, unless somebody asks."""
+    """Repeat the first status of bay 2 in all updates, but answer requests correctly."""
     asked = [False]
     first: list[bytes] = []
 
@@ -426,7 +426,7 @@ def name(broken: Broken) -> str:
 
 
 @pytest.mark.parametrize("broken", [*SETTINGS, *OUTPUTS, *MOTION], ids=name)
-def test_right_kind_finds_it_and_names_it(broken: Broken) -> None:
+def test_the_right_kind_finds_and_names_the_defect(broken: Broken) -> None:
     on = broken.bench()
     spoil = broken.make()
     report = run_on(on, (broken.kind,), link=faulty_link(on, spoil))
@@ -441,12 +441,12 @@ def test_right_kind_finds_it_and_names_it(broken: Broken) -> None:
 STILL = [
     each
     for each in MOTION
-    if "MOT_MOVE_STOP" not in each.words  # a stop that is not heard stops nothing
+    if "MOT_MOVE_STOP" not in each.words  # an ignored stop stops nothing
 ]
 
 
 @pytest.mark.parametrize("broken", STILL, ids=name)
-def test_failing_check_leaves_nothing_moving(broken: Broken) -> None:
+def test_a_failing_check_leaves_nothing_moving(broken: Broken) -> None:
     on = broken.bench()
     run_on(on, (broken.kind,), link=faulty_link(on, broken.make()))
     on.link.read(0.2)
@@ -456,8 +456,8 @@ def test_failing_check_leaves_nothing_moving(broken: Broken) -> None:
             assert not motor.status()["status_bits"] & 0x2F0
 
 
-def test_kinds_without_a_fault_find_none() -> None:
-    """The same runs on a line that changes nothing, so that it is the fault that is found."""
+def test_without_a_fault_the_kinds_find_nothing() -> None:
+    """Run the same kinds without a fault, to show that only the fault is found."""
     seen = set()
     for broken in (*SETTINGS, *OUTPUTS, *MOTION):
         run = broken.kind, broken.unit, broken.stage, broken.homed, broken.before

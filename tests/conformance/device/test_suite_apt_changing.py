@@ -1,4 +1,4 @@
-"""The checks of Thorlabs APT that change something: virtual controllers pass, and are then as they were."""
+"""Checks of Thorlabs APT that change something: virtual controllers pass, and are restored afterwards."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.results import Result
 
 GIVING_UP = ("home", "piezo-zero")
-"""These change for good what counts as 0, and say so before."""
+"""Kinds that change the zero permanently, and announce this."""
 
 PUTTING_BACK = tuple(
     kind for kind in (*SETTINGS, *OUTPUTS, *MOVES) if kind not in (*GIVING_UP, "limits")
 )
-"""These leave everything as it was. Limits can be run to where 0 is known."""
+"""Kinds that restore everything. Limits can be approached only if the zero is known."""
 
 UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
-"""What cannot be looked at: no page says what the status bits of a unit mean."""
+"""Kinds that cannot run, because the document does not define the status bits of the unit."""
 
 
 QUIRKS = ("header_only_completion", "long_status", "unswapped_addresses", "fault_codes_in_response")
@@ -56,7 +56,7 @@ STAGED = dict(CASES)
 @pytest.mark.parametrize(
     ("unit", "stage"), chosen(CASES, lambda case: STAGED[case[0]] == case[1] or case[0] == "TDC001")
 )
-def test_virtual_controller_passes_and_is_as_it_was(unit: str, stage: str | None) -> None:
+def test_a_virtual_controller_passes_and_is_restored(unit: str, stage: str | None) -> None:
     on = bench(unit, stage)
     before = readable(on)
     report = run_on(on, PUTTING_BACK)
@@ -75,7 +75,7 @@ def test_virtual_controller_passes_and_is_as_it_was(unit: str, stage: str | None
 @pytest.mark.matrix
 @pytest.mark.parametrize("seed", range(1, 6))
 @pytest.mark.parametrize("unit", ["TDC001", "BBD102", "MST601", "BPC103", "TPZ001", "TSC001"])
-def test_other_seeds_pass_and_put_back_as_well(unit: str, seed: int) -> None:
+def test_other_seeds_pass_and_restore(unit: str, seed: int) -> None:
     on = bench(unit, seed=seed)
     before = readable(on)
     report = run_on(on, PUTTING_BACK, seed=seed)
@@ -84,7 +84,7 @@ def test_other_seeds_pass_and_put_back_as_well(unit: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("state", [1, 2])
-def test_channel_that_was_disabled_is_disabled_afterwards(state: int) -> None:
+def test_a_disabled_channel_is_disabled_afterwards(state: int) -> None:
     on = bench("TDC001", "Z8")
     on.link.write(bytes((0x10, 0x02, 1, state, 0x50, 1)))
     before = readable(on)
@@ -93,7 +93,7 @@ def test_channel_that_was_disabled_is_disabled_afterwards(state: int) -> None:
 
 
 @pytest.mark.parametrize("unit", ["BPC301", "TPZ001"])
-def test_piezo_in_closed_loop_stays_so(unit: str) -> None:
+def test_a_piezo_in_closed_loop_stays_in_closed_loop(unit: str) -> None:
     on = bench(unit)
     on.link.write(bytes((0x40, 0x06, 1, 2, 0x50, 1)))
     before = readable(on)
@@ -104,7 +104,7 @@ def test_piezo_in_closed_loop_stays_so(unit: str) -> None:
     assert readable(on) == before
 
 
-def test_zeroing_puts_back_all_but_the_zero() -> None:
+def test_zeroing_restores_everything_but_the_zero() -> None:
     on = bench("BPC301")
     on.link.write(bytes.fromhex("4306 0400 d001 0100 0010"))
     bits = "PZ_REQ_PZSTATUSBITS"
@@ -113,7 +113,7 @@ def test_zeroing_puts_back_all_but_the_zero() -> None:
     assert readable(on, leave_out=(bits,)) == before
 
 
-def test_motor_goes_back_to_where_it_stood_though_it_counts_otherwise() -> None:
+def test_a_motor_returns_to_its_position_although_its_counter_changed() -> None:
     on = bench("TDC001", "Z8", travel=34304 * 25)
     report = run_on(on, ("home",))
     assert not complaints(report)
@@ -124,7 +124,7 @@ def test_motor_goes_back_to_where_it_stood_though_it_counts_otherwise() -> None:
     ("unit", "quirk"),
     every_nth(product(("TDC001", "BBD103", "BSC002", "BPC301", "TSC001"), QUIRKS), 6),
 )
-def test_what_real_controllers_are_known_to_do_is_not_strict_at_most(unit: str, quirk: str) -> None:
+def test_known_behaviour_of_real_controllers_is_at_most_non_strict(unit: str, quirk: str) -> None:
     on = bench(unit, quirks={quirk})
     assert Result.FAIL not in {outcome.result for outcome in run_on(on, EVERY).outcomes}
 
@@ -145,10 +145,10 @@ def test_what_real_controllers_are_known_to_do_is_not_strict_at_most(unit: str, 
         5,
     ),
 )
-def test_counter_that_falls_clockwise_is_no_fault(
+def test_a_counter_that_decreases_clockwise_is_not_a_fault(
     unit: str, stage: str | None, backlash: int
 ) -> None:
-    """No page says whether it rises; the limit switches and the bits of motion are those of the direction."""
+    """The document does not define the direction; limit switches and motion bits follow it."""
     on = bench(unit, stage, quirks={"clockwise_is_negative"})
     for place in on.declared.places:
         for channel in place.channels:
@@ -167,7 +167,7 @@ def test_counter_that_falls_clockwise_is_no_fault(
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BSC002", "BPC301", "TSC001"])
-def test_addresses_of_zero_are_not_strict_where_they_can_be_one_unit_s_only(unit: str) -> None:
+def test_an_address_of_zero_is_non_strict_if_it_is_unambiguous(unit: str) -> None:
     on = bench(unit, quirks={"zero_addresses"})
     results = {outcome.result for outcome in run_on(on, EVERY).outcomes}
     assert Result.NON_STRICT in results
@@ -177,14 +177,14 @@ def test_addresses_of_zero_are_not_strict_where_they_can_be_one_unit_s_only(unit
 @pytest.mark.parametrize(
     ("unit", "fault"), every_nth(product(("TDC001", "BBD102", "BPC103", "TSC001"), FAULTS), 10)
 )
-def test_on_a_bad_line_every_check_comes_to_its_end(unit: str, fault: str) -> None:
+def test_on_a_bad_line_every_check_finishes(unit: str, fault: str) -> None:
     on = bench(unit, faults=[fault])
     report = run_on(on, EVERY)
     assert len(report.outcomes) + len(report.not_run) > 5
 
 
 def taken_back() -> Iterator[tuple[str, str]]:
-    """Give units, each with messages that a PICS may take back."""
+    """Yield units, each with a message that a PICS may list as unsupported."""
     for unit in ("TDC001", "MST601", "BPC103", "TSC001"):
         names = [name for name in UNITS[unit]["messages"] if not name.startswith("HW_")]
         for name in names[:: max(1, len(names) // 12)]:
@@ -192,7 +192,7 @@ def taken_back() -> Iterator[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("unit", "name"), every_nth(taken_back(), 6))
-def test_what_the_pics_takes_back_is_skipped_and_not_sent(unit: str, name: str) -> None:
+def test_unsupported_messages_are_skipped_and_not_sent(unit: str, name: str) -> None:
     on = bench(unit)
     on.declared = declare(replace(on.declared.pics, unsupported={name: "not fitted"}))
     report = run_on(on, EVERY)
@@ -209,7 +209,7 @@ def test_what_the_pics_takes_back_is_skipped_and_not_sent(unit: str, name: str) 
             assert name in outcome.findings[0].text
 
 
-def test_value_that_the_document_does_not_allow_is_told_and_put_back() -> None:
+def test_an_undocumented_value_is_reported_and_restored() -> None:
     on = bench("BPC301")
     link = faulty_link(on, LinkFault(to_host=of("PZ_GET_OUTPUTLUTPARAMS", byte(12, 0))))
     found = complaints(run_on(on, ("readback",), link=link))
@@ -217,7 +217,7 @@ def test_value_that_the_document_does_not_allow_is_told_and_put_back() -> None:
     assert "num_cycles is 0; the document allows 1 to 2147483647" in found[next(iter(found))]
 
 
-def test_ids_do_not_depend_on_what_is_allowed() -> None:
+def test_ids_do_not_depend_on_permissions() -> None:
     for unit in UNITS:
         on = bench(unit)
         ids = [
@@ -232,22 +232,22 @@ def test_ids_do_not_depend_on_what_is_allowed() -> None:
         assert all(each == ids[0] for each in ids)
 
 
-def test_every_check_that_needs_something_says_what_it_does() -> None:
+def test_every_check_with_needs_describes_its_actions() -> None:
     for unit, stage in CASES:
         on = bench(unit, stage)
         for check in plan(on.declared, on.allowed()):
             assert bool(check.does) == bool(check.needs), check.id
 
 
-def test_range_in_a_unit_that_says_nothing_is_told_and_nothing_is_run() -> None:
+def test_a_range_without_a_scale_is_reported_and_nothing_runs() -> None:
     on = bench("TDC001")
     report = run_on(on, EVERY, allowed=Permissions(motion=Range.parse("0..1mm"), settings=True))
     not_run = {check.kind.name: why for check, why in report.not_run if check.kind}
     assert set(MOVES) - {"move-alone"} <= set(not_run)
-    assert "nothing says how many counts make one mm" in not_run["move-absolute"]
+    assert "the number of counts per mm is not known" in not_run["move-absolute"]
 
 
-def test_voltages_and_positions_of_piezos_are_ranges_of_their_own() -> None:
+def test_voltages_and_positions_of_piezos_have_separate_ranges() -> None:
     for motion, runs, lacks in (
         ("0..20V", {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}, {"piezo-position"}),
         ("0..5um", {"piezo-position"}, {"piezo-volts", "piezo-lut", "piezo-zero", "enable"}),

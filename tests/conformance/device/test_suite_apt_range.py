@@ -1,4 +1,4 @@
-"""What the moving checks of Thorlabs APT never do: leave the range, or move on after a stop."""
+"""The moving checks of Thorlabs APT never leave the range and never move after a stop."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def id_of(raw: bytes) -> int:
 
 
 def watched(on: Bench, line: Link | None = None) -> tuple[WatchedLink, list[int]]:
-    """Return a line, and the positions of all motors of the bench whenever it is read."""
+    """Return a line, and a list of the positions of all motors, sampled at each read."""
     link = WatchedLink(line or on.link)
     seen: list[int] = []
     motors = [
@@ -86,7 +86,7 @@ def test_no_motor_leaves_the_range(
 ) -> None:
     on = bench(
         unit, stage, ends=False, quirks=quirks
-    )  # not homed, so that it counts from where it stands
+    )  # not homed: it counts from its current position
     for place in on.declared.places:
         for channel in place.channels:
             frame = bytes((0x3A, 0x04, 6, 0, place.address | 0x80, 1, channel, 0))
@@ -102,7 +102,7 @@ def test_no_motor_leaves_the_range(
     assert {"move-absolute", "move-relative", "move-jog", "move-velocity"} <= ran
 
 
-def test_motor_outside_of_the_range_is_not_moved_and_that_is_said() -> None:
+def test_a_motor_outside_the_range_is_reported_and_not_moved() -> None:
     on = bench("BBD102", "MLS203")
     link = WatchedLink(on.link)
     allowed = Permissions(settings=True, motion=Range.parse("10..20mm"))
@@ -124,7 +124,7 @@ def test_motor_outside_of_the_range_is_not_moved_and_that_is_said() -> None:
     )
 
 
-def test_piezo_outside_of_the_range_is_left_alone() -> None:
+def test_a_piezo_outside_the_range_is_not_driven() -> None:
     on = bench("BPC001")
     link = WatchedLink(on.link)
     allowed = Permissions(settings=True, motion=Range.parse("10..20V"))
@@ -135,8 +135,8 @@ def test_piezo_outside_of_the_range_is_left_alone() -> None:
 
 @pytest.mark.parametrize(("unit", "stage"), [("TDC001", "Z8"), ("BBD103", "MLS203")])
 @pytest.mark.parametrize("kind", ["move-velocity", "move-stop", "move-absolute"])
-def test_motor_that_heeds_no_stop_is_called_back(unit: str, stage: str, kind: str) -> None:
-    """Of a rack it is the first bay that does not, and the others are stopped all the same."""
+def test_a_motor_that_ignores_stops_is_called_back(unit: str, stage: str, kind: str) -> None:
+    """In a rack only the first bay ignores stops, and the others are still stopped."""
     on = bench(unit, stage, ends=False)
     first = next(place.address for place in on.declared.places if place.channels)
 
@@ -153,8 +153,8 @@ def test_motor_that_heeds_no_stop_is_called_back(unit: str, stage: str, kind: st
 
 
 @pytest.mark.parametrize("kind", ["move-absolute", "move-relative", "move-jog", "move-velocity"])
-def test_motor_that_goes_too_far_is_called_back(kind: str) -> None:
-    """Every move is sent as a run that nothing but a stop ends."""
+def test_a_motor_that_goes_too_far_is_called_back(kind: str) -> None:
+    """Every move is replaced by a move at constant velocity that only a stop ends."""
     on = bench("TDC001", "Z8", ends=False)
     moves = ("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", "MOT_MOVE_JOG")
     once = [True]
@@ -168,14 +168,14 @@ def test_motor_that_goes_too_far_is_called_back(kind: str) -> None:
     link.before_read = lambda: seen.append(on.behaviour().position()["position"])
     allowed = Permissions(settings=True, motion=Range.parse("0..20000counts"))
     report = run_on(on, (kind,), link=link, allowed=allowed)
-    assert max(seen) <= 28_000  # a look every 0.05 s at 2 mm/s, and where it stops
+    assert max(seen) <= 28_000  # sampled every 0.05 s at 2 mm/s, plus the stopping distance
     words = "; ".join(complaints(report).values())
     assert "it was stopped" in words
     assert seen[-1] == 0
 
 
 def frozen() -> Change:
-    """Tell for ever the position that each motor told first."""
+    """Repeat the first position of each motor for ever."""
     first: dict[bytes, bytes] = {}
 
     def change(raw: bytes) -> bytes:
@@ -194,10 +194,10 @@ def frozen() -> Change:
         ("BBD102", "MLS203", 800_000),
     ],
 )
-def test_motor_that_tells_a_frozen_position_stays_in_the_range(
+def test_a_motor_that_reports_a_frozen_position_stays_in_the_range(
     unit: str, stage: str | None, high: int
 ) -> None:
-    """What checks left behind would add up: each begins from where the motor says that it is."""
+    """Remaining displacements would add up, because each check begins at the reported position."""
     on = bench(unit, stage, ends=False)
     telling = (
         "MOT_GET_STATUSUPDATE", "MOT_GET_DCSTATUSUPDATE", "MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED",
@@ -213,7 +213,7 @@ def test_motor_that_tells_a_frozen_position_stays_in_the_range(
 
 
 @pytest.mark.parametrize("kind", ["move-absolute", "move-jog", "move-velocity", "home", "limits"])
-def test_after_ctrl_c_comes_a_stop_and_nothing_moves_any_more(kind: str) -> None:
+def test_after_ctrl_c_a_stop_is_sent_and_nothing_moves(kind: str) -> None:
     on = bench("TDC001", "Z8")
     run_on(on, ("home",))
     settings = ("MOT_REQ_VELPARAMS", "MOT_REQ_JOGPARAMS")
@@ -241,7 +241,7 @@ def test_after_ctrl_c_comes_a_stop_and_nothing_moves_any_more(kind: str) -> None
     assert now == before
 
 
-def test_lost_line_ends_the_run_without_a_word_of_motion() -> None:
+def test_a_lost_line_ends_the_run_without_further_motion() -> None:
     on = bench("TDC001", "Z8")
     link = WatchedLink(on.link)
     gone: list[int] = []
@@ -260,7 +260,7 @@ def test_lost_line_ends_the_run_without_a_word_of_motion() -> None:
     assert sum(id_of(raw) in MOVING for raw in link.writes) == 1
 
 
-def test_with_settings_alone_nothing_is_sent_that_moves() -> None:
+def test_with_only_settings_allowed_nothing_moves() -> None:
     for unit in ("TDC001", "BPC301", "TSC001", "MPZ601"):
         on = bench(unit)
         link = WatchedLink(on.link)

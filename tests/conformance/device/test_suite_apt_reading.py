@@ -1,4 +1,4 @@
-"""The checks of Thorlabs APT that only ask: virtual controllers pass, and every broken rule is found."""
+"""Checks of Thorlabs APT that only send requests: virtual controllers pass, and every defect is found."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def words_of(outcome: Outcome) -> str:
 
 
 def complaints(found: Sequence[Outcome]) -> dict[str, str]:
-    """Return what was found to be wrong, by check."""
+    """Return the problems that were found, by check."""
     return {
         outcome.check.id: words_of(outcome)
         for outcome in found
@@ -64,7 +64,7 @@ def complaints(found: Sequence[Outcome]) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("unit", [*UNITS, "RACK"])
-def test_virtual_controller_passes(unit: str) -> None:
+def test_a_virtual_controller_passes(unit: str) -> None:
     found = outcomes(SteppedLink(controller_of(unit)), declared_as(unit))
     assert not complaints(found)
     undecided = {outcome.check.kind for outcome in found if outcome.result is not Result.PASS}
@@ -76,12 +76,12 @@ def test_virtual_controller_passes(unit: str) -> None:
 @pytest.mark.matrix
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("unit", ["TDC001", "BBD103", "MPZ601"])
-def test_other_seeds_pass_as_well(unit: str, seed: int) -> None:
+def test_other_seeds_pass(unit: str, seed: int) -> None:
     found = outcomes(SteppedLink(controller_of(unit)), declared_as(unit), PATIENT, seed=seed)
     assert not complaints(found)
 
 
-def test_nothing_is_sent_that_does_more_than_ask() -> None:
+def test_only_requests_are_sent() -> None:
     for unit in ("BBD102", "BPC301", "TSC001"):
         link = WatchedLink(SteppedLink(controller_of(unit)))
         outcomes(link, declared_as(unit))
@@ -91,7 +91,7 @@ def test_nothing_is_sent_that_does_more_than_ask() -> None:
         assert effects == {"none", "stream"}
 
 
-def test_empty_bay_is_declared_and_left_alone() -> None:
+def test_nothing_is_sent_to_a_declared_empty_bay() -> None:
     controller = stagewire_virtual.BSC103(empty_bays={1})
     bays = (BayPics(number=1), BayPics(number=3))
     found = outcomes(SteppedLink(controller), declare(Pics(unit="BSC103", bays=bays)), PATIENT)
@@ -99,14 +99,14 @@ def test_empty_bay_is_declared_and_left_alone() -> None:
     assert not any("0x22" in outcome.check.id for outcome in found)
 
 
-def test_on_rs232_nobody_is_to_be_kept_alive() -> None:
+def test_on_rs232_no_keep_alive_is_sent() -> None:
     controller = stagewire_virtual.TDC001(line="rs232")
     found = outcomes(SteppedLink(controller), declare(Pics(unit="TDC001", line="rs232")))
     assert not complaints(found)
     assert "keep-alive" not in {outcome.kind.name for outcome in found}
 
 
-def test_what_the_pics_takes_back_is_skipped_with_its_reason() -> None:
+def test_unsupported_messages_are_skipped_with_their_reason() -> None:
     pics = Pics(
         unit="TDC001",
         unsupported={
@@ -133,7 +133,7 @@ def test_what_the_pics_takes_back_is_skipped_with_its_reason() -> None:
         ("TDC001", "serial_number_of_another_model", "identification/0x50"),
     ],
 )
-def test_what_real_controllers_do_otherwise_is_no_failure(
+def test_known_behaviour_of_real_controllers_is_not_a_failure(
     unit: str, quirk: str, where: str
 ) -> None:
     controller: VirtualController = getattr(stagewire_virtual, unit)(quirks=[quirk])
@@ -143,7 +143,7 @@ def test_what_real_controllers_do_otherwise_is_no_failure(
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BBD102"])
-def test_errors_in_answer_to_what_is_wrong_are_no_failure(unit: str) -> None:
+def test_error_messages_after_invalid_frames_are_not_a_failure(unit: str) -> None:
     controller: VirtualController = getattr(stagewire_virtual, unit)(answer_unsupported=True)
     found = outcomes(SteppedLink(controller), declare(unit), PATIENT)
     assert not complaints(found)
@@ -152,7 +152,7 @@ def test_errors_in_answer_to_what_is_wrong_are_no_failure(unit: str) -> None:
 
 
 @pytest.mark.parametrize("seed", every_nth(range(4), 4))
-def test_loop_that_holds_a_stage_within_some_counts_is_no_failure(seed: int) -> None:
+def test_a_servo_loop_that_dithers_by_some_counts_is_not_a_failure(seed: int) -> None:
     chance = random.Random(seed)
 
     def dithering(raw: bytes) -> bytes:
@@ -163,7 +163,7 @@ def test_loop_that_holds_a_stage_within_some_counts_is_no_failure(seed: int) -> 
     assert not complaints(outcomes(link, declare("BBD102"), ["status", "answers"]))
 
 
-def test_updates_that_somebody_left_on_are_stopped() -> None:
+def test_updates_that_were_left_on_are_stopped() -> None:
     link = SteppedLink(controller_of("BBD102"))
     link.write(frame("HW_START_UPDATEMSGS", dest=0x22, source=1))
     (quiet,) = outcomes(link, declare("BBD102"), ["quiet"])
@@ -171,7 +171,7 @@ def test_updates_that_somebody_left_on_are_stopped() -> None:
     assert "were stopped" in words_of(quiet)
 
 
-def test_channel_that_sends_no_updates_is_left_open() -> None:
+def test_a_channel_without_updates_is_undecided() -> None:
     """Page 77 and others: the channel of a status message is always channel 1."""
 
     def of_channel_one(raw: bytes) -> bytes:
@@ -186,7 +186,7 @@ def test_channel_that_sends_no_updates_is_left_open() -> None:
 
 
 @pytest.mark.parametrize("what", BROKEN)
-def test_broken_rule_is_found_and_named(what: str) -> None:
+def test_a_broken_rule_is_found_and_named(what: str) -> None:
     unit, spoil, where, result, words = BROKEN[what]
     declared = declare(Pics(unit=unit, timing=Timing(reply_p99_ms=10)))
     link = FaultyAptLink(SteppedLink(controller_of(unit)), spoil)
@@ -195,13 +195,13 @@ def test_broken_rule_is_found_and_named(what: str) -> None:
     assert words in words_of(outcome)
 
 
-def test_every_kind_fails_for_somebody() -> None:
+def test_every_kind_fails_for_some_defect() -> None:
     failed = {broken.where.split("/")[0] for broken in BROKEN.values() if broken.result is FAIL}
-    assert failed == {*READING} - {"quiet"}  # which has its own tests
+    assert failed == {*READING} - {"quiet"}  # it has separate tests
 
 
-def test_what_comes_by_itself_is_found() -> None:
-    """A message every now and then, though nothing is asked."""
+def test_unsolicited_messages_are_found() -> None:
+    """Unsolicited messages arrive from time to time."""
 
     class Talkative(SteppedLink):
         def read(self, timeout: float) -> bytes:
@@ -221,15 +221,15 @@ def test_updates_that_do_not_end_are_found() -> None:
     assert "after they were stopped; the first was MOT_GET_DCSTATUSUPDATE" in words_of(quiet)
 
 
-def test_controller_that_never_falls_silent_is_found() -> None:
+def test_a_controller_that_never_falls_silent_is_found() -> None:
     controller = stagewire_virtual.TDC001(line="rs232")
     (outcome,) = outcomes(SteppedLink(controller), declare("TDC001"), ["keep-alive"])
     assert outcome.result is Result.FAIL
     assert "times without MOT_ACK_DCSTATUSUPDATE and did not stop" in words_of(outcome)
 
 
-def test_updates_that_are_seldom_are_not_taken_for_silence() -> None:
-    """Once in a second: fifty of them take longer than the check waits."""
+def test_rare_updates_are_not_mistaken_for_silence() -> None:
+    """Updates arrive once per second; fifty of them take longer than the check waits."""
     numbers = itertools.count(1)
     seldom = of("MOT_GET_DCSTATUSUPDATE", lambda raw: raw if next(numbers) % 10 == 0 else b"")
     controller = stagewire_virtual.TDC001(line="rs232")
@@ -239,7 +239,7 @@ def test_updates_that_are_seldom_are_not_taken_for_silence() -> None:
     assert "too rarely to show" in words_of(outcome)
 
 
-def test_bays_counted_from_one_as_printed_are_not_strict() -> None:
+def test_bays_counted_from_one_as_printed_are_non_strict() -> None:
     """The table of page 23 counts from 1, its example from 0."""
 
     def one_more(raw: bytes) -> bytes:
@@ -255,8 +255,8 @@ def test_bays_counted_from_one_as_printed_are_not_strict() -> None:
     assert "numbers the first bay 1" in words_of(outcome)
 
 
-def test_damage_that_locks_the_controller_is_not_laid_at_the_next_check() -> None:
-    """It waits for the rest of a header for ever; zeros are its rest."""
+def test_a_controller_locked_by_damage_does_not_fail_the_next_check() -> None:
+    """The controller waits for the rest of a header, which zeros complete."""
     rest = [0]
 
     def waiting(raw: bytes) -> bytes:
@@ -272,8 +272,8 @@ def test_damage_that_locks_the_controller_is_not_laid_at_the_next_check() -> Non
     assert set(results.values()) == {Result.PASS}
 
 
-def test_setting_that_is_not_whole_is_put_back() -> None:
-    broken = BROKEN["a setting that is not whole, and taken"]
+def test_a_setting_from_an_incomplete_message_is_restored() -> None:
+    broken = BROKEN["an incomplete setting that is accepted"]
     controller = controller_of(broken.unit)
     before = dict(controller.instrument.channel(1).parameters)
     outcomes(
@@ -285,7 +285,7 @@ def test_setting_that_is_not_whole_is_put_back() -> None:
     assert dict(controller.instrument.channel(1).parameters) == before
 
 
-def test_promise_is_kept_or_cannot_be_judged() -> None:
+def test_a_promised_reply_time_is_kept_or_undecided() -> None:
     pics = Pics(unit="TDC001", timing=Timing(reply_p99_ms=10))
     (timing,) = outcomes(SteppedLink(controller_of("TDC001")), declare(pics), ["timing"])
     assert timing.result is Result.PASS

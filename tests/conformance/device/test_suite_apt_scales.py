@@ -1,4 +1,4 @@
-"""Ranges in millimetres have the scales of the controller that answers, and not those of its class."""
+"""Ranges in millimetres use the scales of the controller that answers, not those of the declared unit."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def on_bench(
     travel: str | None = None,
     position: int = 0,
 ) -> Bench:
-    """Return a controller that takes the messages of the TST001, declared as a TST001.
+    """Return a controller with the messages of the TST001, declared as a TST001.
 
-    :param position: what its counter says.
+    :param position: the value of its counter.
     """
     controller = stagewire_virtual.TST001(
         model=model,
@@ -52,14 +52,14 @@ def on_bench(
 
 
 def of_model(model: bytes, source: int) -> Change:
-    """Give what an address reports another model."""
+    """Replace the model that an address reports."""
     return of_source(
         source, of("HW_GET_INFO", lambda raw: raw[:10] + model.ljust(8, b"\0") + raw[18:])
     )
 
 
 def targets(writes: Iterable[bytes]) -> list[int]:
-    """Return the positions of the absolute moves that were sent."""
+    """Return the targets of the absolute moves that were sent."""
     return [
         int.from_bytes(raw[8:12], "little", signed=True)
         for raw in writes
@@ -75,7 +75,7 @@ def not_run(report: Report) -> dict[str, str]:
     return {check.id: why for check, why in report.not_run}
 
 
-def test_range_has_the_scale_of_the_alias_that_is_reported() -> None:
+def test_a_range_uses_the_scale_of_the_reported_alias() -> None:
     on = on_bench(position=3 * MM_OF_KST101)
     before = readable(on)
     link = WatchedLink(on.link)
@@ -87,7 +87,7 @@ def test_range_has_the_scale_of_the_alias_that_is_reported() -> None:
     assert said == "TST001; identified as KST101; channel 1: APT_STEPPER"
 
 
-def test_unit_of_the_document_keeps_its_own_scale() -> None:
+def test_a_documented_unit_keeps_its_scale() -> None:
     on = on_bench("TST001", 80_000_001, position=3 * MM_OF_TST001)
     link = WatchedLink(on.link)
     report = run_on(on, TARGETED, link=link)
@@ -96,7 +96,7 @@ def test_unit_of_the_document_keeps_its_own_scale() -> None:
     assert report.declared is on.declared
 
 
-def test_declared_travel_has_the_scale_of_the_alias() -> None:
+def test_a_declared_travel_uses_the_scale_of_the_alias() -> None:
     on = on_bench(travel="0..25mm")
     report = run_on(on, TARGETED)
     assert report.declared.places[0].travel_of(1) == (0, 25 * MM_OF_KST101)
@@ -125,13 +125,13 @@ def test_without_a_scale_nothing_moves_and_the_reason_is_given(
         assert why.endswith("; allow counts, or give counts_per_mm in a PICS")
 
 
-def test_counts_need_no_scale() -> None:
+def test_a_range_in_counts_needs_no_scale() -> None:
     on = on_bench("KST201")
     report = run_on(on, TARGETED, allowed=on.allowed("0..500000counts"))
     assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
 
 
-def test_scale_of_the_pics_applies_to_every_controller() -> None:
+def test_the_scale_of_the_pics_applies_to_every_controller() -> None:
     on = on_bench("KST201", position=3 * MM_OF_KST101)
     fitted = ChannelPics(counts_per_mm=MM_OF_KST101)
     on.declared = declare(Pics(unit="TST001", channels=(fitted,)))
@@ -141,12 +141,12 @@ def test_scale_of_the_pics_applies_to_every_controller() -> None:
     assert all(2 <= target / MM_OF_KST101 <= 5 for target in targets(link.writes))
 
 
-def test_declared_travel_without_a_scale_ends_the_run_before_the_first_check() -> None:
+def test_a_declared_travel_without_a_scale_ends_the_run_before_the_first_check() -> None:
     on = on_bench("KST201", travel="0..25mm")
     link = WatchedLink(on.link)
     report = run(link, plan(on.declared, on.allowed()), on.declared, on.allowed(), seed=1)
     assert report.unfinished == (
-        "0x50: travel 0..25mm: nothing says how many counts make one mm on KST201; give counts_per_mm, or "
+        "0x50: travel 0..25mm: the number of counts per mm is not known on KST201; give counts_per_mm, or "
         "the travel in counts, in the PICS"
     )
     assert report.outcomes == ()

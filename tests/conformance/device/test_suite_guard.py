@@ -1,4 +1,4 @@
-"""Nothing is ever sent to a controller that was not allowed, whatever a check does."""
+"""The suite never sends a message that is not allowed, whatever a check does."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OPEN = {"none", "stream", "stop"}
 
 
 def opened(declared: Declaration, allowed: Permissions) -> set[str]:
-    """Return the effects that are opened, as the user reads it, and not as the suite computes it."""
+    """Return the allowed effects, derived independently of the suite."""
     effects = set(OPEN)
     if allowed.settings:
         effects.add("settings")
@@ -50,7 +50,7 @@ def opened(declared: Declaration, allowed: Permissions) -> set[str]:
 
 
 def said(declared: Declaration, writes: list[bytes]) -> Iterator[str]:
-    """Give the names of all messages that a controller finds in what was written."""
+    """Yield the names of all messages that a controller finds in the written bytes."""
     protocol = declared.protocol
     if isinstance(protocol, FramedProtocol):
         for event in protocol.framer(End.DEVICE).feed(b"".join(writes)):
@@ -64,19 +64,19 @@ def said(declared: Declaration, writes: list[bytes]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(("unit", "granted"), every_nth(product(UNITS, PERMISSIONS), 4))
-def test_no_run_sends_what_is_not_allowed(unit: str, granted: str) -> None:
+def test_no_run_sends_a_forbidden_message(unit: str, granted: str) -> None:
     allowed = PERMISSIONS[granted]
     declared = declared_as(unit)
     link = WatchedLink(SteppedLink(controller_of(unit)))
     checks = plan(declared, allowed)
-    if allowed.granted:  # those that only ask are run without
+    if allowed.granted:  # checks without needs run without permissions
         checks = [check for check in checks if check.needs]
     report = run(link, checks, declared, allowed, seed=3)
     assert not report.unfinished, report.unfinished
     entries = declared.registry.messages
     effects = {name: entries[name]["effect"] for name in said(declared, link.writes)}
     if isinstance(declared.protocol, CommandProtocol):
-        # Into the format of commands there is no other way, and a controller is left as it was found.
+        # This is the only way into the command format, and the format is restored afterwards.
         for switch in ("SWITCH_TO_LOW_LEVEL", "SWITCH_TO_HIGH_LEVEL"):
             effects.pop(switch, None)
     not_opened = {
@@ -87,7 +87,7 @@ def test_no_run_sends_what_is_not_allowed(unit: str, granted: str) -> None:
 
 
 @pytest.mark.parametrize("allowed", PERMISSIONS.values(), ids=PERMISSIONS)
-def test_every_message_of_the_protocol_is_sent_or_refused_by_its_effect(
+def test_every_message_is_sent_or_refused_by_its_effect(
     allowed: Permissions,
 ) -> None:
     declared = declare("TDC001")
@@ -113,15 +113,15 @@ def test_every_message_of_the_protocol_is_sent_or_refused_by_its_effect(
                     send()
                 assert len(link.writes) == before, name
                 refused.append(name)
-            else:  # what only a controller sends
-                with pytest.raises(NotAllowedError, match="no controller takes it"):
+            else:  # messages that only a controller sends
+                with pytest.raises(NotAllowedError, match="controllers do not receive it"):
                     line.send(message, 0x50)
     assert len(sent) > 60
     assert len(refused) > 4
 
 
 def messages_of(declared: Declaration) -> Iterator[m.FramedMessage]:
-    """Give a message of every form of every message; positions are within what is allowed."""
+    """Yield every message in every form, with positions inside the allowed range."""
     protocol = declared.protocol
     for cls in protocol.messages:
         layout = cls.layout
@@ -145,19 +145,18 @@ def empty(entry: dict | None) -> object:
         m.MotMoveHome(1).pack(0x50, 0x01),
         m.MotMoveAbsolute(1, 5).pack(0x50, 0x01)[
             :8
-        ],  # what is cut off may be completed by what follows
+        ],  # the next bytes may complete a truncated message
         m.MotMoveHome(1).pack(0x50, 0x01)[:2],
         m.MotReqVelParams(1).pack(0x50, 0x01) + m.MotMoveHome(1).pack(0x50, 0x01),
-        b"\x00\xff\x00"
-        + m.MotMoveHome(1).pack(0x50, 0x01),  # to a controller that has lost its place
-        m.MotMoveHome(1).pack(0x33, 0x07),  # to a controller that looks at no address
+        b"\x00\xff\x00" + m.MotMoveHome(1).pack(0x50, 0x01),  # for a controller that is out of step
+        m.MotMoveHome(1).pack(0x33, 0x07),  # for a controller that ignores addresses
         b"\xaa" + m.MotMoveHome(1).pack(0x50, 0x01)[:3],
         m.HwDisconnect().pack(0x50, 0x01),
         m.MotSetEepromParams(1, 0x0413).pack(0x50, 0x01),
     ],
     ids=lambda raw: raw.hex(),
 )
-def test_bytes_in_which_a_forbidden_message_is_are_not_sent(raw: bytes) -> None:
+def test_bytes_that_contain_a_forbidden_message_are_not_sent(raw: bytes) -> None:
     link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
     line = AptLine(link, declare("TDC001"), Permissions(settings=True))
     assert line.refusal(raw)
@@ -166,7 +165,7 @@ def test_bytes_in_which_a_forbidden_message_is_are_not_sent(raw: bytes) -> None:
     assert link.writes == []
 
 
-def test_garbage_may_be_sent_and_moves_no_stage_whatever_is_drawn() -> None:
+def test_random_garbage_may_be_sent_and_moves_no_stage() -> None:
     controller = stagewire_virtual.TDC001(stage=stages.Z8)
     link = WatchedLink(SteppedLink(controller))
     line = AptLine(link, declare("TDC001"), Permissions())
@@ -191,11 +190,11 @@ def test_a_target_outside_the_range_is_not_sent() -> None:
     link = WatchedLink(SteppedLink(stagewire_virtual.TDC001(stage=stages.Z8)))
     line = AptLine(link, declare(pics), Permissions(motion=Range.parse("1..20mm")))
     for counts in (34303, 411649, -1):
-        with pytest.raises(NotAllowedError, match=r"lies outside 34304\.\.411648"):
+        with pytest.raises(NotAllowedError, match=r"is outside 34304\.\.411648"):
             line.send(m.MotMoveAbsolute(1, counts), 0x50)
-    with pytest.raises(NotAllowedError, match="nothing is declared there"):
+    with pytest.raises(NotAllowedError, match="no unit is declared at this address"):
         line.send(m.MotMoveAbsolute(1, 34304), 0x21)
-    with pytest.raises(NotAllowedError, match="no channel 2 is declared there"):
+    with pytest.raises(NotAllowedError, match="channel 2 is not declared at this address"):
         line.send(m.MotMoveHome(2), 0x50)
     assert link.writes == []
     moves = [m.MotMoveAbsolute(1, 34304), m.MotMoveAbsolute(1, 411648)]
@@ -205,14 +204,14 @@ def test_a_target_outside_the_range_is_not_sent() -> None:
     assert link.writes == [move.pack(0x50, 0x01) for move in moves]
 
 
-def test_a_range_in_mm_says_nothing_of_a_stage_that_is_not_known() -> None:
+def test_a_range_in_mm_is_refused_for_an_unknown_stage() -> None:
     link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
     line = AptLine(link, declare("TDC001"), Permissions(motion=Range.parse("1..20mm")))
-    with pytest.raises(NotAllowedError, match="nothing says how many counts make one mm"):
+    with pytest.raises(NotAllowedError, match="the number of counts per mm is not known"):
         line.send(m.MotMoveAbsolute(1, 34304), 0x50)
 
 
-def test_a_check_that_wants_too_much_ends_the_run_as_a_defect() -> None:
+def test_a_check_that_sends_a_forbidden_message_ends_the_run_as_a_defect() -> None:
     link = WatchedLink(SteppedLink(stagewire_virtual.TDC001()))
     report = run_made(
         link,

@@ -1,4 +1,4 @@
-"""Whatever ends a run, what moves is stopped first, and then what was changed is put back."""
+"""However a run ends, motion is stopped first, and then changes are undone."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SIGNS = m.MotAckDcStatusUpdate().pack(0x50, 0x01)
 
 
 def moves(trial: Trial) -> None:
-    """Change the velocity, move, look at the status now and then until the end comes, and go back."""
+    """Change the velocity, move while polling the status until the end message, and return."""
     line = trial.line
     before = trial.reply(m.MotReqVelParams(1), 0x50).message
     original = m.MotSetVelParams(
@@ -59,7 +59,7 @@ def watched() -> WatchedLink:
 
 
 def after(writes: list[bytes], at: int) -> list[bytes]:
-    """Return what was written from a certain write on, without signs of life."""
+    """Return the writes from an index on, without keep-alive messages."""
     return [data for data in writes[at:] if data != SIGNS]
 
 
@@ -69,7 +69,7 @@ def count(run_it: Callable[[WatchedLink], object], what: str) -> int:
     return link.reads if what == "reads" else len(link.writes)
 
 
-def test_the_check_itself_passes_and_puts_everything_back() -> None:
+def test_the_check_itself_passes_and_undoes_everything() -> None:
     link = watched()
     report = run_made(link, moves)
     [outcome] = report.outcomes
@@ -89,7 +89,7 @@ assert len(READS) > 60
 
 
 def happens(link: WatchedLink, at: int, what: Callable[[], None]) -> dict[str, int]:
-    """Let something happen at a certain read, once; returns where in the writes that was, afterwards."""
+    """Run a callback at a certain read, once; return the number of writes at that time, afterwards."""
     seen = {}
 
     def before_read() -> None:
@@ -106,7 +106,7 @@ def interrupt() -> None:
 
 
 def check_what_follows(writes: list[bytes], at: int) -> None:
-    """Expect stops before anything else if something moves, then what is put back, and no move."""
+    """Expect stops first if something moves, then restored settings, and no move."""
     before, behind = after(writes[:at], 0), after(writes, at)
     moved = any(data[:2] == MOVE[:2] for data in before)
     changed = CHANGED.pack(0x50, 0x01) in before
@@ -119,12 +119,12 @@ def check_what_follows(writes: list[bytes], at: int) -> None:
 
 
 def over(before: list[bytes]) -> bool:
-    """Whether the check had come to its end, so that nothing was left to be stopped."""
+    """Return whether the check had finished, so that there was nothing to stop."""
     return bool(before) and before[-1] == ORIGINAL
 
 
 @pytest.mark.parametrize("at", READS)
-def test_ctrl_c_at_any_read_stops_first_and_then_puts_back(at: int) -> None:
+def test_ctrl_c_at_any_read_stops_first_and_then_restores(at: int) -> None:
     link = watched()
     seen = happens(link, at, interrupt)
     with pytest.raises(RunInterrupted) as caught:
@@ -135,7 +135,7 @@ def test_ctrl_c_at_any_read_stops_first_and_then_puts_back(at: int) -> None:
 
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("at", READS[::7])
-def test_a_signal_at_any_read_stops_first_and_then_puts_back(at: int, number: int) -> None:
+def test_a_signal_at_any_read_stops_first_and_then_restores(at: int, number: int) -> None:
     link = watched()
     seen = happens(link, at, lambda: signal.raise_signal(number))
     handlers = [signal.getsignal(each) for each in SIGNALS]
@@ -147,18 +147,18 @@ def test_a_signal_at_any_read_stops_first_and_then_puts_back(at: int, number: in
 
 
 @pytest.mark.parametrize("at", WRITES)
-def test_a_signal_in_the_midst_of_a_write_leaves_no_half_frame(at: int) -> None:
+def test_a_signal_during_a_write_leaves_no_half_frame(at: int) -> None:
     link = watched()
     seen = {}
 
     def before_write(data: bytes) -> None:
         if len(link.writes) == at:
-            seen["writes"] = at + 1  # what is being written goes out whole
+            seen["writes"] = at + 1  # the current write is completed
             signal.raise_signal(signal.SIGINT)
 
     link.before_write = before_write
     with pytest.raises(RunInterrupted):
-        run_made(link, moves, moves)  # so that there is something left to be ended
+        run_made(link, moves, moves)  # a second check is still pending
     check_what_follows(link.writes, seen["writes"])
 
 
@@ -176,7 +176,7 @@ def test_an_error_of_the_check_at_any_read_stops_first(at: int) -> None:
     assert report.unfinished == "the suite has a defect: ZeroDivisionError: a defect"
 
 
-def test_what_was_found_until_then_is_in_the_report() -> None:
+def test_earlier_findings_are_in_the_report() -> None:
     link = watched()
 
     def finds(trial: Trial) -> None:
@@ -189,11 +189,11 @@ def test_what_was_found_until_then_is_in_the_report() -> None:
     report = caught.value.report
     assert [outcome.result for outcome in report.outcomes] == [Result.PASS, Result.FAIL]
     texts = [finding.text for finding in report.outcomes[1].findings]
-    assert texts == ["it is wrong", "it did not come to its end: the run was interrupted"]
+    assert texts == ["it is wrong", "the check did not finish: the run was interrupted"]
     assert [why for _, why in report.not_run] == ["not reached: ended by SIGINT"]
 
 
-def test_a_second_ctrl_c_ends_what_is_put_back_and_names_what_is_left() -> None:
+def test_a_second_ctrl_c_ends_restoring_and_names_the_rest() -> None:
     link = watched()
 
     def changes(trial: Trial) -> None:
@@ -213,7 +213,7 @@ def test_a_second_ctrl_c_ends_what_is_put_back_and_names_what_is_left() -> None:
 
 
 @pytest.mark.parametrize("at", READS[::5])
-def test_a_line_that_dies_ends_the_run_and_keeps_what_was_found(at: int) -> None:
+def test_a_lost_line_ends_the_run_and_keeps_the_findings(at: int) -> None:
     link = watched()
 
     def dies() -> None:
@@ -228,10 +228,10 @@ def test_a_line_that_dies_ends_the_run_and_keeps_what_was_found(at: int) -> None
     assert len(report.outcomes) + len(report.not_run) == 2
     for outcome in report.outcomes:
         left = [finding.text for finding in outcome.findings if "not restored" in finding.text]
-        assert all(text.endswith("(the line is gone)") for text in left)
+        assert all(text.endswith("(the line was lost)") for text in left)
 
 
-def test_an_undo_that_fails_is_a_finding_and_the_others_are_done() -> None:
+def test_a_failing_undo_is_a_finding_and_the_others_run() -> None:
     done = []
 
     def changes(trial: Trial) -> None:
@@ -246,13 +246,13 @@ def test_an_undo_that_fails_is_a_finding_and_the_others_are_done() -> None:
     assert outcome.result is Result.FAIL
     assert [finding.text for finding in outcome.findings] == [
         "not restored: the fourth (MOT_MOVE_ABSOLUTE to 0x50 is not allowed: absolute_distance -1 "
-        "lies outside 0..100000)",
+        "is outside 0..100000)",
         "the third is not as it was: write 3",
-        "not restored: the second (MOT_GET_VELPARAMS to 0x50 is not allowed: no controller takes it)",
+        "not restored: the second (MOT_GET_VELPARAMS to 0x50 is not allowed: controllers do not receive it)",
     ]
 
 
-def test_an_undo_that_moves_and_fails_is_stopped_and_no_other_moves() -> None:
+def test_a_failing_undo_with_motion_is_stopped_and_no_other_one_moves() -> None:
     link = watched()
 
     def changes(trial: Trial) -> None:
@@ -267,28 +267,33 @@ def test_an_undo_that_moves_and_fails_is_stopped_and_no_other_moves() -> None:
 
     [outcome] = run_made(link, changes).outcomes
     sent = [entry.raw for entry in outcome.entries if entry.sent and not entry.keep_alive]
-    assert sent == [MOVE, STOP, CHANGED.pack(0x50, 0x01), STOP]  # once more, as no end was heard
+    assert sent == [
+        MOVE,
+        STOP,
+        CHANGED.pack(0x50, 0x01),
+        STOP,
+    ]  # repeated, because no end message arrived
     assert outcome.restored == ("the second",)
     assert [(finding.result, finding.text) for finding in outcome.findings[:2]] == [
         (Result.FAIL, "it is not there"),
-        (Result.PASS, "left as it is, since nothing is to move any more: the first"),
+        (Result.PASS, "left as it is, because nothing may move now: the first"),
     ]
 
 
-def test_what_a_controller_makes_impossible_is_a_fail_and_the_run_goes_on() -> None:
+def test_a_check_that_cannot_continue_is_a_fail_and_the_run_goes_on() -> None:
     link = watched()
 
     def cannot_go_on(trial: Trial) -> None:
         trial.undo("position of channel 1", lambda: go(trial, 0), moves=True)
         trial.undo("velocity of channel 1", lambda: trial.line.send(CHANGED, 0x50))
         trial.line.send(m.MotMoveVelocity(1, 1), 0x50)
-        m.MotMoveAbsolute(1, 2**40)  # what it said does not fit into what is to be sent
+        m.MotMoveAbsolute(1, 2**40)  # the received value does not fit into the message
 
     report = run_made(link, cannot_go_on, lambda trial: None)
     assert not report.unfinished
     first, second = report.outcomes
     assert (first.result, second.result) == (Result.FAIL, Result.PASS)
-    assert "the check could not go on: MOT_MOVE_ABSOLUTE.absolute_distance takes" in (
+    assert "the check could not continue: MOT_MOVE_ABSOLUTE.absolute_distance takes" in (
         first.findings[0].text
     )
     assert first.restored == ("velocity of channel 1",)
@@ -296,7 +301,7 @@ def test_what_a_controller_makes_impossible_is_a_fail_and_the_run_goes_on() -> N
     assert sent[1:3] == [STOP, CHANGED.pack(0x50, 0x01)]
 
 
-def test_a_defect_of_an_undo_ends_the_run_and_the_others_are_done() -> None:
+def test_a_defect_of_an_undo_ends_the_run_and_the_others_run() -> None:
     def changes(trial: Trial) -> None:
         trial.undo("the first", lambda: None)
         trial.undo("the second", lambda: 1 // 0)
@@ -310,7 +315,7 @@ def test_a_defect_of_an_undo_ends_the_run_and_the_others_are_done() -> None:
     )
 
 
-def test_what_a_check_leaves_in_motion_is_stopped_before_the_next_one() -> None:
+def test_remaining_motion_is_stopped_before_the_next_check() -> None:
     link = watched()
 
     def leaves(trial: Trial) -> None:
@@ -323,10 +328,10 @@ def test_what_a_check_leaves_in_motion_is_stopped_before_the_next_one() -> None:
     entries = report.outcomes[0].entries
     sent = [entry.raw for entry in entries if entry.sent and not entry.keep_alive]
     velocity = m.MotMoveVelocity(1, 1).pack(0x50, 0x01)
-    assert sent == [velocity, STOP, CHANGED.pack(0x50, 0x01)]  # before anything is put back
+    assert sent == [velocity, STOP, CHANGED.pack(0x50, 0x01)]  # before anything is restored
 
 
-def test_the_end_of_one_bay_is_not_that_of_another() -> None:
+def test_the_end_message_of_one_bay_does_not_end_the_motion_of_another() -> None:
     link = WatchedLink(SteppedLink(stagewire_virtual.BBD102()))
 
     def stops_one(trial: Trial) -> None:
@@ -340,7 +345,7 @@ def test_the_end_of_one_bay_is_not_that_of_another() -> None:
     assert link.writes[-1] == m.MotMoveStop(1, 2).pack(0x21, 0x01)
 
 
-def test_what_has_ended_is_stopped_all_the_same_when_the_check_is_interrupted() -> None:
+def test_completed_motion_is_also_stopped_when_a_check_is_interrupted() -> None:
     link = watched()
 
     def is_over(trial: Trial) -> None:
@@ -364,7 +369,7 @@ def test_a_signal_ends_a_wait_in_real_time() -> None:
     assert caught.value.report.outcomes[0].seconds < 10
 
 
-def test_stops_go_to_every_channel_and_bay_that_was_set_in_motion() -> None:
+def test_stops_go_to_every_moved_channel_and_bay() -> None:
     link = WatchedLink(SteppedLink(stagewire_virtual.BBD102()))
 
     def both(trial: Trial) -> None:
@@ -378,7 +383,7 @@ def test_stops_go_to_every_channel_and_bay_that_was_set_in_motion() -> None:
     assert link.writes[-2:] == stops
 
 
-def test_nothing_is_stopped_that_nobody_set_in_motion() -> None:
+def test_only_started_motion_is_stopped() -> None:
     link = watched()
     with pytest.raises(RunInterrupted):
         run_made(link, lambda trial: interrupt())
@@ -395,7 +400,7 @@ def test_in_another_thread_signals_are_left_to_the_program() -> None:
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_a_handler_of_the_program_stays() -> None:
+def test_a_signal_handler_of_the_program_is_kept() -> None:
     heard: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
     try:
@@ -413,7 +418,7 @@ def reads_of_a_whole_run() -> int:
 
 
 @pytest.mark.parametrize("part", every_nth(range(20), 4))
-def test_ctrl_c_anywhere_in_a_whole_run_moves_nothing_afterwards(
+def test_ctrl_c_anywhere_in_a_run_moves_nothing_afterwards(
     part: int, reads_of_a_whole_run: int
 ) -> None:
     declared = declared_as("TDC001")
@@ -432,7 +437,7 @@ def test_ctrl_c_anywhere_in_a_whole_run_moves_nothing_afterwards(
     assert "stop" not in behind[first_other:]  # stops come before anything else
 
 
-def test_what_an_error_of_the_line_says_is_kept() -> None:
+def test_the_text_of_a_line_error_is_kept() -> None:
     link = watched()
 
     def dies(trial: Trial) -> None:

@@ -1,4 +1,4 @@
-"""How late the computer is when it waits, and what that leaves to be said of a controller."""
+"""The jitter of the computer, and conclusions that it rules out."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentil
 
 
 class LateLine:
-    """A line whose waits end later than they should, by one lateness after the other."""
+    """A line whose waits end late, by a list of delays."""
 
     def __init__(self, *late: float) -> None:
         self.now = 100.0
@@ -29,12 +29,12 @@ def test_fifty_short_waits_are_measured() -> None:
     assert jitter.late == pytest.approx(0.003)
 
 
-def test_wait_that_is_cut_short_is_in_time() -> None:
+def test_a_wait_that_ends_early_counts_as_on_time() -> None:
     jitter = jitter_of(LateLine(-0.004))
     assert (jitter.typical, jitter.late) == (0.0, 0.0)
 
 
-def test_jitter_blurs_what_it_takes_a_fifth_of() -> None:
+def test_jitter_above_a_fifth_of_a_tolerance_rules_out_a_conclusion() -> None:
     jitter = Jitter(typical=0.0005, late=0.002)
     assert jitter.blurs(0.009)
     assert not jitter.blurs(0.01)

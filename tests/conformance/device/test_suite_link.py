@@ -1,4 +1,4 @@
-"""The line as checks have it: questions and answers, an inbox, signs of life, and waiting that is reading."""
+"""The guarded link as checks use it: requests and replies, the inbox, keep-alive messages, and waiting."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ASKED = m.MotReqPosCounter(1)
 
 
 class ScriptedLink(DeadLink):
-    """A line at whose other end something says what a test wrote down, when it is due."""
+    """A line whose other end sends scripted bytes when they are due."""
 
     def __init__(self, *script: tuple[float, bytes]) -> None:
         super().__init__()
@@ -56,10 +56,10 @@ def told(*script: tuple[float, bytes], unit: str = "TDC001") -> AptLine:
     return line_to(ScriptedLink(*script), declare(unit))
 
 
-# Questions
+# Requests
 
 
-def test_a_question_is_answered_by_its_reply_as_soon_as_it_is_there() -> None:
+def test_a_request_returns_its_reply_immediately() -> None:
     line = told((0.2, position(7)))
     heard = line.ask(ASKED, 0x50)
     assert heard is not None
@@ -71,16 +71,16 @@ def test_a_question_is_answered_by_its_reply_as_soon_as_it_is_there() -> None:
 @pytest.mark.parametrize(
     "other",
     [
-        position(1, source=0x22),  # of another bay
-        position(1, channel=2),  # of another channel
+        position(1, source=0x22),  # from another bay
+        position(1, channel=2),  # for another channel
         m.MotGetEncCounter(1, 1).pack(HOST, 0x50),  # another message
         m.MotGetDcStatusUpdate(1, 1, 0, 0).pack(HOST, 0x50),
         b"\x00" * 5,
-        bytes.fromhex("34120200 81 50 0102"),  # an id that is none
+        bytes.fromhex("34120200 81 50 0102"),  # an unknown id
     ],
     ids=["bay", "channel", "message", "status", "garbage", "unknown"],
 )
-def test_what_is_no_reply_stays_in_the_inbox(other: bytes) -> None:
+def test_other_messages_stay_in_the_inbox(other: bytes) -> None:
     line = told(
         (0.1, other), (0.2, position(7)), unit="BBD102" if other[5:6] == b"\x22" else "TDC001"
     )
@@ -93,7 +93,7 @@ def test_what_is_no_reply_stays_in_the_inbox(other: bytes) -> None:
 
 
 @pytest.mark.parametrize("addresses", [(0x50, HOST), (0, 0)], ids=["unswapped", "zero"])
-def test_a_reply_without_right_addresses_is_one_all_the_same(addresses: tuple[int, int]) -> None:
+def test_a_reply_with_wrong_addresses_is_accepted(addresses: tuple[int, int]) -> None:
     dest, source = addresses
     line = told((0.1, position(7, dest=dest, source=source)))
     heard = line.ask(ASKED, 0x50)
@@ -101,16 +101,16 @@ def test_a_reply_without_right_addresses_is_one_all_the_same(addresses: tuple[in
     assert (heard.dest, heard.source) == addresses
 
 
-def test_without_a_reply_the_time_is_waited_for_and_no_more() -> None:
+def test_without_a_reply_the_wait_ends_at_the_timeout() -> None:
     line = told()
     assert line.ask(ASKED, 0x50, wait=0.7) is None
     assert line.now == pytest.approx(0.7)
 
 
-def test_what_came_before_a_question_is_not_its_answer() -> None:
+def test_an_earlier_message_is_never_taken_as_the_reply() -> None:
     line = told(
         (0.0, position(1)), (0.5, position(2))
-    )  # the first may be a second answer, for example
+    )  # the first may be a duplicate of an earlier reply
     heard = line.ask(ASKED, 0x50)
     assert heard is not None
     assert heard.message.position == 2
@@ -119,14 +119,14 @@ def test_what_came_before_a_question_is_not_its_answer() -> None:
     assert [heard.message.position for heard in line.ask_all(ASKED, 0x50)] == [2]
 
 
-def test_ask_all_sees_a_second_answer_and_not_what_comes_much_later() -> None:
+def test_ask_all_returns_a_second_answer_but_not_a_much_later_one() -> None:
     line = told((0.1, position(1)), (0.14, position(1)), (0.3, position(1)))
     assert [heard.time for heard in line.ask_all(ASKED, 0x50)] == [0.1, 0.14]
     assert line.now == pytest.approx(0.15)
     assert [heard.time for heard in line.listen(1)] == [0.3]
 
 
-def test_ask_all_gives_whatever_came_where_no_reply_does() -> None:
+def test_ask_all_without_a_reply_returns_other_messages() -> None:
     line = told((0.1, position(1, channel=2)), (0.2, position(1, source=0x22)), unit="BBD102")
     came = line.ask_all(ASKED, 0x21, wait=0.5)
     assert [(heard.source, heard.channel) for heard in came] == [(0x50, 2), (0x22, 1)]
@@ -136,7 +136,7 @@ def test_ask_all_gives_whatever_came_where_no_reply_does() -> None:
 # Listening
 
 
-def test_listening_ends_with_what_is_waited_for() -> None:
+def test_listening_ends_with_the_expected_message() -> None:
     line = told((0.1, position(1)), (0.2, position(2) + position(3)), (0.4, position(4)))
     came = line.listen(9, until=lambda heard: heard.message.position == 2)
     assert [heard.message.position for heard in came] == [1, 2]
@@ -144,7 +144,7 @@ def test_listening_ends_with_what_is_waited_for() -> None:
     assert [heard.message.position for heard in line.listen(0)] == [3]
 
 
-def test_listening_looks_at_what_has_come_first() -> None:
+def test_listening_checks_received_messages_first() -> None:
     line = told((0.1, position(1) + position(2)))
     line.ask(ASKED, 0x50)
     came = line.listen(9, until=lambda heard: heard.message.position == 2)
@@ -152,7 +152,7 @@ def test_listening_looks_at_what_has_come_first() -> None:
     assert line.now == pytest.approx(0.1)
 
 
-def test_draining_waits_for_quiet_and_not_for_ever() -> None:
+def test_draining_waits_for_quiet_up_to_a_limit() -> None:
     line = told((0.03, position(1)), (0.07, position(2)), (0.5, position(3)))
     assert [heard.message.position for heard in line.drain()] == [1, 2]
     assert line.now == pytest.approx(0.12)
@@ -162,7 +162,7 @@ def test_draining_waits_for_quiet_and_not_for_ever() -> None:
     assert endless.now == pytest.approx(1.0, abs=0.03)
 
 
-def test_half_a_frame_is_given_up_and_the_next_one_is_heard() -> None:
+def test_half_a_frame_is_given_up_and_the_next_one_is_received() -> None:
     line = told((0.1, position(1)[:9]), (0.5, position(2)))
     came = line.listen(1)
     assert [heard.kind for heard in came] == ["garbage", "message"]
@@ -171,7 +171,7 @@ def test_half_a_frame_is_given_up_and_the_next_one_is_heard() -> None:
     assert came[1].message.position == 2
 
 
-def test_a_frame_that_comes_in_pieces_is_one() -> None:
+def test_a_frame_that_arrives_in_pieces_is_assembled() -> None:
     raw = position(5)
     line = told(*((0.05 * index, raw[index : index + 1]) for index in range(len(raw))))
     assert [heard.raw for heard in line.listen(2)] == [raw]
@@ -187,7 +187,7 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_event_is_heard_and_told(kind: str) -> None:
+def test_every_kind_of_event_is_received_and_described(kind: str) -> None:
     line = told((0.1, KINDS[kind] + position(2)))
     first, second = line.listen(1)
     assert (first.kind, first.raw) == (kind, KINDS[kind])
@@ -230,7 +230,7 @@ def test_the_declared_status_decides_between_layouts(unit: str, address: int, cl
     assert type(heard.message) is cls
 
 
-# Signs of life
+# Keep-alive messages
 
 
 def signs(link: ScriptedLink) -> list[tuple[float, int]]:
@@ -238,7 +238,7 @@ def signs(link: ScriptedLink) -> list[tuple[float, int]]:
     return [(round(time, 3), data[4]) for time, data in link.writes if data[:2] == raw]
 
 
-def test_signs_of_life_go_out_twice_a_second_while_something_is_waited_for() -> None:
+def test_keep_alive_messages_are_sent_twice_a_second_during_a_wait() -> None:
     link = ScriptedLink()
     line = line_to(link)
     line.listen(2.2)
@@ -246,13 +246,13 @@ def test_signs_of_life_go_out_twice_a_second_while_something_is_waited_for() -> 
     assert all(entry.keep_alive for entry in line.log)
 
 
-def test_every_bay_gets_signs_of_its_own() -> None:
+def test_every_bay_gets_its_own_keep_alive_messages() -> None:
     link = ScriptedLink()
     line_to(link, declared_as("BBD102")).listen(0.7)
     assert signs(link) == [(0.0, 0x21), (0.0, 0x22), (0.5, 0x21), (0.5, 0x22)]
 
 
-def test_no_signs_go_out_where_silence_is_wanted() -> None:
+def test_no_keep_alive_is_sent_inside_a_silent_block() -> None:
     link = ScriptedLink()
     line = line_to(link)
     with line.silent(), line.silent():
@@ -272,13 +272,13 @@ def test_no_signs_go_out_where_silence_is_wanted() -> None:
     ],
     ids=["none in its list", "rs232", "unsupported"],
 )
-def test_no_signs_go_out_to_who_wants_none(declared: Declaration) -> None:
+def test_no_keep_alive_is_sent_to_units_without_need(declared: Declaration) -> None:
     link = ScriptedLink()
     line_to(link, declared).listen(2)
     assert signs(link) == []
 
 
-def test_a_controller_that_wants_signs_goes_on_talking() -> None:
+def test_keep_alive_messages_keep_the_updates_coming() -> None:
     line = line_to(WatchedLink(SteppedLink(stagewire_virtual.TDC001(stage=stages.Z8))))
     line.send(m.HwStartUpdateMsgs(10), 0x50)
     assert len(line.listen(10)) == 100
@@ -286,7 +286,7 @@ def test_a_controller_that_wants_signs_goes_on_talking() -> None:
         assert len(line.listen(10)) < 60
 
 
-def test_time_is_that_of_the_line_and_none_passes_by_itself() -> None:
+def test_time_passes_only_on_the_line() -> None:
     controller = stagewire_virtual.TDC001()
     line = line_to(WatchedLink(SteppedLink(controller)))
     for _ in range(100):
@@ -296,7 +296,7 @@ def test_time_is_that_of_the_line_and_none_passes_by_itself() -> None:
     assert line.now == pytest.approx(1.5)
 
 
-def test_a_question_is_decoded_in_the_log() -> None:
+def test_requests_and_replies_are_decoded_in_the_log() -> None:
     line = told((0.1, position(7)))
     with line.silent():
         line.ask(ASKED, 0x50)

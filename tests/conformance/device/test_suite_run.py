@@ -1,4 +1,4 @@
-"""A run: first contact, the order of things, what is chosen and what is not run, and what a report says."""
+"""Runs: first contact, order, selection, checks that are not run, and the contents of a report."""
 
 from __future__ import annotations
 
@@ -31,47 +31,47 @@ def link_to(unit: str = "TDC001", **options: object) -> WatchedLink:
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_a_dead_port_is_told_within_four_seconds_of_its_time(unit: str) -> None:
+def test_a_dead_port_is_reported_within_four_seconds_of_line_time(unit: str) -> None:
     link = DeadLink()
     with pytest.raises(NothingAnswersError) as caught:
         run(link, [], declared_as(unit), ALL, seed=1)
     assert link.now < 4
-    assert f"nothing answers at {link.url}" in str(caught.value)
+    assert f"no answer at {link.url}" in str(caught.value)
     assert "switched on" in str(caught.value)
 
 
-def test_garbage_is_no_answer_and_is_told_as_such() -> None:
+def test_garbage_is_reported_as_garbage() -> None:
     link = DeadLink(says=b"\x91\x00\xff" * 20)
-    with pytest.raises(NothingAnswersError, match="60 bytes came that are no message"):
+    with pytest.raises(NothingAnswersError, match="60 bytes arrived that are not a message"):
         run(link, [], declare("TDC001"), ALL, seed=1)
     assert link.now < 4
 
 
-def test_a_controller_that_does_not_say_what_it_is_is_checked_all_the_same() -> None:
+def test_a_controller_without_identity_is_checked() -> None:
     link = link_to(faults=["to_host drop frame message=HW_GET_INFO"])
     report = run_made(link, lambda trial: None)
     assert report.identification == {}
     assert [outcome.result for outcome in report.outcomes] == [Result.PASS]
 
 
-def test_an_identification_that_is_lost_once_is_asked_again() -> None:
+def test_a_lost_identity_is_requested_again() -> None:
     report = run_made(
         link_to(faults=["to_host drop frame message=HW_GET_INFO at=1"]), lambda trial: None
     )
     assert report.identification["model_number"] == "TDC001"
 
 
-def test_the_first_contact_asks_and_does_nothing_else() -> None:
+def test_first_contact_only_sends_requests() -> None:
     link = link_to()
     run_made(link)
     ids = [int.from_bytes(data[:2], "little") for data in link.writes]
     assert set(ids) == {m.HwReqInfo.layout.id, m.MotAckDcStatusUpdate.layout.id}
 
 
-# What comes out of a check
+# Results of checks
 
 
-def test_the_gravest_finding_decides() -> None:
+def test_the_worst_finding_decides() -> None:
     def mixed(trial: Trial) -> None:
         assert trial.must(True, "no")
         assert not trial.should(False, "that is advised")
@@ -95,19 +95,19 @@ def test_the_gravest_finding_decides() -> None:
         (lambda trial: trial.must(False, "stated"), Result.FAIL),
     ],
 )
-def test_what_each_finding_makes_of_a_check(body: object, result: Result) -> None:
+def test_the_result_of_a_check_for_each_finding(body: object, result: Result) -> None:
     [outcome] = run_made(link_to(), body).outcomes
     assert outcome.result is result
 
 
-def test_results_in_the_order_of_their_gravity() -> None:
+def test_the_order_of_results_by_severity() -> None:
     order = [Result.PASS, Result.SKIP, Result.INFO, Result.NON_STRICT, Result.FAIL]
     for index, result in enumerate(order):
         assert worst([*order[:index], result, *order[:index]]) is result
     assert worst([]) is Result.PASS
 
 
-def test_a_question_that_is_not_answered_ends_the_check_as_a_fail() -> None:
+def test_an_unanswered_request_fails_and_ends_the_check() -> None:
     went_on = []
 
     def asks(trial: Trial) -> None:
@@ -125,7 +125,7 @@ def test_a_question_that_is_not_answered_ends_the_check_as_a_fail() -> None:
     assert not report.unfinished
 
 
-def test_what_comes_behind_a_check_is_noted_with_it() -> None:
+def test_messages_after_a_check_are_noted_with_it() -> None:
     def leaves_updates(trial: Trial) -> None:
         trial.line.send(m.HwStartUpdateMsgs(10), 0x50)
         trial.line.listen(0.15)
@@ -133,14 +133,16 @@ def test_what_comes_behind_a_check_is_noted_with_it() -> None:
 
     [outcome] = run_made(link_to(), leaves_updates).outcomes
     assert outcome.result is Result.PASS
-    assert any("came unasked behind it" in finding.text for finding in outcome.findings)
+    assert any(
+        "received after the check, unsolicited" in finding.text for finding in outcome.findings
+    )
     assert any("HW_GET_INFO" in finding.text for finding in outcome.findings)
 
 
-# What is run
+# Checks that run or do not run
 
 
-def test_what_is_not_allowed_is_not_run_and_says_what_it_needs() -> None:
+def test_a_forbidden_check_is_not_run_and_states_its_needs() -> None:
     ran = []
     checks = [
         made(lambda trial: ran.append("reads"), "reads"),
@@ -166,7 +168,7 @@ def test_what_is_not_allowed_is_not_run_and_says_what_it_needs() -> None:
     )
 
 
-def test_what_the_pics_skips_is_a_skip_and_not_run() -> None:
+def test_a_check_skipped_by_the_pics_is_not_run() -> None:
     ran = []
     skipped = made(lambda trial: ran.append(1), needs=frozenset({Need.EEPROM}), skip="not fitted")
     report = run_made(link_to(), skipped, allowed=Permissions())
@@ -176,7 +178,7 @@ def test_what_the_pics_skips_is_a_skip_and_not_run() -> None:
     assert [finding.text for finding in outcome.findings] == ["not fitted"]
 
 
-def test_progress_hears_of_what_is_run() -> None:
+def test_progress_is_reported_for_checks_that_run() -> None:
     heard = []
     checks = [
         made(lambda trial: None, "first"),
@@ -196,7 +198,7 @@ def test_progress_hears_of_what_is_run() -> None:
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BBD102", "MS2000"])
-def test_one_check_alone_is_repeated_byte_for_byte_with_its_seed(unit: str) -> None:
+def test_a_single_check_is_repeated_byte_for_byte_with_its_seed(unit: str) -> None:
     declared = declare(unit)
     checks = plan(declared, Permissions())
 
@@ -216,11 +218,11 @@ def test_one_check_alone_is_repeated_byte_for_byte_with_its_seed(unit: str) -> N
         assert sent([check], 5)[check.id] == whole[check.id], check.id
 
 
-# What is chosen
+# Selection
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_the_ids_of_a_plan_do_not_depend_on_what_is_allowed(unit: str) -> None:
+def test_the_ids_of_a_plan_do_not_depend_on_permissions(unit: str) -> None:
     declared = declared_as(unit)
     ids = [check.id for check in plan(declared, Permissions())]
     assert ids == [check.id for check in plan(declared, ALL)]
@@ -230,7 +232,7 @@ def test_the_ids_of_a_plan_do_not_depend_on_what_is_allowed(unit: str) -> None:
         assert check.id == check.kind.name or check.id.startswith(f"{check.kind.name}/")
 
 
-def test_checks_are_chosen_by_kind_message_and_pattern() -> None:
+def test_checks_are_selected_by_kind_message_and_pattern() -> None:
     declared = declare("TDC001")
     every = plan(declared, Permissions())
 
@@ -251,23 +253,23 @@ def test_checks_are_chosen_by_kind_message_and_pattern() -> None:
     [
         ("answer", "did you mean answers"),
         ("MOT_REQ_VELPARAM", "did you mean MOT_REQ_VELPARAMS"),
-        ("zzz", "--list shows what there is"),
+        ("zzz", "--list shows all checks"),
     ],
 )
-def test_what_chooses_nothing_is_refused_with_a_hint(pattern: str, hint: str) -> None:
-    with pytest.raises(NothingToRunError, match=f"no check of TDC001 is named {pattern}; {hint}"):
+def test_a_selection_without_matches_is_refused_with_a_hint(pattern: str, hint: str) -> None:
+    with pytest.raises(NothingToRunError, match=f"no check of TDC001 matches {pattern}; {hint}"):
         plan(declare("TDC001"), ALL, only=["answers", pattern])
 
 
-def test_another_unit_than_there_is_none_of_is_refused() -> None:
-    with pytest.raises(StagewireError, match="there is no unit TDC002"):
+def test_an_unknown_unit_is_refused() -> None:
+    with pytest.raises(StagewireError, match="unknown unit TDC002"):
         declare("TDC002")
 
 
 # The report
 
 
-def test_a_report_says_what_it_was_made_with() -> None:
+def test_a_report_contains_the_inputs_of_the_run() -> None:
     before = datetime.now(UTC)
     report = run_made(link_to(), lambda trial: trial.line.listen(0.25), seed=42)
     assert report.url == "virtual://TDC001"
@@ -278,12 +280,12 @@ def test_a_report_says_what_it_was_made_with() -> None:
     assert report.identification["model_number"] == "TDC001"
     assert report.jitter < 1e-6  # the clock of the line is never late
     [outcome] = report.outcomes
-    assert outcome.seconds == pytest.approx(0.3)  # and 50 ms until nothing more came
+    assert outcome.seconds == pytest.approx(0.3)  # plus 50 ms until the line was quiet
     assert [entry.text for entry in outcome.entries] == ["0x01->0x50 MOT_ACK_DCSTATUSUPDATE"]
     assert outcome.entries[0].keep_alive
 
 
-def test_entries_are_what_passed_decoded_and_in_order() -> None:
+def test_entries_are_the_decoded_traffic_in_order() -> None:
     def asks(trial: Trial) -> None:
         trial.reply(m.MotReqVelParams(1), 0x50)
         trial.line.send_bytes(b"\x12\x34\x56", "three bytes")
@@ -317,12 +319,12 @@ def test_the_digest_of_the_pics_is_that_of_its_file() -> None:
         ("0..5mm", "Z8", (0, 171520)),
         ("0.5..1.5 mm", "Z8", (17152, 51456)),
         ("500..1500um", "Z8", (17152, 51456)),
-        ("-0.0001..0.0001mm", "Z8", (-3, 3)),  # inside of it: 3.43 counts
+        ("-0.0001..0.0001mm", "Z8", (-3, 3)),  # rounded towards zero from 3.43 counts
         ("7..9counts", "Z8", (7, 9)),
         ("7..9counts", None, (7, 9)),
     ],
 )
-def test_a_range_in_counts_lies_within_it(
+def test_a_range_in_counts_lies_within_the_range_in_mm(
     text: str, scale: str | None, counts: tuple[int, int]
 ) -> None:
     from stagewire_apt import stages
@@ -334,17 +336,17 @@ def test_a_range_in_counts_lies_within_it(
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("5..0mm", "the lower end comes first"),
+        ("5..0mm", "the first number must not exceed the second"),
         ("0..5", "expected a range with its unit"),
         ("0-5mm", "expected a range with its unit"),
-        ("0..5miles", "there is no unit miles"),
-        ("0..1.5counts", "counts are whole numbers"),
+        ("0..5miles", "unknown unit miles"),
+        ("0..1.5counts", "counts must be integers"),
         ("", "expected a range with its unit"),
         ("0..1e5mm", "expected a range with its unit"),
         ("0..١mm", "expected a range with its unit"),
     ],
 )
-def test_a_text_that_is_no_range_says_what_one_is(text: str, problem: str) -> None:
+def test_an_invalid_range_is_refused_with_an_example(text: str, problem: str) -> None:
     with pytest.raises(StagewireError, match=problem):
         Range.parse(text)
 

@@ -1,4 +1,4 @@
-"""Lines for tests of the suite that are watched, or that something happens on; and checks made for a test."""
+"""Instrumented links for tests of the suite, and checks made for a test."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MODULES = ("MST601", None, "MPZ601")
 
 
 class WatchedLink(Link):
-    """A stepped line that notes what is written; hooks see each read and each write beforehand."""
+    """A stepped line that records writes. Hooks are called before each read and write."""
 
     def __init__(self, link: Link) -> None:
         self.url = link.url
@@ -44,7 +44,7 @@ class WatchedLink(Link):
         self._link.write(data)
 
     def write_now(self, data: bytes) -> None:
-        raise AssertionError("the suite writes frames whole, and not what the system takes")
+        raise AssertionError("the suite never calls write_now here")
 
     def wake(self) -> None:
         self._link.wake()
@@ -54,7 +54,7 @@ class WatchedLink(Link):
 
 
 class DeadLink(Link):
-    """A line at whose other end is nothing, or something that says the same whatever it is asked."""
+    """A line with nothing at the other end, or with something that always sends the same bytes."""
 
     url = "socket://192.0.2.1:4001"
 
@@ -92,10 +92,10 @@ def made(
     skip: str = "",
     lacks: str = "",
 ) -> Check:
-    """Return a check as a plan has it."""
+    """Return a check as in a plan."""
     check = Check(
         id=f"{name}/one",
-        title="It does what the test wants.",
+        title="A check made for a test.",
         messages=(),
         run=body,
         needs=needs,
@@ -112,7 +112,7 @@ def run_made(
     allowed: Permissions = ALL,
     seed: int = 1,
 ) -> Report:
-    """Run checks that were made for a test; a function is the body of one."""
+    """Run checks made for a test. A function becomes the body of a check."""
     planned = [
         check if isinstance(check, Check) else made(check, f"made{number}")
         for number, check in enumerate(checks)
@@ -131,7 +131,7 @@ def controller_of(unit: str) -> VirtualController:
 
 
 def declared_as(unit: str) -> Declaration:
-    """Return what :func:`controller_of` makes, as a PICS declares it."""
+    """Return the declaration of a controller from :func:`controller_of`."""
     if unit != "RACK":
         return declare(unit)
     bays = tuple(

@@ -1,4 +1,4 @@
-"""Sheets that no run has made: one with every kind of thing in it, and texts that mean harm."""
+"""Sample sheets: one with every kind of content, and one with malicious texts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stagewire_conformance.reports import (
 )
 
 HOSTILE = "<script>alert(1)</script>\x1b[2J\x00\u202e\n]]>&\"'{{ 7*7 }}"
-"""What a controller may say: markup, ends of sections, what steers a terminal, what turns text round."""
+"""Malicious text from a controller: markup, section ends, terminal escapes, and direction changes."""
 
 PAGE_9 = PageReference("thorlabs_apt", 9, "page 9")
 PAGE_30 = PageReference("thorlabs_apt", 30, "page 30")
@@ -109,7 +109,7 @@ ERRATUM = Erratum(
 
 
 def sheet(*cases: Case, **changes: object) -> Sheet:
-    """Return a sheet of these cases; of one of each kind where there are none."""
+    """Return a sheet of these cases, or of one of each kind."""
     every = cases or (PASSED, FAILED, DEVIATING, NOTED, SKIPPED, NOT_RUN)
     kinds = dict.fromkeys(case.id.partition("/")[0] for case in every)
     made = Sheet(
@@ -122,7 +122,7 @@ def sheet(*cases: Case, **changes: object) -> Sheet:
         facts=(
             Fact(key="url", label="Line", value="virtual://TDC001?stage=Z8"),
             Fact(key="serial_number", label="Serial number", value=83000001),
-            Fact(key="jitter_ms", label="Lateness of this computer", value=0.25),
+            Fact(key="jitter_ms", label="Jitter of this computer", value=0.25),
             Fact(key="firmware", label="Firmware", value=None),
         ),
         digests={"suite": "ab" * 32, "pics": "cd" * 32},
@@ -146,7 +146,7 @@ def sheet(*cases: Case, **changes: object) -> Sheet:
 
 
 def hostile() -> Sheet:
-    """Return a sheet with harmful texts wherever one from outside could stand."""
+    """Return a sheet with malicious text in every place for text from outside."""
     bad = replace(
         FAILED,
         title=HOSTILE,

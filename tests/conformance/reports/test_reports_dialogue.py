@@ -1,4 +1,4 @@
-"""A long dialogue in a report: what is left out is what is said again and again, and its number is told."""
+"""Long dialogues in reports: repetitions are omitted and counted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def told(number: int) -> Transmission:
 
 
 def polled(many: int) -> list[Transmission]:
-    """Return a motion that is looked at again and again, and ends in between."""
+    """Return a motion that is polled repeatedly, and ends in between."""
     looks = [line for number in range(many) for line in (asked(number), told(number))]
     half = len(looks) // 2
     return [MOVE, *looks[:half], END, *looks[half:]]
@@ -34,18 +34,18 @@ def left_out(found: list[Transmission | int]) -> int:
     return sum(each for each in found if isinstance(each, int))
 
 
-def test_a_short_one_is_whole() -> None:
+def test_a_short_dialogue_is_complete() -> None:
     lines = polled(3)
     assert shortened(lines, len(lines)) == lines
 
 
-def test_signs_of_life_go_first() -> None:
+def test_keep_alive_messages_are_omitted_first() -> None:
     lines = [MOVE, SIGN, SIGN, END]
     assert shortened(lines, 3) == [MOVE, END]
 
 
 @pytest.mark.parametrize("many", [20, 100])
-def test_what_happened_stays(many: int) -> None:
+def test_events_are_kept(many: int) -> None:
     lines = polled(many)
     found = shortened(lines, 16)
     kept = [each for each in found if isinstance(each, Transmission)]
@@ -57,7 +57,7 @@ def test_what_happened_stays(many: int) -> None:
 
 
 @pytest.mark.parametrize("most", [3, 10, 50])
-def test_what_is_never_the_same_loses_its_middle(most: int) -> None:
+def test_a_dialogue_without_repetitions_loses_its_middle(most: int) -> None:
     lines = [
         Transmission(time=n, sent=n % 2 == 0, raw=bytes([n, n, n, n, n, n, n])) for n in range(200)
     ]
@@ -68,7 +68,7 @@ def test_what_is_never_the_same_loses_its_middle(most: int) -> None:
     assert [kept[0], kept[-1]] == [lines[0], lines[-1]]
 
 
-def test_how_it_is_written() -> None:
+def test_the_text_of_a_dialogue() -> None:
     text = list(dialogue([MOVE, END], 10))
     assert text[0] == "    1.000 > 53 04 06 00 D0 01 01 00 E8 03 00 00  # move"
     assert text[1].startswith("    9.000 < 64 04 0E 00 81 50 ")

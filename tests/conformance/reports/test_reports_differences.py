@@ -1,4 +1,4 @@
-"""Bytes wanted below bytes that came: aligned, marked, and nothing lost."""
+"""Expected and received bytes: aligned, marked, and complete."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ from stagewire_conformance.reports.text import as_text, rows
 @pytest.mark.parametrize(
     ("wanted", "came", "text"),
     [
-        ("01 02 03", "01 02 03", ["wanted   0  01 02 03", "came        01 02 03"]),
+        ("01 02 03", "01 02 03", ["expected   0  01 02 03", "received      01 02 03"]),
         (
             "01 02 03",
             "01 FF 03",
-            ["wanted   0  01 02 03", "came        01 FF 03", "               ^^"],
+            ["expected   0  01 02 03", "received      01 FF 03", "                 ^^"],
         ),
         (
             "01 02 03 04",
             "01 03 04",
-            ["wanted   0  01 02 03 04", "came        01 -- 03 04", "               ^^"],
+            ["expected   0  01 02 03 04", "received      01 -- 03 04", "                 ^^"],
         ),
         (
             "01 02",
             "01 09 09 02",
-            ["wanted   0  01 -- -- 02", "came        01 09 09 02", "               ^^ ^^"],
+            ["expected   0  01 -- -- 02", "received      01 09 09 02", "                 ^^ ^^"],
         ),
-        ("", "01", ["wanted   0  --", "came        01", "            ^^"]),
+        ("", "01", ["expected   0  --", "received      01", "              ^^"]),
         ("", "", []),
     ],
 )
-def test_how_they_are_aligned(wanted: str, came: str, text: list[str]) -> None:
+def test_differing_bytes_are_aligned_and_marked(wanted: str, came: str, text: list[str]) -> None:
     assert as_text(bytes.fromhex(wanted), bytes.fromhex(came)) == text
 
 
-def test_what_is_alike_at_length_is_counted() -> None:
+def test_long_equal_parts_are_counted() -> None:
     wanted = bytes(range(90))
     came = wanted[:40] + b"\xff" + wanted[41:]
     lines = as_text(wanted, came)
-    assert lines[0] == "both     0  … 40 bytes alike …"
-    assert lines[1].startswith("wanted  40  28 ")
-    assert lines[-1] == "both    48  … 42 bytes alike …"
+    assert lines[0] == "both       0  … 40 equal bytes …"
+    assert lines[1].startswith("expected  40  28 ")
+    assert lines[-1] == "both      48  … 42 equal bytes …"
     assert len(lines) == 5
 
 
@@ -56,7 +56,7 @@ def test_nothing_is_lost(wanted: bytes, came: bytes) -> None:
 
 
 @given(st.binary(max_size=60), st.binary(max_size=60))
-def test_marks_stand_below_what_differs(wanted: bytes, came: bytes) -> None:
+def test_marks_are_below_the_differences(wanted: bytes, came: bytes) -> None:
     lines = as_text(wanted, came)
     for above, line, below in zip(lines, lines[1:], [*lines[2:], ""], strict=False):
         if above.startswith("wanted"):

@@ -1,4 +1,4 @@
-"""The JSON and JUnit reports: what their schemas demand, and everything that was found."""
+"""The JSON and JUnit reports: they satisfy their schemas and are complete."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def data(made: Sheet) -> Any:
 
 
 @pytest.mark.parametrize("made", SHEETS.values(), ids=SHEETS)
-def test_json_keeps_to_its_schema(made: Sheet) -> None:
+def test_json_satisfies_its_schema(made: Sheet) -> None:
     checker = jsonschema.FormatChecker()
     jsonschema.Draft202012Validator(SCHEMA, format_checker=checker).validate(data(made))
 
@@ -103,7 +103,7 @@ def test_json_has_everything() -> None:
 
 
 @pytest.mark.parametrize("made", SHEETS.values(), ids=SHEETS)
-def test_junit_keeps_to_its_schema(made: Sheet) -> None:
+def test_junit_satisfies_its_schema(made: Sheet) -> None:
     text = as_junit(made)
     assert text.isascii()
     junit_schema().validate(text)
@@ -113,7 +113,7 @@ def suites(made: Sheet) -> dict[str, ElementTree.Element]:
     return {suite.get("name", ""): suite for suite in ElementTree.fromstring(as_junit(made))}
 
 
-def test_junit_has_a_case_for_each_and_its_result() -> None:
+def test_junit_has_a_test_case_with_the_result_of_each_case() -> None:
     results = {}
     for suite in suites(sheet()).values():
         for case in suite.iter("testcase"):
@@ -125,11 +125,11 @@ def test_junit_has_a_case_for_each_and_its_result() -> None:
         NOTED.id: [],
         SKIPPED.id: [("skipped", "SKIP")],
         NOT_RUN.id: [("skipped", "NOT RUN")],
-        "came to its end": [],
+        "run finished": [],
     }
 
 
-def test_junit_counts_what_there_is() -> None:
+def test_junit_counts_are_right() -> None:
     answers = suites(sheet())["answers"]
     counts = {name: answers.get(name) for name in ("tests", "failures", "errors", "skipped")}
     assert counts == {"tests": "2", "failures": "1", "errors": "0", "skipped": "0"}
@@ -143,8 +143,8 @@ def test_a_failure_in_junit_has_bytes_rule_page_and_command() -> None:
     text = failure.text or ""
     assert failure.get("message") == "channel 2 came, not 1"
     for part in (
-        "wanted   0  15 04 0E 00 81 50 01 00",
-        "came        15 04 0E 00 81 50 02 00",
+        "expected   0  15 04 0E 00 81 50 01 00",
+        "received      15 04 0E 00 81 50 02 00",
         "^^",
         "rule request-answered (must, page 9): A request is answered.",
         "erratum apt-a-misprint",
@@ -154,13 +154,13 @@ def test_a_failure_in_junit_has_bytes_rule_page_and_command() -> None:
         assert part in text, part
 
 
-def test_a_run_that_was_cut_short_is_an_error_in_junit() -> None:
+def test_an_unfinished_run_is_an_error_in_junit() -> None:
     error = suites(sheet(PASSED, unfinished="the plug was pulled"))["run"].find(".//error")
     assert error is not None
     assert error.get("message") == "the plug was pulled"
 
 
-def test_what_a_controller_says_stays_a_text() -> None:
+def test_text_from_a_controller_stays_text() -> None:
     text = as_junit(hostile())
     assert "<script" not in text
     assert not [c for c in text if not c.isprintable() and c != "\n"]
@@ -181,15 +181,15 @@ def test_verdicts(cases: tuple[Any, ...], unfinished: str, verdict: Verdict) -> 
     assert sheet(*cases, unfinished=unfinished).verdict is verdict
 
 
-def test_a_figure_that_is_no_number_is_left_out_of_json() -> None:
+def test_a_figure_that_is_not_a_number_is_omitted_from_json() -> None:
     odd = replace(PASSED, figures={"p50_ms": 1.5, "p99_ms": float("nan"), "rate_hz": float("inf")})
     assert data(sheet(odd))["groups"][0]["cases"][0]["figures"] == {"p50_ms": 1.5}
     junit_schema().validate(as_junit(sheet(odd)))
 
 
-def test_texts_may_stand_for_bytes() -> None:
+def test_findings_may_have_texts_instead_of_bytes() -> None:
     finding = Finding(grade=Grade.FAILED, text="answered wrongly", wanted="[1]", came='{"a": 2}')
     made = sheet(replace(FAILED, findings=(finding,)))
     (found,) = data(made)["groups"][0]["cases"][0]["findings"]
     assert (found["wanted"], found["came"]) == ({"text": "[1]"}, {"text": '{"a": 2}'})
-    assert "  wanted [1]\n  came   {" in as_junit(made).replace("&quot;", '"')
+    assert "  expected [1]\n  received {" in as_junit(made).replace("&quot;", '"')

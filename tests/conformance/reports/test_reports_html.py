@@ -1,4 +1,4 @@
-"""The HTML page: well-formed, complete, asking nobody for anything, and everything in it escaped."""
+"""The HTML page: well-formed, complete, self-contained, and with everything in it escaped."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ VOID = {"meta", "br", "link", "img", "hr", "input"}
 
 
 class Page(HTMLParser):
-    """A page, read strictly: every tag is closed by its own."""
+    """A strictly parsed page: every tag is closed."""
 
     def __init__(self, text: str) -> None:
         super().__init__(convert_charrefs=True)
@@ -70,7 +70,7 @@ def read(made: Sheet) -> Page:
 
 
 @pytest.mark.parametrize("made", [sheet(), sheet(PASSED), hostile()], ids=["all", "one", "hostile"])
-def test_it_asks_nobody_for_anything(made: Sheet) -> None:
+def test_the_page_loads_nothing(made: Sheet) -> None:
     page = read(made)
     assert {tag for tag, _ in page.tags}.isdisjoint(
         {"script", "img", "link", "iframe", "object", "embed", "base", "form", "svg", "input"}
@@ -88,7 +88,7 @@ def test_it_asks_nobody_for_anything(made: Sheet) -> None:
 
 
 @pytest.mark.parametrize("made", [sheet(), hostile()], ids=["all", "hostile"])
-def test_links_lead_somewhere_and_names_are_unique(made: Sheet) -> None:
+def test_links_have_targets_and_ids_are_unique(made: Sheet) -> None:
     page = read(made)
     ids = page.having("id")
     assert len(set(ids)) == len(ids)
@@ -97,7 +97,7 @@ def test_links_lead_somewhere_and_names_are_unique(made: Sheet) -> None:
     assert labels <= set(ids)
 
 
-def test_headings_have_an_order_and_tables_have_headers() -> None:
+def test_headings_are_in_order_and_tables_have_headers() -> None:
     page = read(sheet())
     levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch("h[1-6]", tag)]
     assert levels[0] == 1
@@ -109,7 +109,7 @@ def test_headings_have_an_order_and_tables_have_headers() -> None:
     assert all("scope" in found for tag, found in page.tags if tag == "th")
 
 
-def test_what_it_says() -> None:
+def test_the_contents_of_the_page() -> None:
     words = read(sheet()).words()
     for text in ("FAILED", "does not conform: 1 failed, 1 non-strict", "83000001", "ab" * 32):
         assert text in words
@@ -124,10 +124,10 @@ def test_what_it_says() -> None:
     assert "nobody looks" in words  # the waiver
     assert "A byte line" in words  # the erratum
     assert "p99_ms 3.25" in words
-    assert "not claimed: no potentiometer" in words
+    assert "unsupported: no potentiometer" in words
 
 
-def test_of_some_cases_only_what_they_are_about_is_listed() -> None:
+def test_a_partial_run_lists_only_the_subjects_of_its_cases() -> None:
     whole, some = (read(sheet(PASSED, whole=whole)).words() for whole in (True, False))
     coverage = some.partition("Coverage by page of the document")[2].partition("Rules without")[0]
     assert "MOT_REQ_POTPARAMS" in whole
@@ -138,7 +138,7 @@ def test_of_some_cases_only_what_they_are_about_is_listed() -> None:
     assert "Velocities … are set." not in coverage
 
 
-def test_where_nothing_ran_there_are_no_results() -> None:
+def test_without_a_run_there_are_no_results() -> None:
     assert "Results by kind" in read(sheet(PASSED)).words()
     page = read(sheet(NOT_RUN))
     assert "Results by kind" not in page.words()
@@ -159,32 +159,32 @@ def test_a_failure_has_its_bytes_its_dialogue_and_its_command() -> None:
     assert f"Restored: {FAILED.restored[0]}" in article
 
 
-def test_a_run_that_was_cut_short_says_so() -> None:
+def test_the_page_of_an_unfinished_run_states_the_reason() -> None:
     words = read(sheet(PASSED, unfinished="the plug was pulled")).words()
     assert "NOT FINISHED" in words
     assert "the plug was pulled" in words
     assert "not run" not in words.partition("Summary")[0]
 
 
-def test_what_a_controller_says_stays_a_text() -> None:
+def test_text_from_a_controller_stays_text() -> None:
     text = as_html(hostile())
     page = Page(text)
     assert "<script" not in text
-    assert "{{" in text  # as it came: nobody has taken it for a template
+    assert "{{" in text  # unchanged: not evaluated as a template
     assert not [c for c in text if not c.isprintable() and c != "\n"]
     shown = "<script>alert(1)</script>\\x1b[2J\\x00\\u202e\\n]]>&\"'{{ 7*7 }}"
     assert shown in page.words()
     assert HOSTILE not in text
 
 
-def test_a_long_dialogue_is_shortened_and_says_so() -> None:
+def test_a_long_dialogue_is_shortened_with_a_note() -> None:
     many = tuple(
         Transmission(time=float(n), sent=n % 2 == 0, raw=bytes([n % 256, n // 256]))
         for n in range(1000)
     )
     words = read(sheet(*(replace(case, lines=many) for case in (PASSED, FAILED)))).words()
-    assert "880 lines left out here" in words
-    assert "976 lines left out here" in words
+    assert "880 lines omitted here" in words
+    assert "976 lines omitted here" in words
     assert "00 00" in words
     assert "E7 03" in words
 
@@ -197,7 +197,7 @@ def luminance(colour: str) -> float:
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
-def test_every_colour_can_be_read_on_its_ground() -> None:
+def test_every_colour_has_enough_contrast() -> None:
     style = next(text for path, text in read(sheet()).texts if path[-1:] == ("style",))
     themes = [
         dict(re.findall(r"--([a-z-]+): (#[0-9a-f]{6})", block))

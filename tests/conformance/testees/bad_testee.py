@@ -1,6 +1,6 @@
-"""A testee that behaves badly, for tests of what asks it: ``python bad_testee.py HOW``.
+"""A misbehaving testee for tests: ``python bad_testee.py HOW``.
 
-What it answers is what the Python testee answers, but when and what else it does is HOW's.
+It answers like the Python testee. HOW selects a function below that changes the timing or adds other output.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from stagewire_conformance.testee import Testee
 
 TESTEE = Testee()
 TRIGGER = b'"WRITE_TARGET_POSITION"'
-"""What badly behaved testees stumble over."""
+"""The message that makes misbehaving testees fail."""
 
 
 def answer(line: bytes) -> bytes:
@@ -32,7 +32,7 @@ def lines() -> Iterator[bytes]:
 
 
 def each(act: Callable[[bytes], bytes | None]) -> None:
-    """Answer every line; ``act`` may return something else to be said, or see to it by itself."""
+    """Answer every line. ``act`` may return other bytes to send, or None if it does everything itself."""
     for line in lines():
         other = act(line) if TRIGGER in line else None
         say(answer(line) if other is None else other)
@@ -65,7 +65,7 @@ def crash_always() -> None:
 
 
 def crash_after_the_first() -> None:
-    """Is fine once; a file beside it remembers."""
+    """Behave well once; a file records that."""
     mark = sys.argv[2]
     if os.path.exists(mark):
         os._exit(6)
@@ -78,7 +78,7 @@ def hang() -> None:
 
 
 def deaf() -> None:
-    """Takes nothing from its input behind hello, so that who writes would be kept waiting."""
+    """Read nothing after hello, so that the writer's pipe fills up."""
     say(answer(next(lines())))
     time.sleep(100)
 
@@ -114,7 +114,7 @@ def endless() -> None:
 
 
 def backwards() -> None:
-    """Answers what has come at once from the last line to the first."""
+    """Answer all waiting lines in reverse order."""
     rest = b""
     while data := os.read(0, 1 << 20):
         *whole, rest = (rest + data).split(b"\n")
@@ -122,7 +122,7 @@ def backwards() -> None:
 
 
 def late() -> None:
-    """Keeps one answer back, and gives it with the next."""
+    """Delay one answer until the next."""
     kept: list[bytes] = []
 
     def act(line: bytes) -> bytes:
@@ -144,7 +144,7 @@ def banner() -> None:
 def chatty() -> None:
     def act(line: bytes) -> None:
         for number in range(2000):
-            print(f"line {number} of what nobody reads", file=sys.stderr)
+            print(f"line {number} of output that is not read", file=sys.stderr)
 
     each(act)
     sys.stderr.flush()
@@ -153,7 +153,7 @@ def chatty() -> None:
 def chatty_crash() -> None:
     def act(line: bytes) -> None:
         for number in range(2000):
-            print(f"line {number} of what nobody reads", file=sys.stderr)
+            print(f"line {number} of output that is not read", file=sys.stderr)
         print("at last", file=sys.stderr, flush=True)
         os._exit(7)
 
@@ -165,7 +165,7 @@ def slow() -> None:
 
 
 def stays() -> None:
-    """Does not end when its input does."""
+    """Keep running after the input ends."""
     good()
     time.sleep(100)
 

@@ -1,7 +1,6 @@
-"""The Python testee with one mistake in it: in one message, or in one field of it.
+"""The Python testee with one mistake in a message or field.
 
-``python broken_codecs.py NUMBER`` is a program that is the testee with the mistake of this number of
-:func:`drawn`.
+``python broken_codecs.py NUMBER`` runs the testee with the mistake of this number from :func:`drawn`.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True)
 class Mistake:
-    """One mistake.
+    """A mistake.
 
-    :param kind: which, a key of the tables below.
-    :param form: the layout that has it; the others of the message are right.
-    :param field: the field that has it; empty where it is the whole message's.
+    :param kind: a key of the table below.
+    :param form: the layout with the mistake; other layouts of the message are correct.
+    :param field: the field with the mistake; empty for the whole message.
     """
 
     kind: str
@@ -74,7 +73,7 @@ _loaded = cache(load_protocol)
 
 
 class Layout:
-    """The layout that is got wrong, as the registry has it."""
+    """The layout with the mistake, as in the registry."""
 
     def __init__(self, mistake: Mistake) -> None:
         self.protocol = _loaded(mistake.protocol)
@@ -89,7 +88,7 @@ class Layout:
 
     @property
     def start(self) -> int:
-        """Where the field stands in the bytes of the message."""
+        """The position of the field in the bytes of the message."""
         if self.name in (
             self.layout[key] and self.layout[key]["name"] for key in ("param1", "param2")
         ):
@@ -98,19 +97,19 @@ class Layout:
 
     @property
     def payload(self) -> int:
-        """Where the payload begins."""
+        """The position of the payload."""
         if isinstance(self.protocol, CommandProtocol):
             return 0 if self.form == "reply" else 3
         return 6
 
     @property
     def whole(self) -> bool:
-        """Whether the range of the field is all that its bytes hold."""
+        """Whether the range of the field covers all values of its bytes."""
         numbers: int = self.field["maximum"] - self.field["minimum"] + 1
         return numbers == 1 << 8 * self.size
 
     def neighbour(self) -> str:
-        """Another field of the same kind and size; empty where there is none."""
+        """Another field of the same kind and size; empty if there is none."""
         alike = (self.field["kind"], self.size, "value", "value")
         for name, field in self.fields.items():
             roles = field["role"], self.field["role"]
@@ -119,11 +118,11 @@ class Layout:
         return ""
 
     def said(self, answer: Json) -> bool:
-        """Whether an answer, or an event, says this layout."""
+        """Return whether an answer or event contains this layout."""
         return (answer.get("message"), answer.get("form")) == (self.message, self.form)
 
     def encodes(self, request: Json) -> bool:
-        """Whether a request is to encode this layout."""
+        """Return whether a request encodes this layout."""
         if request["op"] != "encode" or request.get("message") != self.message:
             return False
         forms = {"command": "request", "reply": "reply"}
@@ -132,7 +131,7 @@ class Layout:
         )
 
     def decodes(self, request: Json) -> bool:
-        """Whether the bytes of a request would be this layout, as far as its first bytes tell."""
+        """Return whether the first bytes of a request match this layout."""
         if request["op"] != "decode":
             return False
         raw = bytes.fromhex(request["hex"])
@@ -149,11 +148,11 @@ Ask = Callable[[Json], Json]
 Make = Callable[[Layout, Ask, Json, Json], Json]
 
 
-# Mistakes of a decoder: what it says of a field
+# Mistakes of a decoder
 
 
 def _decoder(change: Callable[[Layout, Json, Any], Any]) -> Make:
-    """Return the mistake of a decoder that says something else of a field, in messages and streams."""
+    """Return a decoder that changes a field, in messages and streams."""
 
     def make(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
         def changed(answer: Json) -> Json:
@@ -217,11 +216,11 @@ def _last_letter_lost(layout: Layout, answer: Json, value: str) -> str:
     return value[:-2] if layout.field["kind"] == "bytes" else value[:-1]
 
 
-# Mistakes of an encoder: which bytes it makes of a field
+# Mistakes of an encoder
 
 
 def _encoder(change: Callable[[Layout, bytearray], None]) -> Make:
-    """Return the mistake of an encoder that makes other bytes."""
+    """Return an encoder that changes the bytes."""
 
     def make(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
         if not right["ok"] or not layout.encodes(request):
@@ -267,11 +266,11 @@ def _encoded_of_neighbour(layout: Layout, raw: bytearray) -> None:
     )
 
 
-# Mistakes of either: what is refused and what is not
+# Mistakes of both: refusals
 
 
 def _wraps(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """Values that are out of range are cut to what the bytes hold."""
+    """Truncate values that are out of range to the size of the field."""
     value = request.get("fields", {}).get(layout.name) if layout.encodes(request) else None
     if right.get("error") != "out_of_range" or not isinstance(value, int):
         return right
@@ -281,7 +280,7 @@ def _wraps(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
 
 
 def _signed_range(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """The range is that of a number with a sign where there is none, and the other way round."""
+    """Use the range of a signed number for an unsigned one, and vice versa."""
     value = request.get("fields", {}).get(layout.name) if layout.encodes(request) else None
     if not isinstance(value, int) or isinstance(value, bool):
         return right
@@ -293,7 +292,7 @@ def _signed_range(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
 
 
 def _not_needed(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """A field that has to be given is taken for zero."""
+    """Treat a missing required field as zero."""
     if right.get("error") != "missing_field" or not layout.encodes(request):
         return right
     if layout.name in request.get("fields", {}):
@@ -303,7 +302,7 @@ def _not_needed(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
 
 
 def _any_kind(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """A number may be written as text."""
+    """Accept a number written as text."""
     value = request.get("fields", {}).get(layout.name) if layout.encodes(request) else None
     if right.get("error") != "bad_value" or not isinstance(value, str) or not value.isdigit():
         return right
@@ -323,7 +322,7 @@ def _another_code(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
 
 
 def _takes_half(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """Bytes that are missing are taken for zero."""
+    """Treat missing bytes as zero."""
     if right.get("error") != "truncated" or not layout.decodes(request):
         return right
     for more in range(100):
@@ -335,7 +334,7 @@ def _takes_half(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
 
 
 def _takes_too_much(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """Bytes behind the end are not looked at."""
+    """Ignore bytes after the end."""
     if right.get("error") != "trailing" or not layout.decodes(request):
         return right
     for less in range(1, 40):
@@ -358,14 +357,14 @@ def _sends_no_extra(layout: Layout, ask: Ask, request: Json, right: Json) -> Jso
 
 
 def _refuses(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """What is right is refused."""
+    """Refuse a valid message."""
     if not (layout.said(right) or (right["ok"] and layout.encodes(request))):
         return right
     return {"id": right["id"], "ok": False, "error": "bad_length", "detail": "it looks wrong"}
 
 
 def _keeps_announcement(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """The bit that announces a packet stays in the address."""
+    """Keep the packet flag in the address."""
     return {**right, "dest": right["dest"] | 0x80} if layout.said(right) else right
 
 
@@ -375,7 +374,7 @@ def _swaps_addresses(layout: Layout, ask: Ask, request: Json, right: Json) -> Js
 
 
 def _loses_at_a_cut(layout: Layout, ask: Ask, request: Json, right: Json) -> Json:
-    """A message of which the first chunk holds but a byte or two is lost."""
+    """Lose a message if the first chunk has only one or two bytes."""
     if not any(layout.said(event) for event in right.get("events", ())):
         return right
     if len(request["chunks"]) < 2 or not 1 <= len(request["chunks"][0]) // 2 <= 2:
@@ -434,7 +433,7 @@ KINDS: dict[str, Make] = {
 
 
 def every_mistake() -> Iterator[Mistake]:
-    """Yield each kind of mistake in each field or layout in which it can be made."""
+    """Yield each kind of mistake for each field or layout that can have it."""
     for name in NAMES:
         protocol = _loaded(name)
         for message in registry_of(protocol).data["messages"]:
@@ -457,7 +456,7 @@ def _of_layouts(protocol: Protocol, message: Json, layout: Json) -> Iterator[str
         "refusals: what is right",
     )
     yield from ("stream: last chunk lost", "stream: twice")
-    if message["kind"] != "setup":  # half of its two bytes does not say which it is
+    if message["kind"] != "setup":  # one of its two bytes does not identify it
         yield "refusals: half a message"
     if layout["length"] and layout["form"] != "reply":
         yield from ("extra: lost", "extra: not sent")
@@ -481,7 +480,7 @@ def _of_fields(protocol: Protocol, layout: Layout) -> Iterator[str]:
         return
     yield from ("decoded: sign", "decoded: dropped mask", "decoded: number as text")
     yield "range: wraps"
-    if layout.whole:  # in others nothing that may be sent has the bit that the sign takes
+    if layout.whole:  # other ranges have no valid value with the top bit
         yield from ("encoded: dropped mask", "range: sign")
     if layout.size > 1:
         yield from ("decoded: byte order", "decoded: low byte alone")
@@ -494,7 +493,7 @@ def _of_fields(protocol: Protocol, layout: Layout) -> Iterator[str]:
 
 @cache
 def drawn(number: int = 200) -> tuple[Mistake, ...]:
-    """Return mistakes of every kind, by chance over all messages and fields."""
+    """Return random mistakes of every kind, spread over all messages and fields."""
     random = Random(SEED)
     kinds: dict[str, list[Mistake]] = {}
     for mistake in every_mistake():
@@ -512,7 +511,7 @@ def drawn(number: int = 200) -> tuple[Mistake, ...]:
 
 
 class InProcess:
-    """A testee in this process, in the place of one that runs beside it."""
+    """A testee in this process instead of a child process."""
 
     def __init__(self, answer: Callable[[bytes], Json]) -> None:
         self._answer = answer

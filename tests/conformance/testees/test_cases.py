@@ -1,4 +1,4 @@
-"""The cases of the vectors, asked of the Python testee; and that a testee which is wrong is found out."""
+"""The Python testee answers the cases of the vectors; a wrong testee is found."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def test_the_testee_answers_every_case(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_cases_are_of_the_testee_protocol(name: str) -> None:
-    """What is granted, or refused for what it says, is a request of its schema; so is every answer."""
+def test_cases_conform_to_the_testee_protocol(name: str) -> None:
+    """Requests match the schema if they are granted or refused because of a value; answers always match."""
     request_of, answer_of = (
         Draft202012Validator({"$ref": f"#/$defs/{part}", "$defs": SCHEMA["$defs"]})
         for part in ("request", "answer")
@@ -50,7 +50,7 @@ def test_cases_are_of_the_testee_protocol(name: str) -> None:
 
 
 class Wrong:
-    """A testee that answers as the Python one does, but for what is changed."""
+    """The Python testee with a changed answer."""
 
     def __init__(self, change: str) -> None:
         self._testee = Testee()
@@ -85,7 +85,7 @@ class Wrong:
 @pytest.mark.parametrize(
     "change", [name for name in vars(Wrong) if not name.startswith("_") and name != "answer"]
 )
-def test_a_wrong_testee_is_found_out(change: str) -> None:
+def test_a_wrong_testee_is_found(change: str) -> None:
     name, some_messages = "thorlabs_apt", ("MOD_GET_CHANENABLESTATE/", "MOT_GET_VELPARAMS/")
     some = [case for case in cases(name) if case["id"].startswith(some_messages)]
     assert some, "the cases have other names"
@@ -94,15 +94,15 @@ def test_a_wrong_testee_is_found_out(change: str) -> None:
     assert all(wrong.id in str(wrong) for wrong in found)
 
 
-def test_ids_are_of_one_case_each() -> None:
+def test_ids_are_unique() -> None:
     for name in NAMES:
         ids = [case["id"] for case in cases(name)]
         assert len(set(ids)) == len(ids)
         assert json.dumps(ids).isascii()
 
 
-def test_the_page_about_vectors_is_right() -> None:
-    """Its case stands in the file, and its program runs."""
+def test_the_page_about_vectors_is_correct() -> None:
+    """The case on the page is in the file, and the program on the page runs."""
     page = {
         block.language: block.text for block in blocks(ROOT / "docs" / "reference" / "vectors.md")
     }

@@ -1,4 +1,4 @@
-"""Which cases a codec is asked, which failures are expected, and in which words a failure is told."""
+"""The cases for codecs, expected failures, and the texts of failures."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ PROTOCOLS = [load_protocol(name) for name in NAMES]
 
 @cache
 def cases() -> list[Case]:
-    """Every case, in the order in which they are asked."""
+    """Every case, in order."""
     return plan(PROTOCOLS, seed=1)
 
 
-# What is asked
+# Cases
 
 
-def test_every_case_of_the_vectors_is_asked() -> None:
+def test_every_case_of_the_vectors_is_included() -> None:
     asked = {case.id for case in cases()}
     assert len(asked) == len(cases())
     for protocol in PROTOCOLS:
@@ -53,18 +53,18 @@ def test_every_case_of_the_vectors_is_asked() -> None:
             assert f"{protocol.name}/{case['id']}" in asked
 
 
-def test_every_example_and_capture_with_bytes_is_asked() -> None:
+def test_every_example_and_capture_with_bytes_is_included() -> None:
     asked = {case.id.rpartition("/")[0] for case in cases()}
     for protocol in PROTOCOLS:
         vectors = protocol.vectors()
         for kind in ("examples", "captures"):
             for entry in vectors[kind]:
-                # what is shown of a reply is text, of which a terminal may have lost bytes
+                # a displayed reply is text, and a terminal may have lost bytes
                 bytes_ = "form" in entry and "shown" not in entry
                 assert (f"{protocol.name}/{kind}/{entry['id']}" in asked) == bytes_
 
 
-def test_every_stream_is_cut_at_every_place() -> None:
+def test_every_stream_is_split_at_every_position() -> None:
     asked = {case.id: case for case in cases()}
     for protocol in PROTOCOLS:
         seen = set()
@@ -86,12 +86,12 @@ def test_every_stream_is_cut_at_every_place() -> None:
             assert {"".join(pieces) for pieces in chunks} == {raw}
 
 
-def test_every_protocol_has_everything_that_is_large() -> None:
+def test_every_protocol_has_all_large_cases() -> None:
     large = Counter(case.protocol for case in cases() if case.group.endswith("/large"))
     assert large == dict.fromkeys(NAMES, 6)
 
 
-def test_the_seed_decides() -> None:
+def test_random_cases_depend_on_the_seed() -> None:
     def lines(seed: int) -> list[bytes]:
         cases = plan(PROTOCOLS, seed)
         return [step.line(1) for case in cases for step in case.steps if len(step.line(1)) < 10_000]
@@ -102,8 +102,8 @@ def test_the_seed_decides() -> None:
     assert len(different) > 1000
 
 
-def test_hostile_lines_are_hostile() -> None:
-    """What has to be refused as no request is none by the schema; what has to be granted is one."""
+def test_hostile_lines_violate_the_schema() -> None:
+    """Lines that must be refused violate the schema, and lines that must be granted satisfy it."""
     for case in cases():
         if case.group != "lines":
             continue
@@ -119,7 +119,7 @@ def test_hostile_lines_are_hostile() -> None:
             assert not REQUEST.is_valid(request) or step.wanted["error"] == "unsupported", case.id
 
 
-def test_patterns() -> None:
+def test_patterns_select_cases() -> None:
     assert chosen(cases(), ()) == cases()
     assert {case.message for case in chosen(cases(), ["MOT_SET_VELPARAMS"])} == {
         "MOT_SET_VELPARAMS"
@@ -131,14 +131,14 @@ def test_patterns() -> None:
     assert one.steps[0].wanted == {"ok": True, "hex": "430401005001"}
 
 
-def test_a_protocol_of_somebody_else(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_third_party_protocol(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(TESTS / "support" / "installed"))
     report = run([], [PACKETS], start=lambda: InProcess(Testee().answer))
     assert report.failures() == []
     assert {"invented_packets/examples", "lines", "order"} <= {r.case.group for r in report.results}
 
 
-# What is expected to fail
+# Expected failures
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -171,7 +171,7 @@ def test_expected_failures(tmp_path: Path) -> None:
     plain = found["request/encode/plain"]
     assert (plain.outcome, plain.expected, plain.failed) == (Outcome.FAILED, "ours differs", False)
     assert plain.word == "failed, as expected"
-    safe = found["request/encode/prefix.extra"]  # is refused, as it should be
+    safe = found["request/encode/prefix.extra"]  # correctly refused
     assert (safe.outcome, safe.failed, safe.word) == (Outcome.PASSED, True, "unexpected pass")
     other = found["request/encode/direction"]
     assert (other.expected, other.failed, other.word) == ("", True, "failed")
@@ -180,30 +180,32 @@ def test_expected_failures(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("x", "no TOML"),
-        ("", "schema_version is missing; write schema_version = 1"),
-        ("schema_version = true", "schema_version is 1, not True"),
+        ("x", "not a TOML file"),
+        ("", "missing schema_version; write schema_version = 1"),
+        ("schema_version = true", "schema_version must be 1, not True"),
         (
             "schema_version = 1\n" + '[[expected]]\nid = "a"\nreason = "b"\n' * 2,
-            "'a' stands there 2 times",
+            "'a' is listed 2 times",
         ),
-        ("schema_version = 1\nwhy = 1", "there is no key 'why'"),
-        ("schema_version = 1\nexpected = 1", "expected is a list of tables"),
-        ("schema_version = 1\nexpected = [1]", "expected 1 is no table"),
+        ("schema_version = 1\nwhy = 1", "unknown key 'why'"),
+        ("schema_version = 1\nexpected = 1", "expected must be a list of tables"),
+        ("schema_version = 1\nexpected = [1]", "expected 1 is not a table"),
         (
             'schema_version = 1\n[[expected]]\nid = "a"',
-            "expected 1: reason is a text, and not empty",
+            "expected 1: reason must be a non-empty string",
         ),
-        ('schema_version = 1\n[[expected]]\nid = 1\nreason = " "', "expected 1: id is a text"),
-        ('schema_version = 1\n[[expected]]\nid = "a"\nreason = "b"\nx = 1', "there is no key 'x'"),
-        ('schema_version = 1\n[[expected]]\nid = "a"\nreason = "b"', "no case has the id 'a'"),
+        ('schema_version = 1\n[[expected]]\nid = 1\nreason = " "', "expected 1: id must be a"),
+        ('schema_version = 1\n[[expected]]\nid = "a"\nreason = "b"\nx = 1', "unknown key 'x'"),
+        ('schema_version = 1\n[[expected]]\nid = "a"\nreason = "b"', "no case matches 'a'"),
         (
             'schema_version = 1\n[[expected]]\nid = "asi_ms2000/NOTHING/*"\nreason = "b"',
-            "no case has the id 'asi_ms2000/NOTHING/*'",
+            "no case matches 'asi_ms2000/NOTHING/*'",
         ),
     ],
 )
-def test_a_wrong_file_of_expected_failures(tmp_path: Path, text: str, said: str) -> None:
+def test_an_invalid_file_of_expected_failures_is_refused(
+    tmp_path: Path, text: str, said: str
+) -> None:
     path = written(tmp_path, text)
     with pytest.raises(ExpectedFileError) as caught:
         read_expected(path).reasons(cases())
@@ -211,14 +213,14 @@ def test_a_wrong_file_of_expected_failures(tmp_path: Path, text: str, said: str)
     assert str(caught.value).startswith(str(path))
 
 
-def test_all_mistakes_of_a_file_are_told_at_once(tmp_path: Path) -> None:
+def test_all_problems_of_a_file_are_reported_together(tmp_path: Path) -> None:
     path = written(tmp_path, "schema_version = 2\nwhy = 1\n[[expected]]\nid = 1\n")
     with pytest.raises(ExpectedFileError) as caught:
         read_expected(path)
     assert len(str(caught.value).splitlines()) == 4
 
 
-# In which words
+# Texts of failures
 
 
 ENCODE: Json = {
@@ -265,19 +267,19 @@ def answer(line: bytes, number: int, came: Json) -> Json:
             {"ok": True, "hex": RAW},
             {"ok": True, "hex": RAW.replace("04030201", "01020304")},
             Outcome.FAILED,
-            "acceleration (bytes 12 to 15) is 01 02 03 04, it should be 04 03 02 01",
+            "acceleration (bytes 12 to 15) is 01 02 03 04, expected 04 03 02 01",
         ),
         (
             {"ok": True, "hex": RAW},
             {"ok": True, "hex": RAW[:-2]},
             Outcome.FAILED,
-            "19 bytes come, it should be 20 (max_velocity)",
+            "19 bytes, expected 20 (max_velocity)",
         ),
         (
             {"ok": True, "hex": RAW},
             {"ok": True, "hex": RAW.replace("0403", "04")},
             Outcome.FAILED,
-            "19 bytes come, it should be 20; the first that differs is byte 13 (acceleration)",
+            "19 bytes, expected 20, first difference at byte 13 (acceleration)",
         ),
         (
             {"ok": True, "hex": RAW},
@@ -289,78 +291,88 @@ def answer(line: bytes, number: int, came: Json) -> Json:
             {"ok": True, "hex": RAW},
             {"ok": True, "hex": 5},
             Outcome.FAILED,
-            "hex is 5, it should be",
+            "hex is 5, expected",
         ),
         ({"ok": True, "hex": RAW}, {"ok": True}, Outcome.FAILED, "hex is missing"),
         (
             {"ok": True, "hex": RAW},
             {**REFUSED, "detail": "why"},
             Outcome.REFUSED_WRONGLY,
-            f'refused with truncated (why), it should be granted with {{"hex": "{RAW}"}}',
+            f'refused with truncated (why), expected {{"hex": "{RAW}"}}',
         ),
         (
             REFUSED,
             {"ok": True, "hex": "00"},
             Outcome.ACCEPTED_WRONGLY,
-            'granted with {"hex": "00"}, it should be refused with truncated',
+            'granted with {"hex": "00"}, expected a refusal with truncated',
         ),
         (
             REFUSED,
             {**REFUSED, "error": "trailing", "detail": "why"},
             Outcome.FAILED,
-            "refused with trailing (why), it should be refused with truncated",
+            "refused with trailing (why), expected a refusal with truncated",
         ),
-        (REFUSED, REFUSED, Outcome.FAILED, "wrong shape: detail says in words"),
-        (REFUSED, {**REFUSED, "detail": ""}, Outcome.FAILED, "wrong shape: detail says in words"),
-        (REFUSED, {**REFUSED, "error": "no"}, Outcome.FAILED, "wrong shape: error is one of"),
-        ({}, {"ok": 1}, Outcome.FAILED, "wrong shape: ok is true or false"),
-        ({}, {"ok": True, "detail": "fine"}, Outcome.FAILED, "wrong shape: detail is said of"),
-        ({}, {"ok": True, "id": "1000"}, Outcome.FAILED, 'has the id "1000", it should be 1000'),
-        ({}, {"ok": True, "id": True}, Outcome.FAILED, "has the id true, it should be 1000"),
+        (REFUSED, REFUSED, Outcome.FAILED, "shape: detail must be a text"),
+        (REFUSED, {**REFUSED, "detail": ""}, Outcome.FAILED, "shape: detail must be a text"),
+        (
+            REFUSED,
+            {**REFUSED, "error": "no"},
+            Outcome.FAILED,
+            "invalid shape: error must be one of",
+        ),
+        ({}, {"ok": 1}, Outcome.FAILED, "invalid shape: ok must be true or false"),
+        (
+            {},
+            {"ok": True, "detail": "fine"},
+            Outcome.FAILED,
+            "invalid shape: only a refusal has detail",
+        ),
+        ({}, {"ok": True, "id": "1000"}, Outcome.FAILED, 'has the id "1000", expected 1000'),
+        ({}, {"ok": True, "id": True}, Outcome.FAILED, "has the id true, expected 1000"),
         ({}, {"ok": True, "what": "ever"}, Outcome.PASSED, ""),
         (
             DECODED,
             {**DECODED, "fields": {"chan_ident": True}},
             Outcome.FAILED,
-            "chan_ident is true, it should be 1",
+            "chan_ident is true, expected 1",
         ),
         (
             DECODED,
             {**DECODED, "fields": {}},
             Outcome.FAILED,
-            "chan_ident is missing, it should be 1",
+            "chan_ident is missing, expected 1",
         ),
-        (DECODED, {**DECODED, "fields": 5}, Outcome.FAILED, "fields is 5, it should be"),
-        (DECODED, {**DECODED, "dest": 81}, Outcome.FAILED, "dest is 81, it should be 80"),
+        (DECODED, {**DECODED, "fields": 5}, Outcome.FAILED, "fields is 5, expected"),
+        (DECODED, {**DECODED, "dest": 81}, Outcome.FAILED, "dest is 81, expected 80"),
         (
             DECODED,
             {**DECODED, "extra": "00"},
             Outcome.FAILED,
-            'extra is "00", it should not be there',
+            'extra is "00", but must be absent',
         ),
         (
             STREAM,
             {**STREAM, "events": STREAM["events"][:1]},
             Outcome.FAILED,
-            "1 events come, it should be 2",
+            "1 events, expected 2",
         ),
         (
             STREAM,
             {**STREAM, "events": [{**STREAM["events"][0], "dest": 7}, STREAM["events"][1]]},
             Outcome.FAILED,
-            "event 1 (MOT_MOVE_HOME): dest is 7, it should be 80",
+            "event 1 (MOT_MOVE_HOME): dest is 7, expected 80",
         ),
         (
             STREAM,
             {**STREAM, "events": [STREAM["events"][0], {"event": "garbage", "hex": "01"}]},
             Outcome.FAILED,
-            "event 2 (garbage): bytes (byte 0) is 01, it should be 00",
+            "event 2 (garbage): bytes (byte 0) is 01, expected 00",
         ),
         (STREAM, {**STREAM, "events": [5, 6]}, Outcome.FAILED, "event 1 (MOT_MOVE_HOME) is 5"),
-        (STREAM, {**STREAM, "pending": "00"}, Outcome.FAILED, 'pending is "00", it should be ""'),
+        (STREAM, {**STREAM, "pending": "00"}, Outcome.FAILED, 'pending is "00", expected ""'),
     ],
 )
-def test_what_differs_is_told(wanted: Json, came: Json, outcome: Outcome, said: str) -> None:
+def test_differences_are_described(wanted: Json, came: Json, outcome: Outcome, said: str) -> None:
     request = {"op": "stream"} if "events" in wanted else ENCODE
     result = judged(wanted, came, request)
     assert result.outcome is outcome
@@ -388,7 +400,7 @@ BAY: Json = {"message": "RACK_REQ_BAYUSED", "form": "header"}
          "start start length address id angle angle angle speed speed reserved check check end"),
     ],
 )  # fmt: skip
-def test_what_stands_where(
+def test_the_name_of_every_byte_of_a_message(
     monkeypatch: pytest.MonkeyPatch, name: str, request_: Json, raw: str, names: str
 ) -> None:
     monkeypatch.syspath_prepend(str(TESTS / "support" / "installed"))
@@ -398,10 +410,10 @@ def test_what_stands_where(
         assert name_at(protocol, request_, bytes.fromhex(raw), int(at or place)) == field
 
 
-# Where it ends
+# Early ends
 
 
-def test_a_testee_is_not_started_for_ever() -> None:
+def test_the_number_of_starts_is_limited() -> None:
     class Dying(InProcess):
         def receive(self, timeout: float) -> bytes:
             if b'"hello"' not in self._asked:
@@ -414,7 +426,7 @@ def test_a_testee_is_not_started_for_ever() -> None:
 
     report = run([], [PROTOCOLS[0]], start=lambda: Dying(Testee().answer))
     assert report.starts == STARTS == len(report.results)
-    assert report.unfinished == f"the testee has been started {STARTS} times"
+    assert report.unfinished == f"the testee was started {STARTS} times"
     assert {result.outcome for result in report.results} == {Outcome.CRASHED}
     assert len(report.not_run) == len(plan([PROTOCOLS[0]], 1)) - STARTS
     assert counts(report) == {"crashed": STARTS}

@@ -1,4 +1,4 @@
-"""A codec with one mistake in it fails, and the failure names the message and the field."""
+"""A codec with one mistake fails, and the failure names the message and the field."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OVER_EVERYTHING = {
     "thorlabs_apt": "decoded: channel from source",
     "asi_ms2000": "decoded: from axis",
 }
-"""Mistakes that are looked for in a process of its own, among all other cases."""
+"""Mistakes that are tested in a child process, among all other cases."""
 
 
 @cache
@@ -42,7 +42,7 @@ def failures(mistake: Mistake) -> list[Result]:
     return [result for case in about if (result := session.ask(case)).failed]
 
 
-def test_two_hundred_are_drawn_over_everything() -> None:
+def test_two_hundred_mistakes_cover_everything() -> None:
     chosen = drawn()
     assert len({*chosen}) == 200
     assert {mistake.kind for mistake in chosen} == {*broken_codecs.KINDS}
@@ -53,14 +53,14 @@ def test_two_hundred_are_drawn_over_everything() -> None:
 @pytest.mark.parametrize("mistake", drawn(), ids=str)
 def test_a_mistake_is_found_and_named(mistake: Mistake) -> None:
     found = failures(mistake)
-    assert found, "nobody has noticed"
+    assert found, "the mistake was not noticed"
     assert all(mistake.message in result.text for result in found)
     assert any(mistake.field in result.text for result in found)
     assert all(result.line and result.wanted is not None for result in found)
 
 
-def test_without_a_mistake_there_is_nothing_to_be_found() -> None:
-    """Of the messages whose mistakes are looked for."""
+def test_without_a_mistake_nothing_is_found() -> None:
+    """Run the cases of all messages with mistakes."""
     session = Session(lambda: broken_codecs.InProcess(Testee().answer), timeout=1)
     session.hello()
     for mistake in drawn():
@@ -69,8 +69,8 @@ def test_without_a_mistake_there_is_nothing_to_be_found() -> None:
 
 
 @pytest.mark.parametrize("name", chosen(NAMES, lambda name: name == "asi_ms2000"))
-def test_in_a_process_among_all_other_cases(name: str) -> None:
-    """Only the cases that meet the message fail."""
+def test_a_mistake_fails_only_its_cases_among_all_others(name: str) -> None:
+    """Only the cases that involve the message fail."""
     number, mistake = next(
         (number, mistake)
         for number, mistake in enumerate(drawn())

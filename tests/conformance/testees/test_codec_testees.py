@@ -1,4 +1,4 @@
-"""Testees that crash, hang, say rubbish or answer out of order are found out, and the run goes on."""
+"""Testees that crash, hang, send garbage or answer out of order are found, and the run continues."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PROTOCOL = load_protocol("asi_ms2000")
 STUMBLES = "asi_ms2000/WRITE_TARGET_POSITION/request/encode/plain"
 RIGHT = "asi_ms2000/WRITE_TARGET_POSITION/request/decode/[!r]*"
 PATIENT = 30.0
-"""Seconds that an answer may take where the testee gives one: more than any machine needs."""
+"""A timeout for testees that answer, longer than any machine needs."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -54,17 +54,17 @@ def outcomes(report: Report) -> dict[Outcome, int]:
         (
             "crash",
             Outcome.CRASHED,
-            "the testee has ended with exit status 3, in the place of an answer",
+            "the testee has ended with exit status 3instead of answering",
         ),
-        ("crash_half", Outcome.CRASHED, "with exit status 4, in the middle of an answer"),
-        ("rubbish", Outcome.RUBBISH, "'oops' is no JSON: "),
-        ("list_", Outcome.RUBBISH, "'[1]' is no JSON object"),
-        ("not_utf_8", Outcome.RUBBISH, "is no JSON: "),
-        ("not_a_number", Outcome.RUBBISH, "is no JSON: NaN is no number"),
+        ("crash_half", Outcome.CRASHED, "with exit status 4 in the middle of an answer"),
+        ("rubbish", Outcome.RUBBISH, "'oops' is not JSON: "),
+        ("list_", Outcome.RUBBISH, "'[1]' is not a JSON object"),
+        ("not_utf_8", Outcome.RUBBISH, "is not JSON: "),
+        ("not_a_number", Outcome.RUBBISH, "is not JSON: NaN is not a number"),
         ("deep", Outcome.RUBBISH, "nested too deeply"),
     ],
 )
-def test_the_run_goes_on(how: str, outcome: Outcome, said: str) -> None:
+def test_the_run_continues_after_a_failure(how: str, outcome: Outcome, said: str) -> None:
     report = report_of(how, STUMBLES, RIGHT)
     (wrong,) = report.failures()
     assert (wrong.case.id, wrong.outcome) == (STUMBLES, outcome)
@@ -77,7 +77,7 @@ def test_the_run_goes_on(how: str, outcome: Outcome, said: str) -> None:
     assert (report.starts, report.unfinished, report.not_run) == (2, "", ())
 
 
-def test_one_that_hangs() -> None:
+def test_a_testee_that_hangs_times_out() -> None:
     report = report_of("hang", STUMBLES, RIGHT, timeout=0.5)
     (wrong,) = [result for result in report.failures() if result.case.id == STUMBLES]
     assert wrong.outcome is Outcome.TIMED_OUT
@@ -85,109 +85,114 @@ def test_one_that_hangs() -> None:
     assert report.starts >= 2
 
 
-def test_one_that_does_not_read() -> None:
-    """Writing to it must not wait for ever, either."""
+def test_a_testee_that_does_not_read_times_out() -> None:
+    """Writing to it must not block for ever."""
     report = report_of("deaf", "lines/huge", timeout=0.5)
     assert outcomes(report) == {Outcome.TIMED_OUT: 1}
 
 
-def test_what_it_said_last_is_kept() -> None:
+def test_the_end_of_standard_error_is_kept() -> None:
     report = report_of("crash", STUMBLES)
     assert report.results[0].said == "the stack is gone"
     said = report_of("chatty_crash", STUMBLES).results[0].said
-    assert said.endswith("line 1999 of what nobody reads\nat last")
+    assert said.endswith("line 1999 of output that is not read\nat last")
     assert len(said) <= 8 * 1024
 
 
 @pytest.mark.parametrize("how", ["good", "chatty", "slow", "stays", "carriage_returns"])
-def test_what_is_right_all_the_same(how: str) -> None:
+def test_unusual_but_valid_testees_pass(how: str) -> None:
     report = report_of(how, "WRITE_TARGET_POSITION", "lines/unusual*")
     assert outcomes(report) == {Outcome.PASSED: len(report.results)}
     assert (report.starts, report.unfinished) == (1, "")
 
 
-def test_answers_out_of_order() -> None:
+def test_answers_out_of_order_are_found() -> None:
     report = report_of("backwards", "order", RIGHT)
     found = {result.case.id: result for result in report.results}
     rounds = [result for id, result in found.items() if id.startswith("order/")]
     assert {result.outcome for result in rounds} == {Outcome.OUT_OF_ORDER}
-    assert "has come, that to" in rounds[0].text
+    assert ", expected that to" in rounds[0].text
     assert {result.outcome for id, result in found.items() if id[:5] != "order"} == {Outcome.PASSED}
 
 
-def test_an_answer_that_comes_late() -> None:
-    """The answer that is due does not come; and a run does not wait again and again for ever."""
+def test_a_late_answer_is_never_matched() -> None:
+    """The expected answer is missing, and the number of timeouts in a run is limited."""
     report = report_of("late", "WRITE_TARGET_POSITION", timeout=0.1)
     assert outcomes(report)[Outcome.TIMED_OUT] == TIME_OUTS
-    assert report.unfinished == f"the testee has left {TIME_OUTS} lines without an answer"
+    assert report.unfinished == f"the testee did not answer {TIME_OUTS} lines"
     assert report.not_run
 
 
-def test_an_answer_that_comes_twice() -> None:
-    """Whether the second is seen before the next line is sent or after it."""
+def test_a_doubled_answer_is_found() -> None:
+    """The second answer may be read before or after the next line is sent."""
     report = report_of("twice", "asi_ms2000/WRITE_TARGET_POSITION/request/encode/[pl]*")
     found = {result.outcome for result in report.failures()}
     assert found
     assert found <= {Outcome.RUBBISH, Outcome.OUT_OF_ORDER}
 
 
-def test_one_that_crashes_again_and_again() -> None:
+def test_a_testee_that_always_crashes_is_given_up() -> None:
     report = report_of("crash_always", STUMBLES, RIGHT)
     assert set(outcomes(report)) == {Outcome.CRASHED}
     assert report.starts == len(report.results)
 
 
-def test_one_that_cannot_be_started_again(tmp_path: Path) -> None:
+def test_a_testee_that_cannot_be_restarted_ends_the_run(tmp_path: Path) -> None:
     report = report_of(f"crash_after_the_first {tmp_path / 'mark'}", STUMBLES, RIGHT)
     assert outcomes(report) == {Outcome.CRASHED: 1}
-    assert report.unfinished.startswith("the testee could not be started again: asked hello: ")
+    assert report.unfinished.startswith("the testee could not be restarted: after hello: ")
     assert report.not_run
 
 
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ("banner", "'Welcome!' is no JSON: "),
-        ("other_version", "it speaks version 2 of the testee protocol; this suite speaks 1"),
-        ("refuses_hello", "it refuses hello: who asks?"),
-        ("no_way", "has ended with exit status 1, in the place of an answer"),
+        ("banner", "'Welcome!' is not JSON: "),
+        (
+            "other_version",
+            "it uses version 2 of the testee protocol; this suite requires version 1",
+        ),
+        ("refuses_hello", "it refused hello: who asks?"),
+        ("no_way", "has ended with exit status 1instead of answering"),
     ],
 )
-def test_no_testee(how: str, said: str) -> None:
+def test_a_program_that_is_not_a_testee_is_refused(how: str, said: str) -> None:
     with pytest.raises(NotATesteeError) as caught:
         report_of(how, STUMBLES)
     assert said in str(caught.value)
-    assert ("KeyError: 'no_way'" in str(caught.value)) == (how == "no_way")  # its last words
+    assert ("KeyError: 'no_way'" in str(caught.value)) == (
+        how == "no_way"
+    )  # the end of its standard error
 
 
-def test_more_than_anybody_asked_for() -> None:
+def test_an_unsolicited_line_is_found() -> None:
     report = report_of("endless", STUMBLES, RIGHT)
     assert set(outcomes(report)) == {Outcome.RUBBISH}
 
 
-def test_no_program() -> None:
+def test_a_missing_program_is_reported() -> None:
     with pytest.raises(NotStartedError, match=r"^no_such_program cannot be run: "):
         run(["no_such_program"], [PROTOCOL])
 
 
-def test_nothing_to_ask() -> None:
+def test_a_run_without_cases_is_refused() -> None:
     with pytest.raises(NothingToAskError, match="no case matches nothing"):
         report_of("good", "nothing")
     command = [sys.executable, PROGRAM, "good"]
     with pytest.raises(
-        NothingToAskError, match="asi_ms2000, thorlabs_apt, and not invented_packets"
+        NothingToAskError, match="asi_ms2000, thorlabs_apt, but not invented_packets"
     ):
         run(command, [OTHER])
 
 
-def test_what_it_has_not_got_is_skipped() -> None:
+def test_unsupported_operations_are_skipped() -> None:
     report = report_of("decodes_alone", "WRITE_TARGET_POSITION")
     found = outcomes(report)
     assert set(found) == {Outcome.SKIPPED, Outcome.PASSED}
     skipped = [result for result in report.results if result.outcome is Outcome.SKIPPED]
     assert {result.text for result in skipped} == {
-        "the testee does not encode",
-        "the testee does not stream",
+        "the testee does not support encode",
+        "the testee does not support stream",
     }
     assert {operation for result in skipped for operation in result.case.operations} == {
         "encode",
@@ -205,10 +210,10 @@ def test_ctrl_c_ends_the_run_and_the_testee() -> None:
     assert len(report.not_run) > 3
 
 
-def test_a_process_ends_with_all_that_it_has_started(tmp_path: Path) -> None:
-    """A testee that a shell has started holds the pipes open when the shell alone is ended."""
+def test_a_process_ends_with_all_its_children(tmp_path: Path) -> None:
+    """A testee started by a shell holds the pipes open if only the shell is ended."""
     if sys.platform == "win32":
-        pytest.skip("there is no sh")
+        pytest.skip("sh is not available")
     process = Process(["sh", "-c", f"'{sys.executable}' '{PROGRAM}' silent & wait"])
-    assert process.end() == "goes on running"
+    assert process.end() == "is still running"
     assert not any(thread.is_alive() for thread in process._threads)

@@ -1,4 +1,4 @@
-"""The runner on a protocol of commands: bytes in decimal, keys and screens, replies, claims of commands."""
+"""The runner on a command protocol: decimal bytes, keys and screens, replies, claims about commands."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ def test_every_command_has_an_example_or_is_a_dummy() -> None:
     assert bare == {"READ_START_SPEED", "WRITE_START_SPEED"}
 
 
-def test_a_protocol_that_is_framed_in_no_known_way() -> None:
+def test_a_protocol_with_an_unknown_framing_is_unsupported() -> None:
     odd = Protocol("odd", "Odd", "odd", messages=(), nameless={})
-    with pytest.raises(UnsupportedError, match="no codec for"):
+    with pytest.raises(UnsupportedError, match="no codec supports"):
         codec_of(odd)
 
 
@@ -81,7 +81,7 @@ def test_a_protocol_that_is_framed_in_no_known_way() -> None:
 
 
 @pytest.mark.parametrize("entry", [MOVE, REPLY, SETUP], ids=lambda entry: entry["id"])
-def test_what_is_right_passes(entry: Json) -> None:
+def test_a_correct_example_passes(entry: Json) -> None:
     passes(entry)
 
 
@@ -90,26 +90,26 @@ def test_what_is_right_passes(entry: Json) -> None:
     [
         (MOVE, {"printed": "24 84 03 161 134 01 58"}, "the stated values give"),
         (MOVE, {"notation": "decimal", "printed": "24 84 03 160 134 01"}, "do not decode"),
-        (MOVE, {"axis": 25}, "say axis 24, expected 25"),
+        (MOVE, {"axis": 25}, "have axis 24, expected 25"),
         (MOVE, {"axis": None}, "lacks axis"),
         (MOVE, {"axis": 58}, "do not encode"),
         (MOVE, {"extra": "00"}, "have extra bytes (none)"),
         (MOVE, {"fields": {"target_position": 100001}}, "expected 100001"),
         (MOVE, {"fields": {"target_position": 2**23}}, "do not encode"),
-        (MOVE, {"message": "WRITE_MOTOR_POSITION", "fields": {"position": 100000}}, "say message"),
+        (MOVE, {"message": "WRITE_MOTOR_POSITION", "fields": {"position": 100000}}, "have message"),
         (MOVE, {"form": "request:without_size"}, "do not encode"),
         (MOVE, {"form": "reply", "axis": None}, "do not encode"),
-        (MOVE, {"errata": ["no-such"]}, "there is no erratum no-such"),
+        (MOVE, {"errata": ["no-such"]}, "unknown erratum no-such"),
         (REPLY, {"printed": "A0 86 02"}, "the stated values give"),
         (REPLY, {"printed": "A0 86"}, "the printed bytes do not decode"),
         (REPLY, {"fields": {}}, "lacks position"),
         (REPLY, {"message": "START_MOTOR", "fields": {}}, "do not encode"),
-        (SETUP, {"printed": "#FF#42"}, "say message SWITCH_TO_LOW_LEVEL"),
+        (SETUP, {"printed": "#FF#42"}, "have message SWITCH_TO_LOW_LEVEL"),
         (SETUP, {"message": "WRITE_MOTOR_POSITION"}, "do not encode"),
         (SETUP, {"axis": 24}, "do not encode"),
     ],
 )  # fmt: skip
-def test_a_command_that_is_not_reproduced(entry: Json, changes: Json, said: str) -> None:
+def test_a_wrong_example_of_a_command_fails(entry: Json, changes: Json, said: str) -> None:
     assert said in failure({**entry, **changes})
 
 
@@ -120,7 +120,7 @@ def test_errata_of_both_kinds() -> None:
     )  # fmt: skip
     passes(short)
     wrong = {"decodes": {"form": "request", "axis": 24, "fields": {}}}
-    assert "say form request:without_size" in failure({**short, "printed_is": wrong})
+    assert "have form request:without_size" in failure({**short, "printed_is": wrong})
     assert "unexpected pass" in failure({**short, "printed": short["encoded"]})
     refused = {**short, "printed": "24 105 03 58", "printed_is": {"rejected": "bad_length"}}
     assert "READ_IDENTIFICATION" in passes(refused)
@@ -129,8 +129,8 @@ def test_errata_of_both_kinds() -> None:
     )
 
 
-def test_a_reply_that_is_rejected_is_read_as_a_reply() -> None:
-    """``A0 86 01 3A`` is no command, but the question is whether it is the reply to one."""
+def test_a_rejected_reply_is_decoded_as_a_reply() -> None:
+    """``A0 86 01 3A`` is not a command, but it must be decoded as a reply."""
     printed = f"{REPLY['printed']} 3A"
     wrong = erratum(REPLY, printed=printed, encoded=REPLY["printed"])
     capture = {**REPLY, "page": None, "printed": printed, "verdict": "rejected"}
@@ -153,7 +153,9 @@ def test_stated_values_in_compound_units() -> None:
     passes(entry)
     assert "590 counts, not 591" in failure({**entry, "stated": [{**stated, "counts": 591}]})
     for unit in ("mm", "mm/ms", "mm/s^2", "ms", "V/s"):
-        assert f"not in {unit}" in failure({**entry, "stated": [{**stated, "unit": unit}]})
+        assert f"{unit} cannot be converted" in failure(
+            {**entry, "stated": [{**stated, "unit": unit}]}
+        )
 
 
 def test_numbers_in_decimal() -> None:
@@ -200,10 +202,10 @@ def test_keys(text: str, raw: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["Alt[256]", "Alt[9999]", "€"])
-def test_keys_of_no_byte(text: str) -> None:
-    with pytest.raises(ValueError, match="is the key of no byte"):
+def test_keys_that_send_no_byte_are_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="does not send a byte"):
         keys_of(text)
-    assert "is the key of no byte" in failure({**TYPED, "typed": text})
+    assert "does not send a byte" in failure({**TYPED, "typed": text})
 
 
 def test_every_byte_has_a_key_with_one_spelling() -> None:
@@ -221,16 +223,16 @@ def test_screens() -> None:
 
 
 @pytest.mark.parametrize("entry", [TYPED, SHOWN, AXIS], ids=lambda entry: entry["id"])
-def test_what_is_typed_or_shown_rightly_passes(entry: Json) -> None:
+def test_a_correct_example_of_keys_or_screens_passes(entry: Json) -> None:
     passes(entry)
 
 
 @pytest.mark.parametrize(
     ("entry", "changes", "said"),
     [
-        (TYPED, {"typed": "Ctrl<X>bCtrl<C>:"}, "typed is 18 62 03 3A"),
+        (TYPED, {"typed": "Ctrl<X>bCtrl<C>:"}, "the typed bytes are 18 62 03 3A"),
         (TYPED, {"typed": "Ctrl<X>aCtrl<C>"}, "typed bytes do not decode"),
-        (TYPED, {"typed": "<X>a<C>:"}, "the registry has Ctrl<X> a Ctrl<C> :"),
+        (TYPED, {"typed": "<X>a<C>:"}, "those of the registry Ctrl<X> a Ctrl<C> :"),
         (TYPED, {"typed": "Alt[24]aCtrl<C>:", "axis": 25}, "the stated values give"),
         (TYPED, {"form": "request:without_size"}, "the stated values give"),
         (TYPED, {"axis": None}, "do not encode"),
@@ -246,17 +248,17 @@ def test_what_is_typed_or_shown_rightly_passes(entry: Json) -> None:
         (AXIS, {"typed": "Ctrl<X>Ctrl<Y>"}, "sends 18 19, not 18"),
     ],
 )  # fmt: skip
-def test_what_is_typed_or_shown_wrongly_fails(entry: Json, changes: Json, said: str) -> None:
+def test_a_wrong_example_of_keys_or_screens_fails(entry: Json, changes: Json, said: str) -> None:
     assert said in failure({**entry, **changes})
 
 
-def test_errata_of_what_is_typed_or_shown() -> None:
+def test_errata_of_keys_and_screens() -> None:
     typed = erratum(TYPED, typed="<X>a<C>:", corrected=TYPED["typed"])
     passes(typed)
     assert "unexpected pass" in failure({**typed, "typed": TYPED["typed"]})
-    assert "typed is" in failure({**typed, "corrected": "<X>a<C>:"})
-    assert "without the name of one" in failure({**typed, "errata": []})
-    assert "`corrected` does not say" in failure(erratum(TYPED))
+    assert "typed keys are" in failure({**typed, "corrected": "<X>a<C>:"})
+    assert "the name of the erratum is missing" in failure({**typed, "errata": []})
+    assert "`corrected` is missing" in failure(erratum(TYPED))
     shown = erratum(SHOWN, shown=" b", corrected="b")
     passes(shown)
     assert "unexpected pass" in failure({**shown, "shown": "b"})
@@ -267,8 +269,8 @@ def test_errata_of_what_is_typed_or_shown() -> None:
     assert "sends 13, not 03" in failure({**key, "encoded": "03"})
 
 
-def test_a_screen_that_nobody_can_read_back() -> None:
-    """What is unreadable is compared as it is shown, and not read back."""
+def test_an_unreadable_screen_is_not_converted_back() -> None:
+    """Unreadable characters are compared as displayed, but not converted back to bytes."""
     entry = {
         **SHOWN, "message": "READ_MOTOR_POSITION", "fields": {"position": 100000},
         "shown": "áå_", "code_page": "cp437",
@@ -280,9 +282,14 @@ def test_a_screen_that_nobody_can_read_back() -> None:
 @pytest.mark.parametrize(
     ("entry", "kind", "name", "said"),
     [
-        (TYPED, "messages", "READ_MOTOR_POSITION", "the registry has Ctrl<X> Ctrl<B> Ctrl<C> :"),
-        (TYPED, "axis", "X", "the registry has Ctrl<B> a Ctrl<C> :"),
-        (AXIS, "axis", "X", "the registry has Ctrl<B>"),
+        (
+            TYPED,
+            "messages",
+            "READ_MOTOR_POSITION",
+            "those of the registry Ctrl<X> Ctrl<B> Ctrl<C> :",
+        ),
+        (TYPED, "axis", "X", "those of the registry Ctrl<B> a Ctrl<C> :"),
+        (AXIS, "axis", "X", "those of the registry Ctrl<B>"),
     ],
 )
 def test_keys_are_those_of_the_registry(
@@ -295,11 +302,11 @@ def test_keys_are_those_of_the_registry(
     assert said in failure(entry)
 
 
-def test_what_is_shown_is_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_readable_screen_is_converted_back(monkeypatch: pytest.MonkeyPatch) -> None:
     codec = codec_of(MS2000)
     read = codec.decode(b"B", codec.reading(SHOWN))
     monkeypatch.setattr(codec, "decode", lambda raw, request: read)
-    assert "the shown bytes say status 66, expected 98" in failure(SHOWN)
+    assert "the shown bytes have status 66, expected 98" in failure(SHOWN)
 
 
 # Claims
@@ -335,7 +342,7 @@ def statement(**claim: Any) -> Json:
         (
             {"without_size": ["READ_STATUS", "START_MOTOR", "STOP_MOTOR"]},
             {"without_size": ["READ_STATUS"]},
-            "sent READ_STATUS, START_MOTOR, STOP_MOTOR",
+            "are READ_STATUS, START_MOTOR, STOP_MOTOR",
         ),
         (
             {"dummies": ["READ_START_SPEED", "WRITE_START_SPEED"]},
@@ -352,16 +359,16 @@ def statement(**claim: Any) -> Json:
         (
             {"command": "RESET_CONTROLLER", "switches_to": "power_on"},
             {"command": "WHERE_IN_TENTHS"},
-            "leaves the format as it is",
+            "does not change the format",
         ),
         ({"firmware": "3.3", "message": "STOP_MOTOR"}, {"firmware": "3.2"}, "for firmware 3.3"),
-        ({"firmware": "3.2"}, {"firmware": "9.9"}, "of the protocol"),
+        ({"firmware": "3.2"}, {"firmware": "9.9"}, "about the protocol"),
         (
             {"stream": "18 3F 3A 18 3A", "events": ["message", "garbage"]},
             {"events": ["message"]},
             "is message, garbage",
         ),
-        ({"stream": "18 3F 3A", "events": ["message"]}, {"stream": "18 3F 3A 18"}, "waits for more"),
+        ({"stream": "18 3F 3A", "events": ["message"]}, {"stream": "18 3F 3A 18"}, "incomplete bytes"),
         (
             {"stream": "18 3F 3A", "events": ["message"], "enum": "axis", "member": "X", "value": 24},
             {"value": 25},

@@ -1,4 +1,4 @@
-"""The runner of the worked examples notices every kind of disagreement, an unexpected pass included."""
+"""The runner of the worked examples finds every kind of contradiction, and unexpected passes."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_coverage_counts_every_message_once() -> None:
     assert sum(row.examples for row in rows) > 0
 
 
-def test_what_is_right_passes() -> None:
+def test_a_correct_example_passes() -> None:
     passes(RIGHT)
     passes({**RIGHT, "stated": {"absolute_distance": STATED}})
     passes(erratum())
@@ -84,29 +84,29 @@ def test_what_is_right_passes() -> None:
     ("path", "to", "said"),
     [
         (("printed",), "53 04 06 00 D0 01 01 00 41 0D 03 00", "the stated values give"),
-        (("fields", "chan_ident"), 2, "say chan_ident 1, expected 2"),
+        (("fields", "chan_ident"), 2, "have chan_ident 1, expected 2"),
         (("fields", "chan_ident"), 70000, "do not encode"),
         (("fields",), {"chan_ident": 1}, "lacks absolute_distance"),
         (("fields", "speed"), 2, "no field speed"),
-        (("message",), "MOT_MOVE_RELATIVE", "say message"),
+        (("message",), "MOT_MOVE_RELATIVE", "have message"),
         (("form",), "header", "do not encode"),
-        (("dest",), 0x21, "say dest 80, expected 33"),
-        (("source",), 2, "say source 1, expected 2"),
+        (("dest",), 0x21, "have dest 80, expected 33"),
+        (("source",), 2, "have source 1, expected 2"),
         (("extra",), "00", "have extra bytes (none)"),
         (("printed",), "53 04 06 00", "do not decode"),
-        (("breakdown",), {"errata": ["no-such"]}, "there is no erratum no-such"),
+        (("breakdown",), {"errata": ["no-such"]}, "unknown erratum no-such"),
     ],
 )
-def test_a_frame_that_is_not_reproduced(path: tuple[str, ...], to: Any, said: str) -> None:
+def test_a_wrong_example_of_a_frame_fails(path: tuple[str, ...], to: Any, said: str) -> None:
     assert said in failure(changed(RIGHT, *path, to=to))
 
 
-def test_bytes_that_nobody_stated() -> None:
+def test_bytes_that_are_not_stated_fail() -> None:
     entry = {
         **RIGHT, "message": "MOD_IDENTIFY", "form": "header", "fields": {},
         "printed": "23 02 00 07 50 01",
     }  # fmt: skip
-    assert "say param2 7, which is not stated" in failure(entry)
+    assert "have param2 7, which is not stated" in failure(entry)
 
 
 def test_the_packet_of_a_message_without_a_layout() -> None:
@@ -123,14 +123,14 @@ def test_the_packet_of_a_message_without_a_layout() -> None:
     [
         ({"printed": RIGHT["printed"]}, "unexpected pass"),
         ({"encoded": "53 04 06 00 D0 01 01 00 42 0D 03 00"}, "the stated values give"),
-        ({"encoded": None}, "`encoded` does not say"),
-        ({"printed_is": {}}, "`printed_is` does not say"),
+        ({"encoded": None}, "`encoded` does not match"),
+        ({"printed_is": {}}, "`printed_is` does not describe"),
         (
             {"printed_is": {"rejected": "truncated"}},
             "unexpected pass: decodes as MOT_MOVE_ABSOLUTE",
         ),
-        ({"errata": []}, "an erratum without the name of one"),
-        ({"errata": ["no-such"]}, "there is no erratum no-such"),
+        ({"errata": []}, "the name of the erratum is missing"),
+        ({"errata": ["no-such"]}, "unknown erratum no-such"),
         ({"printed": "53 04 06 00 D0 01 01 00 41 0D 03"}, "the printed bytes do not decode"),
         (
             {"printed": "53 04 06 00 D0", "printed_is": {"rejected": "trailing"}},
@@ -138,11 +138,11 @@ def test_the_packet_of_a_message_without_a_layout() -> None:
         ),
     ],
 )
-def test_an_erratum_that_is_none(changes: Json, said: str) -> None:
+def test_an_invalid_erratum_fails(changes: Json, said: str) -> None:
     assert said in failure(erratum(**changes))
 
 
-def test_an_erratum_that_is_rejected() -> None:
+def test_an_erratum_with_rejected_bytes() -> None:
     entry = erratum(printed="53 04 06 00 D0", printed_is={"rejected": "truncated"})
     assert "truncated" in passes(entry)
 
@@ -155,11 +155,13 @@ def test_captures() -> None:
     assert "should be 53 04" in passes(rejected, run_capture)
     assert "refused as trailing" in failure({**rejected, "rejected": "truncated"}, run_capture)
     assert "unexpected pass" in failure({**rejected, "printed": RIGHT["printed"]}, run_capture)
-    assert "captured is" in failure(
+    assert "captured bytes are" in failure(
         {**RIGHT, "printed": "53 04 06 00 D0 01 01 00 41 0D 03 00"}, run_capture
     )
     several = {**rejected, "form": None, "rejected": "bad_length"}
-    assert "cannot be looked for: MOT_MOVE_ABSOLUTE has several" in failure(several, run_capture)
+    assert "the stated values cannot be used: MOT_MOVE_ABSOLUTE has several" in failure(
+        several, run_capture
+    )
     unknown = {"printed": "00 00 00 00 50 01", "verdict": "rejected", "rejected": "unknown_message"}
     assert "no message" in passes({"id": "u", "kind": "published", **unknown}, run_capture)
 
@@ -169,9 +171,9 @@ def test_captures() -> None:
     [
         ({"exact": 200001}, "is 200000 counts, not 200001"),
         ({"counts": 200001}, "is 200000 counts, not 200001"),
-        ({"factor": "printed", "counts": 199999}, "nothing that is printed gives 199999"),
-        ({"unit": "V"}, "the registry has it in mm, not in V"),
-        ({"quantity": "warp"}, "no quantity warp"),
+        ({"factor": "printed", "counts": 199999}, "no printed number gives 199999"),
+        ({"unit": "V"}, "the registry uses mm, and V cannot be converted"),
+        ({"quantity": "warp"}, "unknown quantity warp"),
         ({"stage": "Z8"}, "position of Z8 on BBD10x is not in the registry"),
         ({"value": 20, "exact": 400000, "counts": 400000}, "is 400000 counts, the field 200000"),
     ],
@@ -208,10 +210,10 @@ def test_numbers() -> None:
     passes(number(encoded="40 42 0F 00", printed="00 0F 42 40"))
     assert "unexpected pass" in failure(number(encoded="40 42 0F 00"))
     assert "1000000 is 40 42 0F 00" in failure(number(printed="41 42 0F 00"))
-    assert "does not hold" in failure(number(format="word", value=70000))
+    assert "does not fit into" in failure(number(format="word", value=70000))
     assert "no field of the registry" in failure(number(format="quad"))
-    assert "holds integers" in failure(number(value="1.5"))
-    assert "`encoded` does not say" in failure(number(verdict="erratum"))
+    assert "requires an integer" in failure(number(value="1.5"))
+    assert "`encoded` does not match" in failure(number(verdict="erratum"))
 
 
 def scaling(**changes: Any) -> Json:
@@ -252,13 +254,15 @@ def test_claims() -> None:
     passes(statement(enum="channel", missing="CHANBOTH_ID"))
     assert "CHAN1" in failure(statement(enum="channel", missing="CHAN1"))
     passes(statement(range="MOT_MOVE_ABSOLUTE.absolute_distance", maximum=2**31 - 1))
-    assert "takes" in failure(statement(range="MOT_MOVE_ABSOLUTE.absolute_distance", maximum=5))
+    assert "ranges from" in failure(
+        statement(range="MOT_MOVE_ABSOLUTE.absolute_distance", maximum=5)
+    )
     half = statement(range="MOT_MOVE_ABSOLUTE.absolute_distance", minimum=-(2**31), maximum=5)
-    assert "takes" in failure(half)
+    assert "ranges from" in failure(half)
     assert "no field" in failure(statement(range="MOT_MOVE_ABSOLUTE.speed", maximum=5))
-    assert "says no end" in failure(statement(range="MOT_MOVE_ABSOLUTE.absolute_distance"))
-    assert "no such claim" in failure(statement(rumour=1))
-    assert "no kind of example" in failure({**statement(prose=True), "kind": "rumour"})
+    assert "states neither end" in failure(statement(range="MOT_MOVE_ABSOLUTE.absolute_distance"))
+    assert "unknown claim" in failure(statement(rumour=1))
+    assert "unknown kind of example" in failure({**statement(prose=True), "kind": "rumour"})
 
 
 @pytest.mark.parametrize(
@@ -291,7 +295,7 @@ def test_arithmetic_is_exact(text: str, value: Fraction) -> None:
         "1; 2",
     ],
 )
-def test_arithmetic_is_nothing_else(text: str) -> None:
+def test_other_expressions_are_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"."):
         evaluate(text)
 

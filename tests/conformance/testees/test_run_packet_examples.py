@@ -1,4 +1,4 @@
-"""The runner on a protocol of packets: addresses, both directions, errata, captures, what schemas allow."""
+"""The runner on a packet protocol: addresses, both directions, errata, captures, and the schemas."""
 
 from __future__ import annotations
 
@@ -49,23 +49,23 @@ def test_every_example_and_capture() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"address": 4}, "say address 3, expected 4"),
+        ({"address": 4}, "have address 3, expected 4"),
         ({"address": 4}, "the stated values give AA 55 08 04"),
         ({"address": None}, "lacks address"),
         ({"address": 256}, "do not encode"),
-        ({"fields": {"angle": -90_001, "speed": 10}}, "say angle -90000, expected -90001"),
+        ({"fields": {"angle": -90_001, "speed": 10}}, "have angle -90000, expected -90001"),
         ({"fields": {"angle": -90_000}}, "lacks speed"),
         ({"extra": "00"}, "have extra bytes (none)"),
         ({"printed": MOVE["printed"][:-3]}, "the printed bytes do not decode"),
         ({"printed": MOVE["printed"].replace("70", "71")}, "the check of length, address"),
-        ({"message": "STATE", "form": "header", "fields": {}}, "say message SET_ANGLE"),
+        ({"message": "STATE", "form": "header", "fields": {}}, "have message SET_ANGLE"),
     ],
 )
-def test_a_packet_that_is_not_reproduced(changes: Json, said: str) -> None:
+def test_a_wrong_example_of_a_packet_fails(changes: Json, said: str) -> None:
     assert said in failure({**MOVE, **changes})
 
 
-def test_what_an_erratum_has_to_be() -> None:
+def test_an_erratum_must_not_pass() -> None:
     assert "bad_value" in passes(MISPRINT)
     assert "unexpected pass" in failure({**MISPRINT, "printed": MISPRINT["encoded"]})
     wrong = {"rejected": "bad_length"}
@@ -74,13 +74,13 @@ def test_what_an_erratum_has_to_be() -> None:
     assert "the printed bytes do not decode" in failure({**MISPRINT, "printed_is": other})
 
 
-def test_a_capture_that_is_refused_after_all() -> None:
+def test_a_rejected_capture() -> None:
     assert "truncated" in passes(CUT_OFF, runner=run_capture)
     whole = {**CUT_OFF, "printed": STOP["printed"]}
     assert "unexpected pass: decodes as STOP" in failure(whole, runner=run_capture)
 
 
-# What the schemas allow
+# The schemas
 
 
 def wrong(name: str, entry: Json) -> bool:
@@ -102,7 +102,7 @@ def wrong(name: str, entry: Json) -> bool:
         ({"form": "request"}, True),
     ],
 )
-def test_what_a_packet_may_say(changes: Json, is_wrong: bool) -> None:
+def test_the_schema_of_packet_examples(changes: Json, is_wrong: bool) -> None:
     assert wrong("examples", {**MOVE, **changes}) is is_wrong
     assert wrong("captures", {**STOP, **changes}) is is_wrong
 
@@ -113,7 +113,7 @@ def test_what_a_packet_may_say(changes: Json, is_wrong: bool) -> None:
         ({"dest": 0x50, "source": 1}, False),
         ({"dest": 0x50}, True),
         ({"source": 1}, True),
-        ({}, False),  # packets without an address; the runner knows whose they are
+        ({}, False),  # a packet without an address: the runner knows the protocol
         ({"form": "request", "axis": 24}, False),
         ({"form": "request"}, False),  # a setup command
         ({"form": "reply"}, False),
@@ -123,7 +123,7 @@ def test_what_a_packet_may_say(changes: Json, is_wrong: bool) -> None:
         ({"form": "reqest", "axis": 24}, True),
     ],
 )
-def test_what_captures_of_other_framings_may_say(said: Json, is_wrong: bool) -> None:
+def test_the_schema_of_captures_with_other_framings(said: Json, is_wrong: bool) -> None:
     bare = {key: value for key, value in STOP.items() if key != "address"}
     assert wrong("captures", {**bare, **said}) is is_wrong
     written = {key: value for key, value in {**bare, **said}.items() if key != "id"}

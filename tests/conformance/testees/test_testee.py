@@ -1,4 +1,4 @@
-"""The testee answers every line, in order, in the shape of its schema, whatever the line holds."""
+"""The testee answers every line, in order, in the shape of its schema."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def encode(**request: Any) -> dict[str, Any]:
     return {"op": "encode", "protocol": APT, "dest": 0x50, "source": 1, **request}
 
 
-def test_the_schema_is_one() -> None:
+def test_the_schema_is_valid() -> None:
     Draft202012Validator.check_schema(SCHEMA)
 
 
@@ -35,7 +35,7 @@ def test_hello() -> None:
     assert answer["operations"] == ["hello", "decode", "encode", "stream"]
 
 
-def test_decode_and_encode_as_the_architecture_writes_them() -> None:
+def test_decode_and_encode_the_documented_examples() -> None:
     decoded = one(op="decode", protocol=APT, hex=MOVE)
     assert decoded == {
         "ok": True,
@@ -49,7 +49,7 @@ def test_decode_and_encode_as_the_architecture_writes_them() -> None:
     assert one(op="encode", protocol=APT, **decoded) == {"ok": True, "hex": MOVE}
 
 
-def test_a_layout_that_only_context_decides() -> None:
+def test_a_layout_that_depends_on_the_context() -> None:
     undecided = one(op="decode", protocol=APT, hex=COMPLETED)
     assert undecided["form"] == "data:undecided"
     assert undecided["data"] == COMPLETED[12:]
@@ -96,14 +96,14 @@ def test_bytes_beyond_the_layout() -> None:
 @pytest.mark.parametrize(
     "raw", ["810005000150", "810000000150", "81000400815001020304", "810000008150"]
 )
-def test_a_message_known_by_id_alone(raw: str) -> None:
+def test_a_message_without_a_layout(raw: str) -> None:
     decoded = one(op="decode", protocol=APT, hex=raw)
     assert decoded["form"] == "undocumented"
     del decoded["ok"]
     assert one(op="encode", protocol=APT, **decoded)["hex"] == raw
 
 
-def test_parameters_without_a_name_are_shown_when_they_are_not_zero() -> None:
+def test_unnamed_parameters_are_included_if_they_are_not_zero() -> None:
     assert one(op="decode", protocol=APT, hex="230200005001")["fields"] == {}
     odd = one(op="decode", protocol=APT, hex="230200075001")
     assert odd["fields"] == {"param2": 7}
@@ -182,7 +182,7 @@ def test_stream() -> None:
     assert chunked[0]["pending"] == "4304"
 
 
-def test_which_end_listens() -> None:
+def test_a_stream_depends_on_the_receiving_end() -> None:
     home = "430401005001"
     for end, kinds in (("device", ["message"]), ("host", ["garbage"]), ("none", ["message"])):
         answer = one(op="stream", protocol=APT, chunks=[home], end=end)
@@ -216,7 +216,7 @@ def test_which_end_listens() -> None:
     ],
     ids=range(21),
 )
-def test_lines_that_are_no_request_have_no_id(line: bytes) -> None:
+def test_invalid_lines_have_no_id(line: bytes) -> None:
     assert code(line) == (None, "bad_request")
 
 
@@ -254,7 +254,7 @@ def test_lines_that_are_no_request_have_no_id(line: bytes) -> None:
         ('{"id":7,"op":"encode","protocol":"thorlabs_apt","message":"\\ud800"}', "unknown_message"),
     ],
 )
-def test_requests_of_a_wrong_shape_keep_their_id(line: str, error: str) -> None:
+def test_invalid_requests_keep_their_id(line: str, error: str) -> None:
     assert code(line) == (7, error)
 
 
@@ -264,7 +264,7 @@ def test_ids_are_echoed_in_order() -> None:
     assert [answer["id"] for answer in ask(*lines)] == ids
 
 
-def test_text_that_latin_1_does_not_have() -> None:
+def test_text_outside_of_latin_1_is_refused() -> None:
     fields = {
         "serial_number": 1, "model_number": "\ud800", "type": 44, "software_version": "00" * 4,
         "notes": "", "nchs": 1,
@@ -274,7 +274,7 @@ def test_text_that_latin_1_does_not_have() -> None:
     assert answers[0]["error"] in ("bad_value", "missing_field")
 
 
-def test_a_line_without_end_is_cut() -> None:
+def test_an_endless_line_is_truncated() -> None:
     stream = io.BytesIO(b" " * (3 * MAXIMUM_LINE) + b'\n{"id":1,"op":"hello"}')
     lines = list(lines_of(stream))
     assert [len(line) for line in lines] == [MAXIMUM_LINE + 1, 21]

@@ -1,4 +1,4 @@
-"""The testee on a protocol of commands: axes, forms with and without a size, setup commands, replies."""
+"""The testee on a command protocol: axes, forms with and without a size, setup commands, replies."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def names(answer: dict[str, Any]) -> list[str]:
     return [event["event"] for event in answer["events"]]
 
 
-def test_hello_has_it() -> None:
+def test_hello_lists_the_protocol() -> None:
     assert MS2000 in one(op="hello")["protocols"]
 
 
@@ -57,7 +57,7 @@ def test_a_command() -> None:
     assert encode(**decoded, direction="command") == {"ok": True, "hex": MOVE}
 
 
-def test_a_setup_command_is_another_kind_with_the_same_byte() -> None:
+def test_a_setup_command_with_the_byte_of_a_command() -> None:
     setup = decode("ff52")
     assert setup == {
         "ok": True,
@@ -91,7 +91,7 @@ def test_both_forms(raw: str, message: str, form: str) -> None:
     assert encode(message=message, form=form, axis=24) == {"ok": True, "hex": raw}
 
 
-def test_what_a_controller_ignores() -> None:
+def test_ignored_bytes_are_returned_as_extra() -> None:
     decoded = decode("185403a0863a183f3a")  # a lost byte: the next command is part of the data
     assert decoded["fields"] == {"target_position": 0x3A86A0}
     assert decoded["extra"] == "183f"
@@ -125,13 +125,13 @@ def test_a_reply(raw: str, command: str, fields: dict[str, Any]) -> None:
     assert encode(message=command, direction="reply", fields=fields)["hex"] == raw
 
 
-def test_a_reply_has_nothing_that_only_a_command_has() -> None:
+def test_a_reply_has_no_keys_of_a_command() -> None:
     request = {"message": "READ_STATUS", "form": "reply", "fields": {"status": 66}}
     nothing = {"axis": None, "extra": "", "allow_dummy": False, "refuse_prefix_bytes": False}
     assert encode(**request, **nothing) == encode(**request) == {"ok": True, "hex": "42"}
 
 
-def test_a_setup_command_has_nothing_to_allow_or_refuse() -> None:
+def test_a_setup_command_has_no_options() -> None:
     request = {"op": "encode", "protocol": MS2000, "message": "SWITCH_TO_LOW_LEVEL"}
     for key in ("allow_dummy", "refuse_prefix_bytes"):
         answer = one(**request, **{key: True})
@@ -140,7 +140,7 @@ def test_a_setup_command_has_nothing_to_allow_or_refuse() -> None:
         assert one(**request, **{key: False})["hex"] == "ff42"
 
 
-def test_a_dummy_is_decoded_but_encoded_only_when_asked_for() -> None:
+def test_a_dummy_is_encoded_only_on_request() -> None:
     assert decode("1872023a")["message"] == "READ_START_SPEED"
     request = {"op": "encode", "protocol": MS2000, "message": "READ_START_SPEED", "axis": 24}
     assert refused(**request) == "unsupported"
@@ -148,7 +148,7 @@ def test_a_dummy_is_decoded_but_encoded_only_when_asked_for() -> None:
     assert encode(message="READ_START_SPEED", axis=24, allow_dummy=True)["hex"] == "1872023a"
 
 
-def test_bytes_that_look_like_a_setup_command_are_refused_when_asked_for() -> None:
+def test_bytes_like_a_setup_command_are_refused_on_request() -> None:
     request = {
         "message": "WRITE_TARGET_POSITION",
         "axis": 24,
@@ -165,7 +165,7 @@ def test_bytes_that_look_like_a_setup_command_are_refused_when_asked_for() -> No
 
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: f"{cls.layout.message} {cls.layout.form}")
-def test_every_message_there_and_back(cls: Any) -> None:
+def test_every_message_round_trips(cls: Any) -> None:
     layout = cls.layout
     fields: dict[str, Any] = dict.fromkeys(layout.fields, 66)
     if "identification" in fields:
@@ -306,13 +306,13 @@ def test_refusals_of_values(request_: dict[str, Any], error: str) -> None:
         {"op": "stream", "chunks": [], "context": {"status": "dc"}},
     ],
 )
-def test_requests_of_a_wrong_shape(request_: dict[str, Any]) -> None:
+def test_invalid_requests_are_refused(request_: dict[str, Any]) -> None:
     line = json.dumps({"id": 7, "protocol": MS2000, **request_})
     assert code(line) == (7, "bad_request")
 
 
 @pytest.mark.parametrize("key", ["axis", "kind", "direction", "allow_dummy", "refuse_prefix_bytes"])
-def test_keys_of_commands_are_none_of_frames(key: str) -> None:
+def test_frames_have_no_keys_of_commands(key: str) -> None:
     request = {"id": 7, "op": "encode", "protocol": "thorlabs_apt", "message": "MOD_IDENTIFY"}
     assert code(json.dumps(request | {key: "command"})) == (7, "bad_request")
 
@@ -357,17 +357,17 @@ def test_a_stream_to_the_host() -> None:
 
 
 @pytest.mark.parametrize("command", ["START_MOTOR", "WRITE_TARGET_POSITION", "RESET_CONTROLLER"])
-def test_what_answers_a_command_without_a_reply_is_garbage(command: str) -> None:
+def test_bytes_after_a_command_without_a_reply_are_garbage(command: str) -> None:
     answer = stream("62", "63", end="host", command=command)
     assert answer["events"] == [{"event": "garbage", "hex": "6263"}]
 
 
-def test_a_stream_after_a_command_that_is_none() -> None:
+def test_a_stream_after_an_unknown_command_is_refused() -> None:
     request = {"op": "stream", "protocol": MS2000, "chunks": [], "end": "host"}
     assert refused(**request, command="READ_MINDS") == "unknown_message"
 
 
-# Anything
+# Random input
 
 
 KEYS = ["protocol", "hex", "message", "form", "fields", "axis", "chunks", "direction", "command"]
@@ -423,7 +423,7 @@ def test_streams_of_anything(chunks: list[bytes], command: str | None) -> None:
 @seed(20250317)
 @settings(max_examples=200, deadline=None, database=None)
 @given(st.integers(-(2**23), 2**23 - 1), st.integers(0, 254).filter(lambda axis: axis != 0x3A))
-def test_every_position_there_and_back(position: int, axis: int) -> None:
+def test_every_position_round_trips(position: int, axis: int) -> None:
     request = {"message": "WRITE_TARGET_POSITION", "axis": axis}
     request["fields"] = {"target_position": position}
     decoded = decode(encode(**request)["hex"])

@@ -1,4 +1,4 @@
-"""The testee on a protocol of packets: an address, extra bytes, refusals, streams."""
+"""The testee on a packet protocol: an address, extra bytes, refusals, streams."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def stream(*chunks: str, **request: Any) -> dict[str, Any]:
     return one(op="stream", protocol=NAME, chunks=list(chunks), **request)
 
 
-def test_hello_has_it() -> None:
+def test_hello_lists_the_protocol() -> None:
     assert NAME in one(op="hello")["protocols"]
 
 
@@ -78,7 +78,7 @@ def test_extra_bytes_texts_and_byte_strings() -> None:
         (PROTOCOL.shape.pack(9, 3, b"").hex(), "unknown_message"),
     ],
 )
-def test_bytes_that_are_refused(raw: str, error: str) -> None:
+def test_invalid_bytes_are_refused(raw: str, error: str) -> None:
     assert refused(op="decode", protocol=NAME, hex=raw) == error
 
 
@@ -100,12 +100,12 @@ def test_bytes_that_are_refused(raw: str, error: str) -> None:
         ({"message": "PAGE", "fields": {"page": "0"}}, "bad_value"),
     ],
 )
-def test_values_that_are_refused(changes: dict[str, Any], error: str) -> None:
+def test_invalid_values_are_refused(changes: dict[str, Any], error: str) -> None:
     request = {"message": "SET_ANGLE", "address": 3, "fields": {"angle": 1, "speed": 2}} | changes
     assert refused(op="encode", protocol=NAME, **request) == error
 
 
-def test_an_address_has_to_be_given() -> None:
+def test_an_address_is_required() -> None:
     assert refused(op="encode", protocol=NAME, message="STOP") == "missing_field"
 
 
@@ -121,7 +121,7 @@ def test_an_address_has_to_be_given() -> None:
         '{"id":1,"op":"encode","protocol":"thorlabs_apt","message":"MOT_MOVE_HOME","address":3}',
     ],
 )
-def test_what_belongs_to_another_framing(request_: str) -> None:
+def test_keys_of_other_framings_are_refused(request_: str) -> None:
     assert code(request_) == (1, "bad_request")
 
 
@@ -145,14 +145,16 @@ def test_a_stream(end: str) -> None:
     st.integers(-180_000, 180_000), st.integers(0, 0xFFFF), st.integers(0, 255), st.binary(max_size=26)
 )  # fmt: skip
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
-def test_what_is_decoded_encodes(angle: int, speed: int, address: int, extra: bytes) -> None:
+def test_decoded_packets_encode_to_the_same_bytes(
+    angle: int, speed: int, address: int, extra: bytes
+) -> None:
     raw = Packet(SetAngle(angle, speed), address, extra).encode().hex()
     decoded = decode(raw)
     del decoded["ok"]
     assert encode(**decoded) == {"ok": True, "hex": raw}
 
 
-def test_a_shape_without_addresses() -> None:
+def test_packets_without_addresses() -> None:
     codec = codec_of(protocol_of(SHAPES["bare"]))
     assert "address" not in codec.keys_of("encode")
     assert codec.decode(bytes.fromhex("aa0003"), {}) == {

@@ -1,4 +1,4 @@
-"""Asks the Python testee, by the schema of its protocol, and the runner of the worked examples."""
+"""Calls of the Python testee, validated with its schema, and of the runner of the worked examples."""
 
 from __future__ import annotations
 
@@ -61,14 +61,14 @@ Runner = Callable[[Protocol, dict[str, Any]], Verdict]
 
 
 def failure(protocol: Protocol, entry: dict[str, Any], runner: Runner = run_example) -> str:
-    """Expect that a worked example fails, and return why it does."""
+    """Expect that a worked example fails, and return the reason."""
     verdict = runner(protocol, entry)
     assert verdict.outcome == "failed", verdict
     return verdict.detail
 
 
 def passes(protocol: Protocol, entry: dict[str, Any], runner: Runner = run_example) -> str:
-    """Expect that a worked example passes, and return what there is to say of it."""
+    """Expect that a worked example passes, and return its notes."""
     verdict = runner(protocol, entry)
     assert verdict.outcome == "passed", verdict
     return verdict.detail

@@ -1,4 +1,4 @@
-"""Firmware of an MS-2000 that is wrong: in its replies, in how it cuts commands, in how it moves."""
+"""Defective firmware of an MS-2000: wrong replies, wrong command parsing, wrong motion."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _read(
 def _write(
     name: str, found_by: str, change: Callable[[bytes], bytes], *commands: type[Command]
 ) -> CommandDefect:
-    """Return a defect in what becomes of a command that writes, or moves."""
+    """Return a defect in the effect of a command that writes or moves."""
 
     def make(random: Random) -> tuple[CommandFirmware, str]:
         command = random.choice(commands)
@@ -84,7 +84,7 @@ def _nothing(raw: bytes) -> bytes:
 
 
 def _data(change: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
-    """Return a change of the data of a command that carries some."""
+    """Return a change of the data of a command."""
     return lambda raw: raw[:3] + change(raw[3:-1]) + raw[-1:]
 
 
@@ -94,14 +94,14 @@ def _plus_one(data: bytes) -> bytes:
 
 
 def _without_top(data: bytes) -> bytes:
-    """Keep 16 of 24 bits, as a number with a sign."""
+    """Keep 16 of 24 bits, as a signed number."""
     return data[:2] + (b"\xff" if data[1] & 0x80 else b"\0")
 
 
 def _made(
     name: str, found_by: str, make: Callable[[Random], CommandFirmware], about: str = ""
 ) -> CommandDefect:
-    """Return a defect in how the controller works."""
+    """Return a defect in the behaviour of the controller."""
     return CommandDefect(name, frozenset(found_by.split()), lambda random: (make(random), about))
 
 
@@ -110,7 +110,7 @@ def _bit(mask: int, *, on: bool) -> Reply:
 
 
 def _one_less(data: bytes) -> bytes:
-    """Return a target that is a tenth nearer to zero."""
+    """Return a target that is a tenth closer to zero."""
     target = int.from_bytes(data, "little", signed=True) * 9 // 10
     return target.to_bytes(3, "little", signed=True)
 
@@ -125,7 +125,7 @@ COMMANDS = (
     _read("A reply is too long", lambda random: lambda said: said + bytes((random.randrange(256),))),
     _read("A reply ends with a line end", _always(lambda said: said + b"\r\n")),
     _read("A reply ends with a colon", _always(lambda said: said + b":")),
-    _read("A reply is said twice", _always(lambda said: said + said)),
+    _read("A reply is sent twice", _always(lambda said: said + said)),
     _read(
         "A reply has its bytes in the wrong order", _always(lambda said: said[::-1]),
         c.ReadMaximumSpeed, c.ReadIncrementValue, found_by="readback",
@@ -141,13 +141,13 @@ COMMANDS = (
     _made("One reply in fifty is lost", "back-to-back", lambda r: Drops(r.choice((40, 50)))),
     _made("One command in twenty is lost", "back-to-back", lambda r: HardOfHearing()),
     _made("Y is answered as X", "readback", lambda r: OtherAxis(Y, X, *_WIDE)),
-    _made("What is wrong is answered with an error", "silence", lambda r: Complains()),
-    _made("A write is confirmed", "readback", lambda r: Confirms(c.WriteTopSpeed), "WRITE_TOP_SPEED"),
-    _made("A move is confirmed", _MOVES, lambda r: Confirms(c.WriteTargetPosition), "WRITE_TARGET_POSITION"),
+    _made("Errors are answered with an error message", "silence", lambda r: Complains()),
+    _made("A write is answered", "readback", lambda r: Confirms(c.WriteTopSpeed), "WRITE_TOP_SPEED"),
+    _made("A move is answered", _MOVES, lambda r: Confirms(c.WriteTargetPosition), "WRITE_TARGET_POSITION"),
     _made("Every colon ends a command", "marks-in-data", lambda r: CutsAtColons()),
     _made("The low-level format cannot be left", "formats", lambda r: NoWayBack()),
-    _made("A size slot is wanted everywhere", "reads", lambda r: WantsASize()),
-    _made("A size of 0 is not understood", "joystick move-increment", lambda r: WantsNoSize()),
+    _made("A size slot is always required", "reads", lambda r: WantsASize()),
+    _made("A size of 0 is not accepted", "joystick move-increment", lambda r: WantsNoSize()),
     _made("An unknown command upsets it", "silence", lambda r: Upset()),
     _made("It is never busy", _MOVES, _always_told(b"b")),
     _made("It is always busy", f"status {_MOVES}", _always_told(b"B")),
@@ -162,10 +162,10 @@ COMMANDS = (
         c.WriteIncrementValue, c.WriteRampingTime, c.WriteTopSpeed,
     ),
     _write(
-        "A value is kept in the wrong order of bytes", "readback", _data(lambda data: data[::-1]),
+        "A value is stored with the wrong byte order", "readback", _data(lambda data: data[::-1]),
         c.WriteIncrementValue, c.WriteTopSpeed,
     ),
-    _write("Only 16 bits of an increment are kept", "readback", _data(_without_top), c.WriteIncrementValue),
+    _write("Only 16 bits of an increment are stored", "readback", _data(_without_top), c.WriteIncrementValue),
     _write("A target is ignored", _MOVES, _nothing, c.WriteTargetPosition),
     _write("A target is off by a tenth", _MOVES, _data(_one_less), c.WriteTargetPosition),
     _write(

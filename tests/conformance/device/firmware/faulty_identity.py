@@ -1,4 +1,4 @@
-"""Firmware that does not know what it is, what is in its bays, or what to do when it is to show itself."""
+"""Firmware with wrong identification, wrong bay states, or a wrong reaction to MOD_IDENTIFY."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _bays(change: Callable[[Frame], Frame]) -> Callable[[Draw], tuple[Firmware, 
 
 
 def _exchanged(frame: Frame) -> Frame:
-    """Say that a bay is occupied, 1, if it is empty, 2, and the other way round."""
+    """Exchange the states of a bay: occupied (1) and empty (2)."""
     return frame.with_("bay_state", 3 - frame["bay_state"])
 
 
@@ -42,7 +42,7 @@ def _from_one(draw: Draw) -> tuple[Firmware, str]:
                 self.pass_on(frame.raw)
             elif frame["bay_ident"]:
                 self.pass_on(frame.with_("bay_ident", frame["bay_ident"] - 1).raw)
-            else:  # there is none
+            else:  # there is no such bay
                 self.pass_on(frame.with_("bay_ident", 9).raw)  # an empty one
 
         def says(self, frame: Frame) -> None:
@@ -54,7 +54,7 @@ def _from_one(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _empty_bay_answers(draw: Draw) -> tuple[Firmware, str]:
-    """Answer for a bay in which nothing is."""
+    """Answer for an empty bay."""
     bays = [place.address for place in draw.places if place.bay is not None]
     empty = [a for a in range(0x21, 0x24) if a not in bays]
     if not bays or not empty:
@@ -106,14 +106,14 @@ def _identify_upsets(draw: Draw) -> tuple[Firmware, str]:
 
 IDENTITY = (
     Defect("MOD_IDENTIFY is answered", of("identify"), _identify_answered),
-    Defect("Nothing is heard while the light flashes", of("identify"), _identify_upsets),
+    Defect("Messages are lost while the light flashes", of("identify"), _identify_upsets),
     Defect("Occupied and empty bays are exchanged", of("bays"), _bays(_exchanged)),
-    Defect("Another bay is told", of("bays"), _bays(lambda f: f.with_("bay_ident", f["bay_ident"] + 2))),
+    Defect("Another bay is reported", of("bays"), _bays(lambda f: f.with_("bay_ident", f["bay_ident"] + 2))),
     Defect("Bays are counted from one", of("bays"), _from_one, result=Result.NON_STRICT),
     Defect("An empty bay answers", of("bays"), _empty_bay_answers, _WITH_EMPTY_BAYS),
-    Defect("It tells another number of channels", of(_SAYS), _info("nchs", lambda n: n + 1)),
+    Defect("It reports another number of channels", of(_SAYS), _info("nchs", lambda n: n + 1)),
     Defect("Its serial number has seven digits", of(_SAYS), _info("serial_number", lambda n: n // 10)),
-    Defect("Its serial number is that of another one", of(_SAYS), _of_another_unit, result=Result.NON_STRICT),
-    Defect("A card says that it is a motherboard", of(_SAYS), _info("type", lambda n: 45)),
-    Defect("Its model number cannot be read", of(_SAYS), _unreadable),
+    Defect("Its serial number is of another unit", of(_SAYS), _of_another_unit, result=Result.NON_STRICT),
+    Defect("A card reports to be a motherboard", of(_SAYS), _info("type", lambda n: 45)),
+    Defect("Its model number is unreadable", of(_SAYS), _unreadable),
 )  # fmt: skip

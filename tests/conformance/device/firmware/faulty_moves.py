@@ -1,4 +1,4 @@
-"""Firmware that moves wrongly, or tells wrongly how a move went."""
+"""Firmware that moves wrongly, or reports the end of a move wrongly."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _said(
 
 
 def _taken(name: str, found_by: str, start: str, change: Change) -> Defect:
-    """Return a defect in what becomes of a message that moves something."""
+    """Return a defect in the effect of a message that moves something."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.moves()
@@ -65,7 +65,7 @@ def _moving_ones(
 
 
 def _bare(frame: Frame) -> list[bytes]:
-    """Return an end message as a header alone, as the byte table of page 44 prints it."""
+    """Return an end message as only a header, as in the byte table of page 44."""
     return [frame.raw[:2] + bytes((frame.channel or 1, 0, frame.dest, frame.source))]
 
 
@@ -74,7 +74,7 @@ def _moving(frame: Frame) -> list[Frame]:
 
 
 class _Ends(Firmware):
-    """Says the end of a move when it begins, and keeps quiet when it ends."""
+    """Reports the end of a move at its beginning, and not at its end."""
 
     def __init__(self, *, again: bool) -> None:
         self._again = again
@@ -94,7 +94,7 @@ class _Ends(Firmware):
 
 
 class _LateEnds(Firmware):
-    """Says the end of a move long after it."""
+    """Reports the end of a move much too late."""
 
     def says(self, frame: Frame) -> None:
         self.say(frame.raw, after=12.0 if frame.name == _COMPLETED else 0.0)
@@ -110,7 +110,7 @@ def _two_bays(draw: Draw) -> tuple[int, int]:
 
 
 def _other_bay(draw: Draw) -> tuple[Firmware, str]:
-    """Say the end of a move in one bay with the address of another."""
+    """Report the end of a move in one bay with the address of another."""
     one, other = _two_bays(draw)
     return Says(
         lambda f: f.name == _COMPLETED and f.source == one, lambda f: [f.coming_from(other)]
@@ -118,7 +118,7 @@ def _other_bay(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _all_bays(draw: Draw) -> tuple[Firmware, str]:
-    """Say the end of a move for two bays at once."""
+    """Report the end of a move for two bays."""
     bays = _two_bays(draw)
     return Says(
         lambda f: f.name == _COMPLETED and f.source in bays,
@@ -132,7 +132,7 @@ def _with_two_channels(draw: Draw) -> None:
 
 
 def _other_channel(draw: Draw) -> tuple[Firmware, str]:
-    """Say the end of a move of channel 2 as that of channel 1."""
+    """Report the end of a move of channel 2 as that of channel 1."""
     _with_two_channels(draw)
     return Says(
         lambda f: f.name == _COMPLETED and f.channel == 2, lambda f: [f.with_("chan_ident", 1)]
@@ -140,7 +140,7 @@ def _other_channel(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _both_bays_move(draw: Draw) -> tuple[Firmware, str]:
-    """Move another bay as well."""
+    """Also move another bay."""
     one, other = _two_bays(draw)
     return Takes(
         lambda f: f.name == _ABSOLUTE and f.dest == one, lambda f: [f, f.to(other)]
@@ -156,7 +156,7 @@ def _both_channels_move(draw: Draw) -> tuple[Firmware, str]:
 
 
 class _WithoutMoving(Firmware):
-    """Says that a move was completed, and has not moved."""
+    """Reports that a move was completed, but did not move."""
 
     def __init__(self) -> None:
         self._status: dict[int, Frame] = {}
@@ -175,19 +175,19 @@ class _WithoutMoving(Firmware):
 
 
 def _one_stop_mode(draw: Draw) -> tuple[Firmware, str]:
-    """Take one of the two ways to stop only."""
+    """Accept only one of the two stop modes."""
     mode = draw.random.choice((1, 2))
     return Takes(lambda f: f.name == _STOP and f["stop_mode"] == mode, lambda f: []), _STOP
 
 
 def _short_form(draw: Draw) -> tuple[Firmware, str]:
-    """Take the form without a target for no message at all."""
+    """Do not accept the form without a target."""
     start = draw.random.choice((_ABSOLUTE, _RELATIVE))
     return Takes(lambda f: f.name == start and not f.has_packet, lambda f: []), start
 
 
 def _stored_is_forgotten(draw: Draw) -> tuple[Firmware, str]:
-    """Go by what the last long form said, not by what was stored."""
+    """Use the target of the last long form instead of the stored one."""
     start = draw.random.choice((_ABSOLUTE, _RELATIVE))
 
     class Forgets(Firmware):
@@ -217,29 +217,29 @@ def _halved(field: str) -> Change:
 
 
 MOVES = (
-    _said("The end of a move is never told", _ANY, lambda f: []),
-    _said("The end of a move is told twice", _ANY, lambda f: [f, f]),
-    _said("The end of a move is a header alone", _ANY, _bare, result=Result.NON_STRICT),
-    _said("The end of a move says that it moves", _ANY, _moving, result=Result.NON_STRICT),
+    _said("The end of a move is never reported", _ANY, lambda f: []),
+    _said("The end of a move is reported twice", _ANY, lambda f: [f, f]),
+    _said("The end of a move is only a header", _ANY, _bare, result=Result.NON_STRICT),
+    _said("The end of a move reports motion", _ANY, _moving, result=Result.NON_STRICT),
     _said("The end of a move is about channel 0", _ANY, lambda f: [f.with_("chan_ident", 0)]),
-    _said("The end of a move is told as a stop", _ANY, lambda f: [f.renamed(_STOPPED)]),
+    _said("The end of a move is reported as a stop", _ANY, lambda f: [f.renamed(_STOPPED)]),
     _said("The end of a move has a packet of another length", _ANY, lambda f: [f.with_packet(f.packet[:-2])]),
-    _said("The end of homing is never told", "home", lambda f: [], _HOMED),
-    _said("The end of homing is told as that of a move", "home", lambda f: [f.renamed(_COMPLETED)], _HOMED),
-    _said("The end of homing is told twice", "home", lambda f: [f, f], _HOMED),
-    _said("A stop is never told", _STOPS, lambda f: [], _STOPPED),
-    _said("A stop is told twice", _STOPS, lambda f: [f, f], _STOPPED),
-    _said("A stop is told as a completed move", _STOPS, lambda f: [f.renamed(_COMPLETED)], _STOPPED),
-    _moving_ones("The end of a move is told before it", lambda draw: (_Ends(again=False), _COMPLETED)),
-    _moving_ones("The end of a move is told twice, too early", lambda draw: (_Ends(again=True), _COMPLETED)),
-    _moving_ones("The end of a move is told too late", lambda draw: (_LateEnds(), _COMPLETED)),
+    _said("The end of homing is never reported", "home", lambda f: [], _HOMED),
+    _said("The end of homing is reported as a move", "home", lambda f: [f.renamed(_COMPLETED)], _HOMED),
+    _said("The end of homing is reported twice", "home", lambda f: [f, f], _HOMED),
+    _said("A stop is never reported", _STOPS, lambda f: [], _STOPPED),
+    _said("A stop is reported twice", _STOPS, lambda f: [f, f], _STOPPED),
+    _said("A stop is reported as a completed move", _STOPS, lambda f: [f.renamed(_COMPLETED)], _STOPPED),
+    _moving_ones("The end of a move is reported before it", lambda draw: (_Ends(again=False), _COMPLETED)),
+    _moving_ones("The end of a move is doubled and early", lambda draw: (_Ends(again=True), _COMPLETED)),
+    _moving_ones("The end of a move is reported too late", lambda draw: (_LateEnds(), _COMPLETED)),
     _moving_ones("The end of a move comes from another bay", _other_bay),
-    _moving_ones("The end of a move is told for two bays", _all_bays),
-    _moving_ones("The end of a move is told for another channel", _other_channel),
-    _moving_ones("Another bay moves, too", _both_bays_move),
-    _moving_ones("Another channel moves, too", _both_channels_move),
-    _moving_ones("A move is told to be complete and was none", lambda draw: (_WithoutMoving(), _ABSOLUTE)),
-    _moving_ones("A move is confirmed when it begins", lambda draw: (Echoes(named(_ABSOLUTE, _HOME)), "")),
+    _moving_ones("The end of a move is reported for two bays", _all_bays),
+    _moving_ones("The end of a move is reported for another channel", _other_channel),
+    _moving_ones("Another bay also moves", _both_bays_move),
+    _moving_ones("Another channel also moves", _both_channels_move),
+    _moving_ones("A move is reported as complete without motion", lambda draw: (_WithoutMoving(), _ABSOLUTE)),
+    _moving_ones("A move is answered when it begins", lambda draw: (Echoes(named(_ABSOLUTE, _HOME)), "")),
     _taken("An absolute move is ignored", _TO, _ABSOLUTE, lambda f: []),
     _taken("A relative move is ignored", _TO, _RELATIVE, lambda f: []),
     _taken("A jog is ignored", "move-jog", _JOG, lambda f: []),
@@ -250,11 +250,11 @@ MOVES = (
     _taken("A move falls short", _TO, _ABSOLUTE, _off("absolute_distance", lambda n: n - n // 16)),
     _taken("A relative move goes twice as far", _TO, _RELATIVE, _off("relative_distance", lambda n: n * 2)),
     _taken("A relative move goes half as far", _TO, _RELATIVE, _halved("relative_distance")),
-    _taken("A relative move is taken for an absolute one", _TO, _RELATIVE, lambda f: [f.renamed(_ABSOLUTE)]),
+    _taken("A relative move is done as an absolute one", _TO, _RELATIVE, lambda f: [f.renamed(_ABSOLUTE)]),
     _taken("A jog goes in the other direction", "move-jog", _JOG, _other_direction),
     _taken("A move at constant velocity goes in the other direction", _STOPS, _VELOCITY, _other_direction),
-    _moving_ones("A move without a target is not understood", _short_form, "move-stored"),
-    _moving_ones("A move without a target goes by the last one", _stored_is_forgotten, "move-stored"),
+    _moving_ones("A move without a target is not accepted", _short_form, "move-stored"),
+    _moving_ones("A move without a target uses the last one", _stored_is_forgotten, "move-stored"),
     _taken("End messages cannot be suspended", "suspend", "MOT_SUSPEND_ENDOFMOVEMSGS", lambda f: []),
     _taken("End messages cannot be resumed", "suspend", "MOT_RESUME_ENDOFMOVEMSGS", lambda f: []),
 )  # fmt: skip

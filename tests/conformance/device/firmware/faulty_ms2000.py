@@ -1,4 +1,4 @@
-"""How the firmware of an MS-2000 can be wrong: what it does not understand, forgets, or does elsewhere."""
+"""Building blocks for defective firmware of an MS-2000."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ X, Y = 0x18, 0x19
 
 
 class Drops(CommandFirmware):
-    """Loses one reply in so many."""
+    """Loses one reply in a given number."""
 
     def __init__(self, one_in: int) -> None:
         self._one_in = one_in
@@ -24,7 +24,7 @@ class Drops(CommandFirmware):
 
 
 class Complains(CommandFirmware):
-    """Answers what is wrong with an error, as the high-level format does."""
+    """Answers errors with an error message, like the high-level format."""
 
     def takes_odd(self, raw: bytes) -> bytes:
         said = self.pass_on(raw)
@@ -32,7 +32,7 @@ class Complains(CommandFirmware):
 
 
 class Confirms(CommandFirmware):
-    """Confirms what has no reply."""
+    """Answers commands that have no reply."""
 
     def __init__(self, *commands: type[Command]) -> None:
         self._commands = commands
@@ -43,7 +43,7 @@ class Confirms(CommandFirmware):
 
 
 class CutsAtColons(CommandFirmware):
-    """Takes every colon for the end of a command."""
+    """Treats every colon as the end of a command."""
 
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
         if b":" in raw[2:-1] and len(raw) > 4:
@@ -52,7 +52,7 @@ class CutsAtColons(CommandFirmware):
 
 
 class OtherAxis(CommandFirmware):
-    """Does for one axis what was meant for another."""
+    """Executes commands for one axis on another."""
 
     def __init__(self, one: int, other: int, *commands: type[Command]) -> None:
         self._one, self._other = one, other
@@ -65,7 +65,7 @@ class OtherAxis(CommandFirmware):
 
 
 class BothAxes(CommandFirmware):
-    """Does for both axes what was meant for one."""
+    """Executes commands for one axis on both."""
 
     def __init__(self, *commands: type[Command]) -> None:
         self._commands = commands
@@ -79,28 +79,28 @@ class BothAxes(CommandFirmware):
 
 
 class NoWayBack(CommandFirmware):
-    """Does not know the setup command that leaves the low-level format."""
+    """Does not support the setup command that leaves the low-level format."""
 
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
         return b"" if raw == b"\xffA" else self.pass_on(raw)
 
 
 class WantsASize(CommandFirmware):
-    """Does not understand a command whose size slot is left out, though the document has it so."""
+    """Rejects commands without a size slot, although the document allows them."""
 
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
         return b"" if raw[2:3] == b":" and len(raw) == 3 else self.pass_on(raw)
 
 
 class WantsNoSize(CommandFirmware):
-    """Does not understand a size of 0."""
+    """Rejects a size of 0."""
 
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
         return b"" if raw[2:4] == b"\0:" else self.pass_on(raw)
 
 
 class Upset(CommandFirmware):
-    """Takes the next command for a part of what was wrong."""
+    """Reads the next command as a part of an invalid one."""
 
     def __init__(self) -> None:
         self._upset = False
@@ -115,7 +115,7 @@ class Upset(CommandFirmware):
 
 
 class HardOfHearing(CommandFirmware):
-    """Does not hear every twentieth command."""
+    """Loses every twentieth command."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -126,7 +126,7 @@ class HardOfHearing(CommandFirmware):
 
 
 class OnPaper(CommandFirmware):
-    """Tells the top speed that was written, and goes on with the one that it had."""
+    """Reports the written top speed, but continues with the old one."""
 
     def __init__(self) -> None:
         self._told: dict[int, bytes] = {}
@@ -141,7 +141,7 @@ class OnPaper(CommandFirmware):
 
 
 class Stale(CommandFirmware):
-    """Tells for ever what it told first, axis by axis."""
+    """Repeats its first reply for ever, for each axis."""
 
     def __init__(self, *commands: type[Command]) -> None:
         self._commands = commands

@@ -1,4 +1,4 @@
-"""Firmware of piezos, solenoids and outputs that puts out what it was not told to, or tells it wrongly."""
+"""Firmware of piezos, solenoids and digital outputs with wrong outputs or wrong reports."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SOLENOID = ("MOT_SET_SOL_STATE", "MOT_SET_SOL_OPERATINGMODE")
 
 
 def _taken(name: str, found_by: str, message: str, change: Change) -> Defect:
-    """Return a defect in what becomes of a message."""
+    """Return a defect in the effect of a message."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.claims(message, message.replace("_SET_", "_REQ_"))
@@ -31,7 +31,7 @@ def _taken(name: str, found_by: str, message: str, change: Change) -> Defect:
 
 
 def _senses(draw: Draw) -> None:
-    """Go on if the actuator has position sensing, without which no loop is closed."""
+    """Continue only if the actuator has position sensing, which closed loop needs."""
     draw.claims("PZ_REQ_OUTPUTPOS")
     if draw.unit_is("MPZ601", "RACK", "TSG001"):
         raise NotHereError
@@ -57,10 +57,10 @@ def _said(name: str, found_by: str, message: str, change: Change) -> Defect:
 
 
 def _in_any_mode(setter: str, other: str, mode: int) -> Callable[[Draw], tuple[Firmware, str]]:
-    """Return a piezo that heeds a voltage, or a position, in the mode in which it is to be ignored.
+    """Return a piezo that accepts a voltage or a position in the mode in which it must be ignored.
 
-    :param other: what does the same in that mode.
-    :param mode: that in which it is taken by right: 1, open loop, or 2, closed loop.
+    :param other: the message with the same effect in that mode.
+    :param mode: the mode in which the message is valid: 1 for open loop, 2 for closed loop.
     """
 
     def make(draw: Draw) -> tuple[Firmware, str]:
@@ -100,7 +100,7 @@ def _enabling(state: int) -> Callable[[Draw], tuple[Firmware, str]]:
 
 
 def _never_announced(draw: Draw) -> tuple[Firmware, str]:
-    """Do not tell the maximum voltage, or travel, by itself when it has been set."""
+    """Do not report the maximum voltage or travel on its own after it was set."""
     draw.claims("PZ_SET_OUTPUTMAXVOLTS", "PZ_REQ_OUTPUTMAXVOLTS")
     silent = draw.random.choice(("PZ_GET_OUTPUTMAXVOLTS", "PZ_GET_MAXTRAVEL"))
 
@@ -153,11 +153,11 @@ OUTPUTS = (
     _taken("A position is ignored", "piezo-position", _POSITION, lambda f: []),
     _taken("A position is halved", "piezo-position", _POSITION, _times("position_sw", 0.5)),
     _taken("The loop is never closed", _LOOP, _MODE, lambda f: [] if f["mode"] in (2, 4) else [f]),
-    _taken("The smooth modes are not known", _LOOP, _MODE, lambda f: [] if f["mode"] > 2 else [f]),
-    Defect("A voltage is taken in closed loop", of(_PIEZO), _in_any_mode(_VOLTS, _POSITION, 1)),
-    Defect("A position is taken in open loop", of(_PIEZO), _in_any_mode(_POSITION, _VOLTS, 2)),
-    _said("The status tells half of the voltage", "piezo-volts status", _STATUS, _times("op_voltage", 0.5)),
-    _said("The status never tells a closed loop", f"{_LOOP} status", _STATUS, _without(0x400)),
+    _taken("The smooth modes are not supported", _LOOP, _MODE, lambda f: [] if f["mode"] > 2 else [f]),
+    Defect("A voltage is accepted in closed loop", of(_PIEZO), _in_any_mode(_VOLTS, _POSITION, 1)),
+    Defect("A position is accepted in open loop", of(_PIEZO), _in_any_mode(_POSITION, _VOLTS, 2)),
+    _said("The status reports half of the voltage", "piezo-volts status", _STATUS, _times("op_voltage", 0.5)),
+    _said("The status never reports a closed loop", f"{_LOOP} status", _STATUS, _without(0x400)),
     _command("A waveform cannot be started", "piezo-lut", "PZ_START_LUTOUTPUT", lambda f: []),
     _command("A waveform cannot be stopped", "piezo-lut", "PZ_STOP_LUTOUTPUT", lambda f: []),
     _command("Samples of a waveform are shifted by one", "piezo-lut", _SAMPLE, _shifted),

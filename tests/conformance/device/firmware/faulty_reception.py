@@ -1,4 +1,4 @@
-"""Firmware that trips over what it receives: rubbish, unknown ids, wrong lengths, haste."""
+"""Firmware that fails on garbage, unknown ids, wrong lengths or fast messages."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from stagewire_conformance.device.results import Result
 
 _DOCUMENTED = frozenset({HOST, 0x11, 0x50, *range(0x21, 0x2B)})
 _DEAF = 5.0
-"""Seconds for which something has upset the firmware."""
+"""Seconds for which the firmware is upset."""
 
 
 class _Upset(Firmware):
-    """Hears nothing for a while after something that upsets it.
+    """Ignores everything for a while after it was upset.
 
-    :param by: says what does.
+    :param by: returns whether bytes upset it.
     """
 
     def __init__(self, by: Callable[[bytes], bool]) -> None:
@@ -37,12 +37,12 @@ class _Upset(Firmware):
 
 
 def _is_unknown(raw: bytes) -> bool:
-    """Whether it is a whole frame with an id that no message has."""
+    """Return whether bytes are a whole frame with an unknown id."""
     return is_whole(raw) and int.from_bytes(raw[:2], "little") not in ID.values()
 
 
 def _has_odd_length(raw: bytes) -> bool:
-    """Whether it is a whole frame of a known message, with a packet that it has not."""
+    """Return whether bytes are a whole frame of a known message with a packet that it does not have."""
     return is_whole(raw) and int.from_bytes(raw[:2], "little") in ID.values()
 
 
@@ -64,7 +64,7 @@ def _upset(by: Callable[[bytes], bool]) -> Callable[[Draw], tuple[Firmware, str]
 
 
 class _WaitsForTheRest(Firmware):
-    """Waits for ever for the rest of what was cut short, and takes what comes next for it."""
+    """Waits for ever for the rest of a truncated frame, and reads later bytes as the rest."""
 
     def __init__(self) -> None:
         self._missing = 0
@@ -89,7 +89,7 @@ class _WaitsForTheRest(Firmware):
 
 
 class _FillsUp(Firmware):
-    """Fills up what was cut short with the next messages, and is in step with the one after them."""
+    """Completes a truncated frame with the next messages, and is in step after that."""
 
     def __init__(self) -> None:
         self._missing = 0
@@ -119,7 +119,7 @@ class _ReadsPackets(Firmware):
 
 
 class _Parrot(Firmware):
-    """Sends back whatever it does not know."""
+    """Returns unknown messages to the host."""
 
     def takes_odd(self, raw: bytes) -> None:
         self.pass_on(raw)
@@ -128,7 +128,7 @@ class _Parrot(Firmware):
 
 
 class _TakesEveryAddress(Firmware):
-    """Answers for everybody.
+    """Answers for every address.
 
     :param mine: the addresses of the unit; the first one answers.
     """
@@ -147,7 +147,7 @@ def _takes_every_address(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _takes_documented_addresses(draw: Draw) -> tuple[Firmware, str]:
-    """Take every address that a unit can have, alone on its line."""
+    """Accept every documented address, alone on its line."""
     mine = [place.address for place in draw.places]
     if len(mine) > 1:
         raise NotHereError
@@ -156,7 +156,7 @@ def _takes_documented_addresses(draw: Draw) -> tuple[Firmware, str]:
 
 
 class _SmallBuffer(Firmware):
-    """Has room for so many messages: what else comes within two milliseconds is lost."""
+    """Has a buffer for a number of messages. Further messages within two milliseconds are lost."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -173,7 +173,7 @@ class _SmallBuffer(Firmware):
 
 
 class _Swaps(Firmware):
-    """Says every fourth reply a little later; when others come at once they overtake it."""
+    """Delays every fourth reply, so that others overtake it."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -189,13 +189,13 @@ class _Swaps(Firmware):
 RECEPTION = (
     Defect("An unknown id upsets it", of("unknown-id"), _upset(_is_unknown)),
     Defect("The packet of an unknown message is read as messages", of("unknown-id"), _made(_ReadsPackets)),
-    Defect("What it does not know it sends back", of("unknown-id wrong-length"), _made(_Parrot)),
+    Defect("Unknown messages are sent back", of("unknown-id wrong-length"), _made(_Parrot)),
     Defect("A packet where none belongs upsets it", of("wrong-length"), _upset(_has_odd_length)),
-    Defect("A frame that is cut short upsets it", of("truncated"), _upset(_is_cut_short)),
-    Defect("Rubbish upsets it", of("garbage"), _upset(_is_rubbish)),
+    Defect("A truncated frame upsets it", of("truncated"), _upset(_is_cut_short)),
+    Defect("Garbage upsets it", of("garbage"), _upset(_is_rubbish)),
     Defect("It waits for ever for the rest of a frame", of("truncated"), _made(_WaitsForTheRest)),
     Defect(
-        "It fills up a frame with the next one", of("truncated"), _made(_FillsUp),
+        "It completes a frame with the next one", of("truncated"), _made(_FillsUp),
         result=Result.NON_STRICT,
     ),
     Defect("It answers to every address", of("foreign-destination"), _takes_every_address),
@@ -203,7 +203,7 @@ RECEPTION = (
         "It answers to addresses of other units", of("foreign-destination"), _takes_documented_addresses,
         result=Result.NON_STRICT,
     ),
-    Defect("It takes five messages at a time", of("back-to-back"), _made(lambda: _SmallBuffer(5))),
-    Defect("It takes ten messages at a time", of("back-to-back"), _made(lambda: _SmallBuffer(10))),
+    Defect("It buffers only five messages", of("back-to-back"), _made(lambda: _SmallBuffer(5))),
+    Defect("It buffers only ten messages", of("back-to-back"), _made(lambda: _SmallBuffer(10))),
     Defect("Replies come in another order", of("back-to-back"), _made(_Swaps)),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Firmware that answers wrongly: not, twice, late, too short, from elsewhere, about something else."""
+"""Firmware with wrong replies: missing, doubled, late, too short, with wrong addresses or contents."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _has_channel(asked: Asked) -> bool:
 
 
 def _is_long(asked: Asked) -> bool:
-    """Whether its packet is too long to be taken for that of another message."""
+    """Return whether its packet is too long to be mistaken for that of another message."""
     return any(layout["length"] > 8 for layout in entry(asked.answer)["layouts"])
 
 
@@ -99,7 +99,7 @@ def _two_in_a_row(draw: Draw, asked: Asked) -> Change:
 
 
 class _DropsSome(Firmware):
-    """Loses one reply in so many, whichever it is."""
+    """Loses one of a number of replies."""
 
     def __init__(self, one_in: int) -> None:
         self._one_in = one_in
@@ -116,7 +116,7 @@ def _drops(draw: Draw) -> tuple[Firmware, str]:
 
 
 class _Late(Says):
-    """Says what it says later."""
+    """Sends some messages late."""
 
     def __init__(self, which: Callable[[Frame], bool], seconds: Callable[[], float]) -> None:
         super().__init__(which, lambda frame: [frame])
@@ -132,19 +132,19 @@ def _too_late(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _slow(draw: Draw) -> tuple[Firmware, str]:
-    """Take longer than was promised for one reply in ten."""
+    """Exceed the promised time for one reply in ten."""
     random = draw.random
     return _Late(lambda frame: True, lambda: 0.15 if random.random() < 0.1 else 0.001), ""
 
 
 def _other_channel_answers(draw: Draw) -> tuple[Firmware, str]:
-    """Answer about channel 1 whichever was asked for."""
+    """Answer for channel 1 whichever channel was requested."""
     asked = draw.asked(lambda a: a.channel == 2)
     return Says(asked.is_answer, lambda frame: [frame.with_("chan_ident", 1)]), asked.answer
 
 
 def _bays_mixed_up(draw: Draw) -> tuple[Firmware, str]:
-    """Answer for one bay with the address of another, and the other way round."""
+    """Exchange the addresses of two bays in replies."""
     bays = [place.address for place in draw.places if place.bay is not None]
     if len(bays) < 2:
         raise NotHereError
@@ -154,7 +154,7 @@ def _bays_mixed_up(draw: Draw) -> tuple[Firmware, str]:
 
 
 class _AnswersBeforehand(Firmware):
-    """Says what it was asked the time before: every reply is one behind."""
+    """Sends the reply to the previous request instead of the current one."""
 
     def __init__(self) -> None:
         self._last: dict[str, bytes] = {}
@@ -170,9 +170,9 @@ REPLIES = (
     _reply("A request is answered twice", _always_so(lambda frame: [frame, frame])),
     _reply("A reply is too short", _shorter, _has_packet),
     _reply("A reply is longer than documented", _longer, _is_long, Result.NON_STRICT),
-    _reply("The header of a reply tells another length", _length_in_header, _has_packet),
+    _reply("The header of a reply states another length", _length_in_header, _has_packet),
     _reply(
-        "A reply with a packet lacks the flag that says so",
+        "A reply with a packet lacks the packet flag",
         _always_so(lambda frame: [frame.patched(4, bytes((frame.dest,)))]),
         _has_packet,
     ),
@@ -185,11 +185,11 @@ REPLIES = (
     ),
     _reply("A reply is about another channel", _other_channel, _has_channel),
     _reply("A reply has the id of another message", _other_id),
-    _reply("A reply has an id that no message has", _unknown_id),
+    _reply("A reply has an unknown id", _unknown_id),
     _reply("Another message follows a reply", _two_in_a_row),
     Defect("One reply in fifty is lost", _ANYWHERE | {"back-to-back"}, _drops),
     Defect("A reply comes after more than a second", _ANYWHERE, _too_late),
-    Defect("Replies take longer than was promised", of("timing"), _slow),
+    Defect("Replies take longer than promised", of("timing"), _slow),
     Defect("Channel 2 is answered as channel 1", _ANYWHERE, _other_channel_answers),
     Defect("Two bays are mixed up", _ANYWHERE | {"bays"}, _bays_mixed_up),
 )

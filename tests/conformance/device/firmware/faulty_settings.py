@@ -1,4 +1,4 @@
-"""Firmware that keeps what it is told wrongly: not, elsewhere, cut short, in another order of bytes."""
+"""Firmware that stores settings wrongly: not at all, elsewhere, truncated, or with another byte order."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ NUMBERS = (How.NEAR, How.LOWER, How.HIGHER)
 
 @dataclass(frozen=True)
 class Setting:
-    """A field of a parameter set, at one channel.
+    """A field of a parameter set, on one channel.
 
-    :param asked: what tells it.
+    :param asked: the request that reads it.
     :param set: the message that sets it.
-    :param field: the field, as the registry has it.
-    :param present: what it holds when the unit wakes.
+    :param field: the field, as in the registry.
+    :param present: its value after power-on.
     """
 
     asked: Asked
@@ -38,13 +38,13 @@ class Setting:
         return str(self.field["name"])
 
     def is_set(self, frame: Frame) -> bool:
-        """Whether a message sets it, here."""
+        """Return whether a message sets this field on this channel."""
         mine = frame.name == self.set and frame.place == self.asked.place.address
         return mine and (self.asked.channel is None or frame.channel == self.asked.channel)
 
 
 def _settings(draw: Draw, hows: Iterable[How] = ()) -> list[Setting]:
-    """Return every field that a check may change, with those that a loop would feel."""
+    """Return every field that a check may change, including those that affect a control loop."""
     found = []
     for asked in draw.all_asked():
         owner = entry(asked.answer)["set"]
@@ -75,7 +75,7 @@ def _taken(
     allow: Callable[[Setting], bool] = lambda s: True,
     result: Result = Result.FAIL,
 ) -> Defect:
-    """Return a defect in what becomes of a SET."""
+    """Return a defect in the effect of a SET."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         setting = a_setting(draw, hows, allow)
@@ -85,7 +85,7 @@ def _taken(
 
 
 def _is_wide(setting: Setting) -> bool:
-    """Whether its value has a meaning beyond half of its bytes."""
+    """Return whether its values need more than half of its bytes."""
     return setting.field["size"] == 4 and abs(setting.present) > 0x2_0000
 
 
@@ -125,12 +125,12 @@ def _rounded(setting: Setting) -> Change:
 def _can_be_rounded(setting: Setting) -> bool:
     step = max(2, abs(setting.present) // 64)
     if setting.name.endswith("velocity"):
-        return False  # a slow one becomes 0, and then nothing moves
+        return False  # a slow velocity becomes 0, so that nothing moves
     return abs(setting.present) > 4096 and setting.present % step == 0
 
 
 def _swapped(draw: Draw) -> tuple[Firmware, str]:
-    """Exchange two fields of one size on their way in; on their way out they stay where they are."""
+    """Exchange two fields of one size when written, but not when read."""
     setting = a_setting(draw, NUMBERS)
     others = [
         other
@@ -168,13 +168,13 @@ def _bit(draw: Draw, *, stuck: bool) -> tuple[Firmware, str]:
 
 
 def _has_several(setting: Setting) -> bool:
-    """Whether a check writes several values of a list; of the switches it writes two."""
+    """Return whether a check writes several values of an enumeration; of switches it writes two."""
     values = setting.field.get("enum")
     return isinstance(values, dict) and len(values) > 2 and "LIMSWITCH" not in setting.set
 
 
 def _one_value(draw: Draw) -> tuple[Firmware, str]:
-    """Do not take one of the documented values."""
+    """Refuse one of the documented values."""
     setting = a_setting(draw, (How.LISTED,), _has_several)
     values = setting.field["enum"]
     assert isinstance(values, dict)
@@ -188,7 +188,7 @@ def _one_value(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _elsewhere(draw: Draw, *, bays: bool) -> tuple[Firmware, str]:
-    """Set it in another bay, or on another channel, as well."""
+    """Also set it in another bay or on another channel."""
     setting = a_setting(draw)
     asked = setting.asked
     if bays:
@@ -213,13 +213,13 @@ def _messages_at(draw: Draw, address: int) -> frozenset[str]:
 
 
 def _answered(draw: Draw) -> tuple[Firmware, str]:
-    """Confirm a SET with the GET that nobody asked for."""
+    """Answer a SET with an unsolicited GET."""
     setting = a_setting(draw)
     return Echoes(setting.is_set, setting.asked.answer), setting.set
 
 
 def _one_late(draw: Draw) -> tuple[Firmware, str]:
-    """Set it only after the next message has been taken."""
+    """Apply a SET only after the next message has arrived."""
     setting = a_setting(draw)
 
     class Hesitates(Firmware):
@@ -239,7 +239,7 @@ def _one_late(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _as_it_woke(draw: Draw) -> tuple[Firmware, str]:
-    """Tell for ever what it held when the unit woke."""
+    """Always report the value after power-on."""
     setting = a_setting(draw)
     first: dict[bytes, Frame] = {}
     return Says(
@@ -248,7 +248,7 @@ def _as_it_woke(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _neighbour(draw: Draw) -> tuple[Firmware, str]:
-    """Write into the next parameter set, too: a wrong address in memory."""
+    """Also write into the next parameter set, as with a wrong address in memory."""
     setting = a_setting(draw)
     others = [
         other
@@ -279,19 +279,19 @@ def _neighbour(draw: Draw) -> tuple[Firmware, str]:
 
 SETTINGS = (
     _taken("A SET is ignored", lambda setting: lambda frame: []),
-    _taken("One value of a SET is not kept", _kept),
+    _taken("One value of a SET is not stored", _kept),
     _taken("A value is off by one", _off_by_one, NUMBERS),
-    _taken("A value is kept in the wrong order of bytes", _reversed, NUMBERS, _turns_round),
-    _taken("Half of the bytes of a value are kept", _half, NUMBERS, _is_wide),
+    _taken("A value is stored with the wrong byte order", _reversed, NUMBERS, _turns_round),
+    _taken("Only half of the bytes of a value are stored", _half, NUMBERS, _is_wide),
     _taken("A value is rounded", _rounded, NUMBERS, _can_be_rounded, Result.NON_STRICT),
     Defect("Two values of a SET are exchanged", _READ_BACK, _swapped),
     Defect("A bit of a mask is lost", _READ_BACK, partial(_bit, stuck=False), ("TDC001",)),
     Defect("A bit of a mask is stuck", _READ_BACK, partial(_bit, stuck=True), ("TDC001",)),
     Defect("A documented value is refused", _READ_BACK, _one_value, result=Result.NON_STRICT),
-    Defect("A SET sets another channel, too", of("channels"), partial(_elsewhere, bays=False)),
-    Defect("A SET sets another bay, too", of("bays-apart"), partial(_elsewhere, bays=True)),
+    Defect("A SET also sets another channel", of("channels"), partial(_elsewhere, bays=False)),
+    Defect("A SET also sets another bay", of("bays-apart"), partial(_elsewhere, bays=True)),
     Defect("A SET is answered", _READ_BACK, _answered),
-    Defect("A SET comes into force one message late", _READ_BACK, _one_late),
-    Defect("A GET tells for ever what it told first", _READ_BACK, _as_it_woke),
+    Defect("A SET takes effect one message late", _READ_BACK, _one_late),
+    Defect("A GET always repeats its first value", _READ_BACK, _as_it_woke),
     Defect("A SET writes into another parameter set", _READ_BACK, _neighbour),
 )  # fmt: skip

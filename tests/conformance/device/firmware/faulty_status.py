@@ -1,4 +1,4 @@
-"""Firmware whose status is wrong: stale, of another layout, at odds with what else is told."""
+"""Firmware with a wrong status: stale, with another layout, or inconsistent with other messages."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _bits(name: str) -> Mapping[str, int]:
 def _told(
     name: str, found_by: str, change: Callable[[str], Change], which: tuple[str, ...] = _MOTORS
 ) -> Defect:
-    """Return a defect in the status, asked for or not."""
+    """Return a defect in the status, solicited or not."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         status = draw.one_of(*which)
@@ -73,7 +73,7 @@ def _stuck(*wanted: str, on: bool) -> Callable[[Draw], tuple[Firmware, str]]:
 
 
 def _frozen(field: str) -> Callable[[Draw], tuple[Firmware, str]]:
-    """Return a status of something that moves, and tells for ever what it told first."""
+    """Return a status that always repeats its first value while something moves."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.moves()
@@ -90,7 +90,7 @@ def _frozen(field: str) -> Callable[[Draw], tuple[Firmware, str]]:
 
 
 def _one_behind(draw: Draw) -> tuple[Firmware, str]:
-    """Tell the bits that were there the time before."""
+    """Report the bits of the previous status."""
     status = draw.one_of(*_MOTORS)
     last: dict[tuple[int, int | None], int] = {}
 
@@ -104,19 +104,19 @@ def _one_behind(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _shifted(status: str) -> Change:
-    """Pack the status with a field of another width: what follows the position is two bytes later."""
+    """Pack the status with a wider field, so that everything after the position is two bytes later."""
     return lambda frame: [frame.patched(12, frame.raw[10:-2] if len(frame.raw) > 12 else b"")]
 
 
 def _of_the_other_family(draw: Draw) -> tuple[Firmware, str]:
-    """Send the status of a stepper instead of that of a servo, or the other way round."""
+    """Send the status of a stepper instead of that of a servo, or vice versa."""
     status = draw.one_of(*_MOTORS)
     other = _MOTORS[1 - _MOTORS.index(status)]
     return Says(named(status), lambda frame: [frame.renamed(other)]), status
 
 
 def _at_odds(draw: Draw) -> tuple[Firmware, str]:
-    """Tell other bits in the message that has nothing but bits."""
+    """Report other bits in the message that contains only bits."""
     alone = draw.one_of(*_ALONE)
     mask = 0x400 if alone.startswith("MOT") else 0x11  # homed; actuator connected, zeroed
     return Says(
@@ -137,7 +137,7 @@ def _channel_zero(status: str) -> Change:
 
 STATUS = (
     Defect("Both limit bits are stuck on", of("status"), _stuck(*_LIMITS, on=True), result=Result.NON_STRICT),
-    _told("The status says that it moves both ways", "status", _bit_set(*_MOVING[:2])),
+    _told("The status reports motion in both directions", "status", _bit_set(*_MOVING[:2])),
     Defect("The moving bit is stuck on", of("status"), _stuck("moving_forward", on=True)),
     Defect("The moving bits are never set", of(_MOVES), _stuck(*_MOVING, on=False)),
     Defect("The homed bit is never set", of("home"), _stuck("homed", on=False)),
@@ -150,6 +150,6 @@ STATUS = (
     _told("A field of the status has another width", f"status answers {_MOVES}", _shifted),
     Defect("The status is that of another family", of("status answers"), _of_the_other_family),
     _told("The status is about channel 0", "status answers updates", _channel_zero, _STATUSES),
-    Defect("Two messages tell different status bits", of("status"), _at_odds),
-    Defect("The counter tells another position than the status", of("status"), _other_position),
+    Defect("Two messages report different status bits", of("status"), _at_odds),
+    Defect("Counter and status report different positions", of("status"), _other_position),
 )  # fmt: skip

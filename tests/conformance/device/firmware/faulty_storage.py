@@ -1,4 +1,4 @@
-"""Firmware whose values are none, whose counters cannot be set, and that spoils what it saves."""
+"""Firmware with undocumented values, counters that cannot be set, and corrupted saved values."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _SAVING = ("MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS")
 
 
 def _not_zero(draw: Draw) -> tuple[Firmware, str]:
-    """Tell a start velocity, which is always zero."""
+    """Report a start velocity, which is always zero by definition."""
     asked = draw.asked(lambda a: a.answer in ("MOT_GET_VELPARAMS", "MOT_GET_JOGPARAMS"))
     name = "min_velocity" if "VEL" in asked.answer else "jog_min_velocity"
     return Says(asked.is_answer, lambda frame: [frame.with_(name, 1000)]), asked.answer
 
 
 def _beyond_its_range(draw: Draw) -> tuple[Firmware, str]:
-    """Tell a value that the document does not have: beyond a range, or in no list."""
+    """Report an undocumented value: out of range, or not in the enumeration."""
     ranged = []
     for asked in draw.all_asked():
         for field in draw.present(asked).fields.values():
@@ -62,7 +62,7 @@ def _field_of_counter(frame: Frame) -> str:
 
 
 def _saving_spoils(draw: Draw) -> tuple[Firmware, str]:
-    """Spoil a value when parameters are saved."""
+    """Corrupt a value when parameters are saved."""
     saving = draw.one_of(*_SAVING)
     setting = a_setting(draw, NUMBERS, lambda s: entry(s.set)["effect"] == "settings")
     whole = draw.present(setting.asked).renamed(setting.set).to(setting.asked.place.address)
@@ -90,7 +90,7 @@ def _saving_takes_its_time(draw: Draw) -> tuple[Firmware, str]:
 
 STORAGE = (
     Defect("A start velocity is not zero", of("answers readback"), _not_zero),
-    Defect("A value is told that is beyond its range", of("answers"), _beyond_its_range),
+    Defect("A reported value is out of range", of("answers"), _beyond_its_range),
     _counter("A counter cannot be set", lambda frame: []),
     _counter(
         "A counter loses its sign",
@@ -98,5 +98,5 @@ STORAGE = (
     ),
     Defect("Saving is answered", of("eeprom"), _saving_answered),
     Defect("Saving spoils a value", of("eeprom"), _saving_spoils),
-    Defect("Nothing is heard while parameters are saved", of("eeprom"), _saving_takes_its_time),
+    Defect("Messages are lost while parameters are saved", of("eeprom"), _saving_takes_its_time),
 )

@@ -1,4 +1,4 @@
-"""Firmware whose updates are wrong: too many, too few, stale; and that takes signs of life wrongly."""
+"""Firmware with wrong updates (too many, too few, stale) or a wrong reaction to keep-alive messages."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _STATUSES = (*_MOTORS, "PZ_GET_PZSTATUSUPDATE")
 _QUESTIONS = ("MOT_REQ_DCSTATUSUPDATE", "MOT_REQ_STATUSUPDATE")
 _SIGNS = ("MOT_ACK_DCSTATUSUPDATE", "PZ_ACK_PZSTATUSUPDATE")
 _LOST = 8
-"""Of ten updates so many come, where some are lost."""
+"""The number of updates out of ten that remain when some are lost."""
 _FIXED = ("BBD101", "BBD102", "BBD103")
-"""Units whose rate the document calls fixed."""
+"""Units with a documented fixed rate."""
 
 
 def _is_update(frame: Frame) -> bool:
@@ -26,7 +26,7 @@ def _is_update(frame: Frame) -> bool:
 
 
 class _Starts(Firmware):
-    """Knows whether updates were started; only then is a status an update."""
+    """Tracks whether updates were started, because only then is a status an update."""
 
     def __init__(self) -> None:
         self.on = False
@@ -46,12 +46,12 @@ class _Starts(Firmware):
             self.say(frame.raw)
 
     def updates(self, frame: Frame) -> None:
-        """Say an update."""
+        """Handle an update."""
         self.say(frame.raw)
 
 
 class _Rate(_Starts):
-    """Sends only so many of ten updates, or each of them twice."""
+    """Sends only some of ten updates, or each of them twice."""
 
     def __init__(self, of_ten: int) -> None:
         super().__init__()
@@ -74,14 +74,14 @@ def _rate(
     def make(draw: Draw) -> tuple[Firmware, str]:
         status = draw.one_of(*which)
         if draw.bench.declared.wants_signs and of_ten != _LOST:
-            raise NotHereError  # those count what they send
+            raise NotHereError  # these units count their updates
         return _Rate(of_ten), status
 
     return make
 
 
 class _Ends(_Starts):
-    """Sends so many updates and no more."""
+    """Sends a number of updates and then stops."""
 
     def __init__(self, most: int) -> None:
         super().__init__()
@@ -103,7 +103,7 @@ def _ends(draw: Draw) -> tuple[Firmware, str]:
 
 
 class _StaleUpdates(_Starts):
-    """Sends in every update what the first one said; when it is asked it tells the truth."""
+    """Repeats the first update for ever, but answers requests correctly."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -126,7 +126,7 @@ class _StaleUpdates(_Starts):
 
 
 class _OfTheRack(_Starts):
-    """Sends updates from the motherboard, and not from the bay that they are about."""
+    """Sends updates from the motherboard instead of the bay."""
 
     def updates(self, frame: Frame) -> None:
         self.say(frame.coming_from(0x11).raw)
@@ -139,7 +139,7 @@ def _updates_of_the_rack(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _unasked(draw: Draw) -> tuple[Firmware, str]:
-    """Send an answer to nothing, every 0.3 s."""
+    """Send an unsolicited reply every 0.3 s."""
     asked = draw.asked(lambda a: not entry(a.answer)["exchange"])
     raw = draw.present(asked).raw
 
@@ -159,11 +159,11 @@ def _dropped(name: str) -> Callable[[Draw], tuple[Firmware, str]]:
     return make
 
 
-# Signs of life
+# Keep-alive messages
 
 
 def _not_heeded(draw: Draw) -> tuple[Firmware, str]:
-    """Fall silent all the same."""
+    """Fall silent despite keep-alive messages."""
     _all_signs(draw)
     return Takes(named(*_SIGNS), lambda frame: []), ""
 
@@ -174,7 +174,7 @@ def _answered(draw: Draw) -> tuple[Firmware, str]:
 
 
 class _NeverSilent(Firmware):
-    """Goes on without signs of life: gives them to itself."""
+    """Needs no keep-alive messages: it generates them internally."""
 
     def __init__(self, signs: list[bytes]) -> None:
         self._signs = signs
@@ -190,7 +190,7 @@ def _never_silent(draw: Draw) -> tuple[Firmware, str]:
 
 
 def _all_signs(draw: Draw) -> list[bytes]:
-    """Return a sign of life for every place that takes one."""
+    """Return a keep-alive message for every place that has one."""
     sign = draw.one_of(*_SIGNS)
     places = [place.address for place in draw.places if sign in place.messages and place.keep_alive]
     if not places or not draw.bench.declared.wants_signs:
@@ -200,10 +200,10 @@ def _all_signs(draw: Draw) -> list[bytes]:
 
 
 class _Silent(_Starts):
-    """Falls silent after so many messages without a sign of life.
+    """Falls silent after some messages without a keep-alive message.
 
-    :param most: so many.
-    :param again: goes on after a sign of life that comes later.
+    :param most: the number of messages.
+    :param again: whether it continues after a later keep-alive message.
     """
 
     def __init__(self, most: int, *, again: bool) -> None:
@@ -244,11 +244,11 @@ UPDATES = (
     Defect("Updates cannot be started", of("updates status"), _dropped("HW_START_UPDATEMSGS")),
     Defect("Updates cannot be stopped", of("updates"), _dropped("HW_STOP_UPDATEMSGS")),
     Defect("Updates come from the motherboard", of("updates"), _updates_of_the_rack),
-    Defect("Updates say for ever what the first one said", of("move-updates"), _stale),
-    Defect("Something comes that nobody asked for", of("quiet"), _unasked),
-    Defect("Signs of life are not heeded", of("updates keep-alive"), _not_heeded),
-    Defect("Signs of life are answered", of("keep-alive identify"), _answered),
-    Defect("It goes on without signs of life", of("keep-alive"), _never_silent),
+    Defect("Updates repeat the first one for ever", of("move-updates"), _stale),
+    Defect("Unsolicited messages are sent", of("quiet"), _unasked),
+    Defect("Keep-alive messages are ignored", of("updates keep-alive"), _not_heeded),
+    Defect("Keep-alive messages are answered", of("keep-alive identify"), _answered),
+    Defect("It continues without keep-alive messages", of("keep-alive"), _never_silent),
     Defect("It falls silent after twenty messages", of("keep-alive"), _silent(20, again=True)),
     Defect("It stays silent once it has fallen silent", of("keep-alive"), _silent(45, again=False)),
 )  # fmt: skip

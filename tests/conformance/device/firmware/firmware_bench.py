@@ -1,4 +1,4 @@
-"""Virtual controllers as a vendor would declare them: with stages, travel, and bays that are empty."""
+"""Virtual controllers as declared by a vendor: with stages, travel, and empty bays."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
 REPLY_MS = 20.0
-"""What every vendor here promises of the time of a reply."""
+"""The reply time that every vendor promises here."""
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A unit, what it is declared to be, and what is allowed.
+    """A unit with its declaration and permissions.
 
-    :param pics: what is declared of it.
+    :param pics: its declaration.
     :param motion: the range of ``--allow-motion``.
-    :param make: makes the controller; ``seed`` decides what is left to chance in it.
+    :param make: makes the controller; ``seed`` seeds its random choices.
     """
 
     pics: Pics
@@ -44,12 +44,12 @@ class Bench:
 
     @cached_property
     def declared(self) -> Declaration:
-        """The controller as it is declared."""
+        """The declared controller."""
         return declare(self.pics)
 
     @cached_property
     def allowed(self) -> Permissions:
-        """Everything, within the range."""
+        """All permissions, within the range."""
         return Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True)
 
     @cached_property
@@ -59,7 +59,7 @@ class Bench:
 
     @property
     def status(self) -> str:
-        """Which layout a status has on the unit; of a rack of modules that of the first one."""
+        """The status layout of the unit; for a rack of modules, that of the first module."""
         return next((place.status for place in self.declared.places if place.status), "")
 
     def line(self, seed: int = 0) -> SteppedLink:
@@ -69,7 +69,7 @@ class Bench:
     def run(self, link: Link, kinds: frozenset[str] = frozenset(), seed: int = 1) -> Report:
         """Run the suite with all permissions.
 
-        :param kinds: only these; empty: all.
+        :param kinds: the kinds to run; empty for all.
         """
         checks = [c for c in self.checks if not kinds or (c.kind and c.kind.name in kinds)]
         return run(link, checks, self.declared, self.allowed, seed)
@@ -80,13 +80,13 @@ def _counts(low: int, high: int) -> Range:
 
 
 def _plain(unit: str) -> Bench:
-    """Return a unit of which nothing is declared but its name."""
+    """Return a unit with only its name declared."""
     pics = Pics(unit=unit, timing=Timing(reply_p99_ms=REPLY_MS))
     return Bench(pics, "0..100000counts", getattr(stagewire_virtual, unit))
 
 
 def _on_stage(unit: str, stage: str, travel: str, motion: str, bays: int = 0) -> Bench:
-    """Return a motor controller with the same stage everywhere."""
+    """Return a motor controller with the same stage on every channel."""
     channels = tuple(
         ChannelPics(number=1, bay=bay, stage=stage, travel=Range.parse(travel))
         for bay in (range(1, bays + 1) if bays else (None,))
@@ -97,7 +97,7 @@ def _on_stage(unit: str, stage: str, travel: str, motion: str, bays: int = 0) ->
 
 
 def _in_counts(unit: str, channels: int = 1, bays: int = 0, **given: Any) -> Bench:
-    """Return a motor controller whose travel is known in counts."""
+    """Return a motor controller with a travel in counts."""
     travel = 100_000
     declared = tuple(
         ChannelPics(number=number, bay=bay, travel=_counts(0, travel))
@@ -162,7 +162,7 @@ BENCHES: Mapping[str, Bench] = {
     **{unit: _plain(unit) for unit in known_units() if unit not in _SPECIAL},
     **_SPECIAL,
 }
-"""Every unit that there is, by its name; some of them stand here in another state, too."""
+"""Every unit by name, some of them also in another state."""
 
 
 def bench(name: str) -> Bench:

@@ -1,4 +1,4 @@
-"""A line to a virtual MS-2000 whose firmware has a defect: whole commands pass it one by one."""
+"""A line to a virtual MS-2000 with defective firmware: whole commands pass it one by one."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from stagewire_ms2000 import PROTOCOL
 
 _UNITS = ("MS2000", "MFC2000")
 Reply = Callable[[bytes], bytes]
-"""What becomes of a reply."""
+"""Changes a reply."""
 
 
 class CommandFirmware:
-    """What stands between a host and the controller as it should be. Made anew for each run."""
+    """The layer between a host and a correct controller. One is made for each run."""
 
     pass_on: Callable[[bytes], bytes]
-    """Gives bytes to the controller, and returns what it says at once."""
+    """Passes bytes to the controller, and returns its immediate output."""
 
     def takes(self, frame: CommandFrame, raw: bytes) -> bytes:
-        """Return what is said to a whole command."""
+        """Return the output for a whole command."""
         return self.pass_on(raw)
 
     def takes_odd(self, raw: bytes) -> bytes:
-        """Return what is said to bytes that are no command: unknown ones, setup commands, rubbish."""
+        """Return the output for bytes that are not a command: unknown ones, setup commands, garbage."""
         return self.pass_on(raw)
 
 
 class FaultyCommandLink(Link):
-    """A line in stepped time to an MS-2000 with broken firmware.
+    """A line in stepped time to an MS-2000 with defective firmware.
 
-    :param link: to the controller as it should be.
+    :param link: to a correct controller.
     """
 
     def __init__(self, link: Link, firmware: CommandFirmware) -> None:
@@ -52,12 +52,12 @@ class FaultyCommandLink(Link):
         return self._link.read(0)
 
     def read(self, timeout: float) -> bytes:
-        """Return what was said, or what comes."""
+        """Return pending output, or wait for output."""
         said, self._said = self._said, b""
         return said or self._link.read(timeout)
 
     def write(self, data: bytes) -> None:
-        """Give the firmware what the host sends, command by command."""
+        """Pass the bytes of the host to the firmware, command by command."""
         for event in self._framer.feed(data):
             if isinstance(event, CommandReceived):
                 self._said += self._firmware.takes(event.frame, event.raw)
@@ -65,21 +65,21 @@ class FaultyCommandLink(Link):
                 self._said += self._firmware.takes_odd(event.raw)
 
     def write_now(self, data: bytes) -> None:
-        """Do as :meth:`write` does."""
+        """Call :meth:`write`."""
         self.write(data)
 
     def wake(self) -> None:
-        """Let the next read return at once."""
+        """Make the next read return immediately."""
         self._link.wake()
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the link."""
         self._link.close()
 
 
 @dataclass(frozen=True)
 class CommandDefect:
-    """A way in which the firmware of an MS-2000 is wrong; see :class:`.Defect`."""
+    """A defect in the firmware of an MS-2000; see :class:`.Defect`."""
 
     name: str
     found_by: frozenset[str]
@@ -87,7 +87,7 @@ class CommandDefect:
     result: Result = Result.FAIL
 
     def draw(self, seed: int) -> tuple[str, CommandFirmware, str]:
-        """Return a unit, the firmware, and the command that the check has to name; empty: any."""
+        """Return a unit, the firmware, and the command that the check must name; empty for any."""
         random = Random(f"{self.name}/{seed}")
         unit = random.choice(_UNITS)
         firmware, about = self.make(random)
@@ -95,7 +95,7 @@ class CommandDefect:
 
 
 class SaysReplies(CommandFirmware):
-    """Says the replies to some commands otherwise."""
+    """Changes the replies to some commands."""
 
     def __init__(self, change: Reply, *commands: type[Command], axis: int | None = None) -> None:
         self._change = change
@@ -109,7 +109,7 @@ class SaysReplies(CommandFirmware):
 
 
 class TakesCommands(CommandFirmware):
-    """Takes some commands for others."""
+    """Replaces some commands by others."""
 
     def __init__(self, change: Callable[[bytes], bytes], *commands: type[Command]) -> None:
         self._change = change

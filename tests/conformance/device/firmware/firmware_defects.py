@@ -1,4 +1,4 @@
-"""What a defect of firmware is: how it behaves, on which units it can be, and which check has to find it."""
+"""Defects of firmware: their behaviour, the units that can have them, and the checks that must find them."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.targets import Target
 
 Change = Callable[[Frame], Iterable[Frame | bytes]]
-"""What becomes of a message: nothing, others, or several."""
+"""Changes a message to none, one or several messages."""
 
 
 class NotHereError(Exception):
-    """A unit that cannot have this defect."""
+    """The unit cannot have this defect."""
 
 
 @dataclass(frozen=True)
 class Defect:
-    """A way in which firmware is wrong.
+    """A defect of firmware.
 
-    :param name: in the words of a bug report.
-    :param found_by: kinds of checks, one of which has to find it.
-    :param make: makes the firmware, on a unit, and says which message the check has to name; empty: any.
-    :param units: the benches on which it can be; empty: all that can have it.
-    :param result: how grave it is.
+    :param name: as in a bug report.
+    :param found_by: kinds of checks, one of which must find it.
+    :param make: makes the firmware for a unit; returns it with the message that the check must name; empty
+        for any message.
+    :param units: the benches that can have it; empty for all.
+    :param result: its severity.
     """
 
     name: str
@@ -39,7 +40,7 @@ class Defect:
     result: Result = Result.FAIL
 
     def draw(self, seed: int) -> Drawn:
-        """Return the defect on a unit, and in a message, that the seed decides."""
+        """Return the defect on a unit and in a message, selected by the seed."""
         random = Random(f"{self.name}/{seed}")
         names = list(self.units or [name for name in BENCHES if not name.endswith("2000")])
         random.shuffle(names)
@@ -57,7 +58,7 @@ class Drawn:
     """A defect on a unit.
 
     :param firmware: for one run.
-    :param about: the message that the check has to name; empty: any.
+    :param about: the message that the check must name; empty for any.
     """
 
     defect: Defect
@@ -68,7 +69,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Asked:
-    """Something that can be asked of a channel, or of a place as a whole."""
+    """A request to a channel or to a whole place."""
 
     place: Target
     channel: int | None
@@ -76,14 +77,14 @@ class Asked:
     answer: str
 
     def is_answer(self, frame: Frame) -> bool:
-        """Whether a message answers it."""
+        """Return whether a message answers it."""
         mine = frame.name == self.answer and frame.place == self.place.address
         return mine and (frame.channel is None or frame.channel == self.channel)
 
 
 @dataclass(frozen=True)
 class Draw:
-    """A unit, and what is left to chance on it."""
+    """A unit with random choices."""
 
     bench: Bench
     random: Random
@@ -96,9 +97,9 @@ class Draw:
         return self.bench.declared.places
 
     def asked(self, allow: Callable[[Asked], bool] = lambda asked: True) -> Asked:
-        """Choose something that the unit can be asked.
+        """Choose a request of the unit.
 
-        Raises :class:`NotHereError` where nothing will do.
+        Raises :class:`NotHereError` if no request is suitable.
         """
         found = [asked for asked in self.all_asked() if allow(asked)]
         if not found:
@@ -106,7 +107,7 @@ class Draw:
         return self.random.choice(found)
 
     def all_asked(self) -> list[Asked]:
-        """Return everything that the unit can be asked."""
+        """Return every request of the unit."""
         if not self._asked:
             for place in self.places:
                 for request in sorted(place.messages):
@@ -120,7 +121,7 @@ class Draw:
         return self._asked
 
     def present(self, asked: Asked) -> Frame:
-        """Return what the unit says when it has just woken."""
+        """Return the answer of the unit after power-on."""
         key = asked.place.address, asked.channel, asked.request
         if key not in self._present:
             link = self.bench.line()
@@ -132,23 +133,23 @@ class Draw:
         return self._present[key]
 
     def unit_is(self, *units: str) -> bool:
-        """Whether it is one of these units."""
+        """Return whether it is one of these units."""
         return self.bench.unit in units
 
     def claims(self, *messages: str) -> None:
-        """Go on if the unit has all these messages; else raise :class:`NotHereError`."""
+        """Raise :class:`NotHereError` unless the unit has all these messages."""
         if not all(any(name in place.messages for place in self.places) for name in messages):
             raise NotHereError
 
     def moves(self) -> None:
-        """Go on if the unit moves stages; else raise :class:`NotHereError`."""
+        """Raise :class:`NotHereError` unless the unit moves stages."""
         if not any(place.moves_stages for place in self.places):
             raise NotHereError
 
     def one_of(self, *messages: str) -> str:
-        """Choose one of those messages that the unit has.
+        """Choose one of these messages that the unit has.
 
-        Raises :class:`NotHereError` where it has none.
+        Raises :class:`NotHereError` if it has none.
         """
         found = [m for m in messages if any(m in place.messages for place in self.places)]
         if not found:
@@ -157,19 +158,19 @@ class Draw:
 
 
 def of(kinds: str) -> frozenset[str]:
-    """Return kinds of checks, written one behind the other."""
+    """Return kinds of checks from a text with blanks between them."""
     return frozenset(kinds.split())
 
 
 def named(*names: str) -> Callable[[Frame], bool]:
-    """Return whether a message has one of some names."""
+    """Return a predicate for messages with one of some names."""
     return lambda frame: frame.name in names
 
 
 class Says(Firmware):
-    """Says some messages otherwise.
+    """Changes some messages from the controller.
 
-    :param which: those.
+    :param which: selects the messages.
     """
 
     def __init__(self, which: Callable[[Frame], bool], change: Change) -> None:
@@ -182,9 +183,9 @@ class Says(Firmware):
 
 
 class Takes(Firmware):
-    """Takes some messages for others, or not at all.
+    """Changes or drops some messages to the controller.
 
-    :param which: those.
+    :param which: selects the messages.
     """
 
     def __init__(self, which: Callable[[Frame], bool], change: Change) -> None:
@@ -199,8 +200,8 @@ class Takes(Firmware):
 class Echoes(Firmware):
     """Answers messages that have no answer.
 
-    :param which: those.
-    :param answer: the name of the answer; empty: they are sent back themselves.
+    :param which: selects the messages.
+    :param answer: the name of the answer; empty to return the messages themselves.
     """
 
     def __init__(self, which: Callable[[Frame], bool], answer: str = "") -> None:
@@ -215,9 +216,9 @@ class Echoes(Firmware):
 
 
 class Deaf(Firmware):
-    """Hears nothing for some seconds after a message.
+    """Ignores everything for some seconds after a message.
 
-    :param which: after which.
+    :param which: selects the message.
     """
 
     def __init__(self, which: Callable[[Frame], bool], seconds: float) -> None:

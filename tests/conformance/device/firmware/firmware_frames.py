@@ -1,4 +1,4 @@
-"""Frames of Thorlabs APT as firmware has them in its hands: bytes, and where in them what stands."""
+"""Frames of Thorlabs APT inside firmware: their bytes, and the positions of their fields."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAME: dict[int, str] = {id: name for name, id in ID.items()}
 
 
 def entry(name: str) -> dict[str, Any]:
-    """Return what the registry has of a message."""
+    """Return the registry entry of a message."""
     return _ENTRIES[name]
 
 
@@ -28,7 +28,7 @@ def entry(name: str) -> dict[str, Any]:
 def fields_of(name: str, length: int, status: str = "") -> dict[str, dict[str, Any]]:
     """Return the fields of a message by name: those of its header, or of a packet of this length.
 
-    :param status: decides where two layouts have this length.
+    :param status: selects between two layouts of this length.
     """
     for layout in _ENTRIES[name]["layouts"]:
         when = layout["when"] or {}
@@ -47,7 +47,7 @@ class Frame:
     """A whole frame of a known message.
 
     :param raw: its bytes.
-    :param status: which layout a status has on this unit.
+    :param status: the status layout of the unit.
     """
 
     raw: bytes
@@ -55,7 +55,7 @@ class Frame:
 
     @property
     def name(self) -> str:
-        """The name of the message; empty for an id that is none."""
+        """The name of the message; empty for an unknown id."""
         return NAME.get(int.from_bytes(self.raw[:2], "little"), "")
 
     @property
@@ -65,32 +65,32 @@ class Frame:
 
     @property
     def packet(self) -> bytes:
-        """The packet; empty where there is none."""
+        """The packet; empty without one."""
         return self.raw[_HEADER:]
 
     @property
     def dest(self) -> int:
-        """Whom it goes to."""
+        """The destination."""
         return self.raw[4] & ~_FLAG
 
     @property
     def source(self) -> int:
-        """Whom it comes from."""
+        """The source."""
         return self.raw[5]
 
     @property
     def place(self) -> int:
-        """The end of it that is not the host."""
+        """The address that is not the host's."""
         return self.source if self.dest == HOST else self.dest
 
     @property
     def fields(self) -> dict[str, dict[str, Any]]:
-        """Its fields by name, as the registry has them."""
+        """Its fields by name, as in the registry."""
         return fields_of(self.name, len(self.packet) if self.has_packet else -1, self.status)
 
     @property
     def channel(self) -> int | None:
-        """The channel that it is about; None: it names none."""
+        """The channel of the message; None without one."""
         return self["chan_ident"] if "chan_ident" in self.fields else None
 
     def _span(self, name: str) -> tuple[int, int, bool]:
@@ -99,40 +99,40 @@ class Frame:
         return begins, begins + field["size"], field["signed"]
 
     def __getitem__(self, name: str) -> int:
-        """Return a field as a number."""
+        """Return the number in a field."""
         begins, ends, signed = self._span(name)
         return int.from_bytes(self.raw[begins:ends], "little", signed=signed)
 
     def with_(self, name: str, value: int) -> Frame:
-        """Return it with another number in a field, which wraps where it does not fit."""
+        """Return a copy with another number in a field, wrapped to its size."""
         begins, ends, _ = self._span(name)
         data = (value % (1 << 8 * (ends - begins))).to_bytes(ends - begins, "little")
         return self.patched(begins, data)
 
     def patched(self, at: int, data: bytes) -> Frame:
-        """Return it with other bytes in a place."""
+        """Return a copy with other bytes at a position."""
         return Frame(self.raw[:at] + data + self.raw[at + len(data) :], self.status)
 
     def renamed(self, name: str) -> Frame:
-        """Return it with the id of another message."""
+        """Return a copy with the id of another message."""
         return self.patched(0, ID[name].to_bytes(2, "little"))
 
     def to(self, dest: int) -> Frame:
-        """Return it with another receiver."""
+        """Return a copy with another destination."""
         return self.patched(4, bytes((dest | (self.raw[4] & _FLAG),)))
 
     def coming_from(self, source: int) -> Frame:
-        """Return it with another sender."""
+        """Return a copy with another source."""
         return self.patched(5, bytes((source,)))
 
     def with_packet(self, packet: bytes) -> Frame:
-        """Return it with another packet, and a header that says how long that is."""
+        """Return a copy with another packet, and its length in the header."""
         head = self.raw[:2] + len(packet).to_bytes(2, "little")
         return Frame(head + bytes((self.raw[4] | _FLAG,)) + self.raw[5:6] + packet, self.status)
 
 
 def is_message(raw: bytes) -> bool:
-    """Whether bytes are a whole message of the document, in one of its forms."""
+    """Return whether bytes are a whole documented message, in one of its forms."""
     if not is_whole(raw):
         return False
     frame = Frame(raw)
@@ -144,7 +144,7 @@ def is_message(raw: bytes) -> bool:
 
 
 def is_whole(raw: bytes) -> bool:
-    """Whether bytes are as many as their header says."""
+    """Return whether the number of bytes matches the header."""
     return len(raw) >= _HEADER and len(raw) == _length(raw)
 
 
@@ -153,7 +153,7 @@ def _length(raw: bytes) -> int:
 
 
 def cut(data: bytes) -> Iterator[bytes]:
-    """Cut bytes where headers say that frames end; the last piece may be the beginning of one."""
+    """Split bytes at the ends of frames; the last piece may be incomplete."""
     while data:
         length = _length(data) if len(data) >= _HEADER else len(data)
         yield data[:length]

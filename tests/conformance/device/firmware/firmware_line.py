@@ -1,7 +1,7 @@
-"""A line to a virtual controller whose firmware has a defect: it cuts frames both ways and spoils them.
+"""A line to a virtual controller with defective firmware: it splits frames both ways and changes them.
 
-A defect is a :class:`Firmware` with one of its methods overridden. As it stands it is right, and what passes
-is what would have passed without it, byte for byte and at the same instant.
+A defect is a :class:`Firmware` with an overridden method. The base class changes nothing: all bytes pass
+unchanged and at the same time.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from stagewire.links import Link
 
 
 class Firmware:
-    """What stands between a host and the controller as it should be. Made anew for each run."""
+    """The layer between a host and a correct controller. One is made for each run."""
 
     pass_on: Callable[[bytes], None]
-    """Gives bytes to the controller."""
+    """Passes bytes to the controller."""
     say: Callable[..., None]
-    """Gives bytes to the host: ``say(raw, after=0.0)``, ``after`` seconds later."""
+    """Sends bytes to the host: ``say(raw, after=0.0)``, ``after`` seconds later."""
     now: Callable[[], float]
     """Seconds since the controller was made."""
 
@@ -29,27 +29,27 @@ class Firmware:
         """Do something when the line is made."""
 
     def takes(self, frame: Frame) -> None:
-        """Take a message of the host."""
+        """Handle a message from the host."""
         self.pass_on(frame.raw)
 
     def takes_odd(self, raw: bytes) -> None:
-        """Take what is no message: an id that is none, a length that is wrong, a part of a frame, rubbish."""
+        """Handle other bytes from the host: an unknown id, a wrong length, a part of a frame, garbage."""
         self.pass_on(raw)
 
     def says(self, frame: Frame) -> None:
-        """Say what the controller says."""
+        """Handle a message from the controller."""
         self.say(frame.raw)
 
 
 class FaultyLink(Link):
-    """A line in stepped time with broken firmware at its other end.
+    """A line in stepped time with defective firmware at the other end.
 
-    :param link: to the controller as it should be.
-    :param status: which layout a status has on the unit.
+    :param link: to a correct controller.
+    :param status: the status layout of the unit.
     """
 
     def __init__(self, link: Link, firmware: Firmware, status: str = "") -> None:
-        assert link.clock is not None  # in real time nothing here would be the same again
+        assert link.clock is not None  # real time would not be reproducible
         self.url = link.url
         self.clock = link.clock
         self.firmware = firmware
@@ -64,7 +64,7 @@ class FaultyLink(Link):
         firmware.begins()
 
     def read(self, timeout: float) -> bytes:
-        """Return what the firmware says until ``timeout`` seconds are over."""
+        """Return the output of the firmware within ``timeout`` seconds."""
         end = self.clock() + timeout
         while not (said := self._due()):
             now = self.clock()
@@ -77,7 +77,7 @@ class FaultyLink(Link):
         return said
 
     def write(self, data: bytes) -> None:
-        """Give the firmware what the host sends, message by message."""
+        """Pass the bytes of the host to the firmware, message by message."""
         pieces = [*cut(data)]
         if all(map(is_message, pieces)):
             for piece in pieces:
@@ -86,15 +86,15 @@ class FaultyLink(Link):
             self.firmware.takes_odd(data)
 
     def write_now(self, data: bytes) -> None:
-        """Do as :meth:`write` does."""
+        """Call :meth:`write`."""
         self.write(data)
 
     def wake(self) -> None:
-        """Let the next read return at once."""
+        """Make the next read return immediately."""
         self._link.wake()
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the link."""
         self._link.close()
 
     def _hear(self, data: bytes) -> None:

@@ -1,4 +1,4 @@
-"""A controller that is right passes: every unit, with all permissions, whatever is left to chance."""
+"""A correct controller passes: every unit, with all permissions, with any seed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_there_are_enough_runs() -> None:
 
 
 @pytest.mark.parametrize(("name", "seed"), every_nth(RUNS, 7))
-def test_nothing_is_wrong_with_a_controller_that_is_right(name: str, seed: int) -> None:
+def test_a_correct_controller_passes(name: str, seed: int) -> None:
     unit = bench(name)
     report = unit.run(unit.line(seed), seed=seed)
     assert not report.unfinished, report.unfinished

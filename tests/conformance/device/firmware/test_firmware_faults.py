@@ -1,8 +1,8 @@
-"""Every defect of firmware is found, and named, by the check that is there for it.
+"""Every defect of firmware is found and named by the right check.
 
-Each defect is drawn by seed over units and messages. `make test` runs the kinds of checks that have to find
-it; `make test-all` also runs the whole suite on some of them. STAGEWIRE_FIRMWARE=9 draws each defect nine
-times, and always runs the whole suite.
+Defects are spread over units and messages by seed. `make test` runs the kinds of checks that must find a
+defect; `make test-all` also runs the whole suite on some of them. STAGEWIRE_FIRMWARE=9 uses nine seeds for
+each defect, and always runs the whole suite.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 
 SEEDS = int(os.environ.get("STAGEWIRE_FIRMWARE", "0"))
-WHOLE = 4  # the whole suite runs on one of so many defects
+WHOLE = 4  # the whole suite runs on one in this many defects
 DEFECTS = (
     *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *OUTPUTS
 )  # fmt: skip
 
 
 def runs(defects: Sequence[Defect | CommandDefect]) -> Iterator[Any]:
-    """Give each run: the defect, its seed, and whether the whole suite runs."""
+    """Yield each run: the defect, its seed, and whether the whole suite runs."""
     for seed in range(SEEDS or 1):
         for number, defect in enumerate(defects):
             name = f"{defect.name}, {seed}".replace(" ", "-")
@@ -50,12 +50,12 @@ def runs(defects: Sequence[Defect | CommandDefect]) -> Iterator[Any]:
 
 
 def kinds_of(defect: Defect | CommandDefect, whole: bool) -> frozenset[str]:
-    """Return the kinds of checks that run; empty for all of them."""
+    """Return the kinds of checks to run; empty for all."""
     if whole:
         return frozenset()
-    before = {"home"}  # a motor learns where it is
+    before = {"home"}  # a motor needs its position
     if "move-stored" in defect.found_by:
-        before |= {"move-absolute", "move-relative"}  # it could go to a target of these
+        before |= {"move-absolute", "move-relative"}  # these may set the target
     return defect.found_by | before
 
 
@@ -64,7 +64,7 @@ def findings(report: Report, *results: Result) -> Iterator[Outcome]:
 
 
 def names(outcome: Outcome, message: str) -> bool:
-    """Whether a check says which message is wrong."""
+    """Return whether a check names the message with the defect."""
     said = any(message in finding.text for finding in outcome.findings)
     return said or message in outcome.check.messages
 
@@ -93,7 +93,7 @@ def test_there_are_enough_defects() -> None:
 
 
 @pytest.mark.parametrize(("defect", "seed", "whole"), list(runs(DEFECTS)))
-def test_defect_is_found(defect: Defect, seed: int, whole: bool) -> None:
+def test_a_defect_is_found(defect: Defect, seed: int, whole: bool) -> None:
     drawn = defect.draw(seed)
     unit = bench(drawn.unit)
     link = FaultyLink(unit.line(seed), drawn.firmware, unit.status)
@@ -101,7 +101,7 @@ def test_defect_is_found(defect: Defect, seed: int, whole: bool) -> None:
 
 
 @pytest.mark.parametrize(("defect", "seed", "whole"), list(runs(COMMANDS)))
-def test_defect_of_an_ms2000_is_found(defect: CommandDefect, seed: int, whole: bool) -> None:
+def test_a_defect_of_an_ms2000_is_found(defect: CommandDefect, seed: int, whole: bool) -> None:
     name, firmware, about = defect.draw(seed)
     unit = bench(name)
     link = FaultyCommandLink(unit.line(seed), firmware)

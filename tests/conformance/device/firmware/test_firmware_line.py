@@ -1,4 +1,4 @@
-"""The faulty line itself: without a defect it changes nothing; with one it changes what it says it does."""
+"""The faulty line itself: without a defect it changes nothing, and with one only what the defect states."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TOLD = bytes.fromhex("15 04 0E 00 81 50 01 00 00 00 00 00 11 22 00 00 33 44 55 0
 
 
 def passed(report: Report) -> list[tuple[str, list[tuple[float, bool, bytes]]]]:
-    """Return all that went over the line, check by check."""
+    """Return all traffic, check by check."""
     return [
         (outcome.check.id, [(entry.time, entry.sent, entry.raw) for entry in outcome.entries])
         for outcome in report.outcomes
@@ -27,7 +27,7 @@ def passed(report: Report) -> list[tuple[str, list[tuple[float, bool, bytes]]]]:
 
 
 @pytest.mark.parametrize("name", ["TDC001", "RACK", "BPC301", "TSC001"])
-def test_without_a_defect_every_byte_passes_at_its_time(name: str) -> None:
+def test_without_a_defect_every_byte_passes_on_time(name: str) -> None:
     unit = bench(name)
     plain = unit.run(unit.line())
     assert passed(unit.run(FaultyLink(unit.line(), Firmware(), unit.status))) == passed(plain)
@@ -40,7 +40,7 @@ def test_without_a_defect_every_byte_of_a_command_passes() -> None:
     assert passed(unit.run(line)) == passed(plain)
 
 
-def test_every_unit_stands_on_a_bench() -> None:
+def test_every_unit_has_a_bench() -> None:
     assert {unit.unit for unit in BENCHES.values()} >= {"BBD103", "RACK", "TSG001", "MFC2000"}
     assert all(unit.checks for unit in BENCHES.values())
 
@@ -73,14 +73,14 @@ def test_a_frame_with_other_bytes() -> None:
     assert frame.patched(2, b"\x0f").raw[2:4] == b"\x0f\x00"
 
 
-def test_two_layouts_of_one_length() -> None:
+def test_two_layouts_of_the_same_length() -> None:
     dc = fields_of("MOT_MOVE_COMPLETED", 14, "dc")
     stepper = fields_of("MOT_MOVE_COMPLETED", 14, "stepper")
     assert "velocity" in dc
     assert "enc_count" in stepper
 
 
-def test_bytes_are_cut_where_frames_end() -> None:
+def test_bytes_are_split_at_the_ends_of_frames() -> None:
     assert [*cut(ASK + TOLD + ASK[:3])] == [ASK, TOLD, ASK[:3]]
     assert [*cut(TOLD[:-1])] == [TOLD[:-1]]
     assert is_whole(TOLD)
@@ -88,7 +88,7 @@ def test_bytes_are_cut_where_frames_end() -> None:
     assert not is_whole(ASK[:5])
 
 
-def test_what_is_no_message() -> None:
+def test_bytes_that_are_not_a_message() -> None:
     assert is_message(ASK)
     assert is_message(TOLD)
     unknown = bytes.fromhex("FE 0E 00 00 50 01")
@@ -100,7 +100,7 @@ def test_what_is_no_message() -> None:
 
 
 class Listed(Firmware):
-    """Notes what it takes and says."""
+    """Records received and sent messages."""
 
     def __init__(self) -> None:
         self.seen: list[tuple[str, str | bytes]] = []
@@ -122,7 +122,7 @@ def line(firmware: Firmware) -> Link:
     return FaultyLink(bench("TDC001").line(), firmware, "dc")
 
 
-def test_messages_and_all_else_come_by_themselves() -> None:
+def test_messages_and_other_bytes_are_separated() -> None:
     firmware = Listed()
     link = line(firmware)
     link.write(ASK + ASK)
@@ -134,7 +134,7 @@ def test_messages_and_all_else_come_by_themselves() -> None:
     ]  # fmt: skip
 
 
-def test_what_is_said_later_comes_later() -> None:
+def test_a_delayed_message_arrives_later() -> None:
     class Late(Firmware):
         def says(self, frame: Frame) -> None:
             self.say(frame.raw, after=0.5)
@@ -150,7 +150,7 @@ def test_what_is_said_later_comes_later() -> None:
     assert link.clock() == pytest.approx(began + 0.5)
 
 
-def test_changes_of_what_is_said_and_taken() -> None:
+def test_changes_of_sent_and_received_messages() -> None:
     link = line(Says(lambda f: f.name == "MOT_GET_VELPARAMS", lambda f: [f, f.raw[:6]]))
     link.write(ASK)
     assert len(link.read(1.0)) == 26
@@ -159,7 +159,7 @@ def test_changes_of_what_is_said_and_taken() -> None:
     assert link.read(1.0) == b""
 
 
-def test_what_a_unit_holds_when_it_wakes() -> None:
+def test_the_values_of_a_unit_after_power_on() -> None:
     draw = Draw(bench("TDC001"), Random(1))
     asked = next(a for a in draw.all_asked() if a.request == "MOT_REQ_VELPARAMS")
     assert draw.present(asked).name == "MOT_GET_VELPARAMS"

@@ -1,4 +1,4 @@
-"""What real controllers do otherwise than virtual ones is no failure, and no reason to leave the range."""
+"""Known differences of real controllers from virtual ones are not failures, and motion stays in the range."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOVES = frozenset({"home", "move-absolute", "move-relative", "move-velocity", "m
 
 
 class LateBits(Firmware):
-    """Bits of motion show 50 ms after it began."""
+    """Motion bits appear 50 ms after the motion began."""
 
     def __init__(self) -> None:
         self.began: dict[int, float] = {}
@@ -38,7 +38,7 @@ class LateBits(Firmware):
 
 
 class SlowToSettle(Firmware):
-    """A bit of motion stays for 0.1 s when the end was told."""
+    """A motion bit remains set for 0.1 s after the end message."""
 
     def __init__(self) -> None:
         self.ended: dict[int, float] = {}
@@ -65,7 +65,7 @@ class Trembles(Firmware):
 
 
 class StaleEnd(Firmware):
-    """The end of a move comes with both bits of motion, as a K10CR1 is known to send it."""
+    """The end message of a move has both motion bits, as known from the K10CR1."""
 
     def says(self, frame: Frame) -> None:
         if frame.name in ENDS and "status_bits" in frame.fields:
@@ -74,7 +74,7 @@ class StaleEnd(Firmware):
 
 
 class Frozen(Firmware):
-    """The status says the same position for ever."""
+    """The status always reports the same position."""
 
     def says(self, frame: Frame) -> None:
         if frame.name in STATUS:
@@ -83,7 +83,7 @@ class Frozen(Firmware):
 
 
 class Late(Firmware):
-    """Whatever it says comes 0.9 s later."""
+    """All messages are 0.9 s late."""
 
     def says(self, frame: Frame) -> None:
         self.say(frame.raw, after=0.9)
@@ -103,20 +103,22 @@ def worst_of(report: Report) -> dict[str, list[str]]:
 
 @pytest.mark.parametrize("make", [LateBits, SlowToSettle, Trembles])
 @pytest.mark.parametrize("unit", ["TDC001", "BSC103"])
-def test_what_real_controllers_do_passes(unit: str, make: Callable[[], Firmware]) -> None:
+def test_known_behaviour_of_real_controllers_passes(
+    unit: str, make: Callable[[], Firmware]
+) -> None:
     report = run_on(bench(unit), make(), MOVES)
     assert not report.unfinished
     assert not worst_of(report)
 
 
-def test_stale_bits_in_the_end_of_a_move_are_not_strict() -> None:
+def test_stale_bits_in_an_end_message_are_non_strict() -> None:
     report = run_on(bench("TDC001"), StaleEnd(), frozenset({"move-absolute"}))
     [outcome] = report.outcomes
     assert outcome.result is Result.NON_STRICT
 
 
 @pytest.mark.parametrize("firmware", [Frozen(), Late()])
-def test_a_run_is_stopped_in_time_whatever_is_heard(firmware: Firmware) -> None:
+def test_motion_stays_in_the_range_with_stale_or_late_messages(firmware: Firmware) -> None:
     unit = bench("BBD102")
     controller = unit.make()
     link = FaultyLink(SteppedLink(controller), firmware, unit.status)
