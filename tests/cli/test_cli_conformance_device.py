@@ -401,7 +401,7 @@ def test_what_was_allowed_and_did_not_come_about_is_in_the_last_line(
     result = stagewire(*words, "0..1counts", *only, "--json", path, "--html", page)
     assert result.code == 0
     last = result.out.splitlines()[-1]
-    missed = "; no check that moves came to a result: 0x50 channel 1, at 0 counts"
+    missed = "; no check that moves produced a result: 0x50 channel 1, at 0 counts"
     assert last.startswith("PASSED: ")
     assert missed in last
     assert missed in report(path)["summary"]
@@ -410,7 +410,7 @@ def test_what_was_allowed_and_did_not_come_about_is_in_the_last_line(
     assert "MOT_SET_LIMSWITCHPARAMS" not in page.read_text(encoding="utf-8")
     moved = stagewire(*words, "0..100000counts", *only)
     assert moved.code == 0
-    assert "came to a result" not in moved.out
+    assert "produced a result" not in moved.out
 
 
 def test_what_a_controller_says_of_itself_cannot_steer_the_terminal(

@@ -124,7 +124,7 @@ def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
         said = [finding.text for outcome in ran for finding in outcome.findings]
         reasons = [*said, *(left_out.get(check.id) or check.skip for check in needing)]
         why = next(filter(None, reasons), "no reason is known")
-        yield f"{_WHAT[need]} came to a result: {why}"
+        yield f"{_WHAT[need]} produced a result: {why}"
 
 
 GRADES = {
@@ -336,7 +336,7 @@ def _errata(registry: Registry, listed: frozenset[str]) -> Iterator[Erratum]:
 
 _EFFECTS: Final = {
     Need.SETTINGS: "changes settings, and restores them",
-    Need.MOTION: "moves stages, or switches outputs",
+    Need.MOTION: "moves stages or drives outputs",
     Need.EEPROM: "writes to the EEPROM",
 }
 

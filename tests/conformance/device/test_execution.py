@@ -80,7 +80,7 @@ def test_a_plan_lists_effects_and_refusals() -> None:
     lines = [*announcement(URL, plan)]
     assert lines[0].startswith(f"TDC001 at {URL}: {len(plan.runnable)} checks, about ")
     assert any(
-        line.startswith("This run moves stages, or switches outputs within 0..100000counts")
+        line.startswith("This run moves stages or drives outputs within 0..100000counts")
         for line in lines
     )
     assert any(

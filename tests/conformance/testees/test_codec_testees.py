@@ -54,7 +54,7 @@ def outcomes(report: Report) -> dict[Outcome, int]:
         (
             "crash",
             Outcome.CRASHED,
-            "the testee has ended with exit status 3instead of answering",
+            "the testee has ended with exit status 3 instead of answering",
         ),
         ("crash_half", Outcome.CRASHED, "with exit status 4 in the middle of an answer"),
         ("rubbish", Outcome.RUBBISH, "'oops' is not JSON: "),
@@ -153,7 +153,7 @@ def test_a_testee_that_cannot_be_restarted_ends_the_run(tmp_path: Path) -> None:
             "it uses version 2 of the testee protocol; this suite requires version 1",
         ),
         ("refuses_hello", "it refused hello: who asks?"),
-        ("no_way", "has ended with exit status 1instead of answering"),
+        ("no_way", "has ended with exit status 1 instead of answering"),
     ],
 )
 def test_a_program_that_is_not_a_testee_is_refused(how: str, said: str) -> None:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 
 PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
-PROSE = "prose that a program cannot check"
+PROSE = "prose; nothing that a program could check"
 # What Python checks and C does not, by the reason that C gives; prose is not counted, nobody checks it.
 LEFT_OUT = {
     "stagewire_apt": {

@@ -90,7 +90,7 @@ def _saving_takes_its_time(draw: Draw) -> tuple[Firmware, str]:
 
 STORAGE = (
     Defect("A start velocity is not zero", of("answers readback"), _not_zero),
-    Defect("A reported value is out of range", of("answers"), _beyond_its_range),
+    Defect("A value is told that is beyond its range", of("answers"), _beyond_its_range),
     _counter("A counter cannot be set", lambda frame: []),
     _counter(
         "A counter loses its sign",

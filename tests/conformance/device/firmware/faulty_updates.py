@@ -244,7 +244,7 @@ UPDATES = (
     Defect("Updates cannot be started", of("updates status"), _dropped("HW_START_UPDATEMSGS")),
     Defect("Updates cannot be stopped", of("updates"), _dropped("HW_STOP_UPDATEMSGS")),
     Defect("Updates come from the motherboard", of("updates"), _updates_of_the_rack),
-    Defect("Updates repeat the first one for ever", of("move-updates"), _stale),
+    Defect("Updates say for ever what the first one said", of("move-updates"), _stale),
     Defect("Unsolicited messages are sent", of("quiet"), _unasked),
     Defect("Keep-alive messages are ignored", of("updates keep-alive"), _not_heeded),
     Defect("Keep-alive messages are answered", of("keep-alive identify"), _answered),
