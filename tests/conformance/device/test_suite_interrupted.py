@@ -293,7 +293,7 @@ def test_a_check_that_cannot_continue_is_a_fail_and_the_run_goes_on() -> None:
     assert not report.unfinished
     first, second = report.outcomes
     assert (first.result, second.result) == (Result.FAIL, Result.PASS)
-    assert "the check could not continue: MOT_MOVE_ABSOLUTE.absolute_distance takes" in (
+    assert "the check could not continue: MOT_MOVE_ABSOLUTE.absolute_distance must be" in (
         first.findings[0].text
     )
     assert first.restored == ("velocity of channel 1",)
