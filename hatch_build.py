@@ -14,7 +14,7 @@ IN_THE_WHEEL = "stagewire_generator/targets/compiled"
 
 
 class CompiledTemplates(BuildHookInterface[Any]):
-    """Build hook that adds the templates to a wheel as Python modules."""
+    """A build hook that adds the templates to a wheel as Python modules."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile the templates of the source tree."""

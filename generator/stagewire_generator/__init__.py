@@ -1,7 +1,7 @@
-"""The generator: reads a spec, checks it, and renders every target from the resolved model.
+"""Read a spec, check it, and render every target from the resolved model.
 
-``check`` gives the frozen model of each protocol or raises :class:`SpecError` with all diagnostics;
-``render`` gives the text of every output file; :mod:`stagewire_generator.output` compares or writes them.
+``check`` returns the frozen model of each protocol, or raises :class:`SpecError` with all diagnostics.
+``render`` returns the text of every output file. :mod:`stagewire_generator.output` compares or writes them.
 """
 
 from stagewire_generator.codes import CODES

@@ -1,7 +1,7 @@
-"""The table of diagnostics: for each code its title, what brings it, and the cure.
+"""The table of diagnostics: the title, the cause and the hint of each code.
 
-Messages, ``stagewire check --explain`` and ``docs/diagnostics.md`` are made from it. Codes are stable: one
-that is no longer needed is not given to something else.
+Messages, ``stagewire check --explain`` and ``docs/diagnostics.md`` are made from this table. Codes are
+stable: a retired code is never reused.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from dataclasses import dataclass, fields
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """What a diagnostic code stands for.
+    """The meaning of a diagnostic code.
 
-    :param title: what is wrong, without a capital and a full stop.
-    :param cause: what typically brings it, in a sentence or two.
-    :param hint: the cure, without a capital and a full stop; a diagnostic may bring a closer one.
+    :param title: what is wrong, without a capital or a full stop.
+    :param cause: the typical cause, in a sentence or two.
+    :param hint: what to do, without a capital or a full stop; a diagnostic may give a more specific hint.
     """
 
     title: str
@@ -23,7 +23,7 @@ class Code:
     hint: str
 
     def __post_init__(self) -> None:
-        """Raise ``ValueError`` for an empty text, so that no code goes without an explanation."""
+        """Raise ``ValueError`` for an empty text, so that every code is explained."""
         for field in fields(self):
             if not getattr(self, field.name).strip():
                 raise ValueError(f"a diagnostic code without a {field.name}")
@@ -31,7 +31,7 @@ class Code:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Codes that belong together, and a paragraph on all of them."""
+    """Codes that belong together, with an introduction."""
 
     title: str
     introduction: str
@@ -41,289 +41,293 @@ class Group:
 GROUPS: tuple[Group, ...] = (
     Group(
         "Files",
-        "Reading a file. Only text, decimal and `0x` integers, `true`, `false` and `null` exist; "
-        "whatever else YAML readers read by turns as a number, a date, a yes or a text is put in quotes. "
-        "A protocol with errors of this group, or of the schema, is not looked at any further, because "
-        "half a registry would only bring errors that are none.",
+        "Errors in reading a file. A value is a text, a decimal or `0x` integer, `true`, `false` or `null`. "
+        "Quote everything else: some YAML readers read it as a number, a date or a yes/no, others as text. "
+        "A protocol with an error of this group or of the schema is not checked further, because a "
+        "partly read registry would only produce spurious errors.",
         {
             "SW001": Code(
-                "not readable YAML",
-                "A bracket or quote that is never closed, a tab in the indentation, a colon within a plain "
-                "text; or a file that is empty, or holds two documents.",
-                "mend the syntax at the place that is named",
+                "invalid YAML",
+                "A bracket or quote is not closed, a tab is used for indentation, or an unquoted text "
+                "contains a colon. Or the file is empty or holds two documents.",
+                "correct the syntax at the given position",
             ),
             "SW002": Code(
                 "duplicate key",
-                "An entry was copied and its key left as it was. Most YAML readers drop the first of the "
-                "two without a word.",
+                "An entry was copied without changing its key. Most YAML readers silently drop the first "
+                "of the two.",
                 "keep one of the two entries",
             ),
             "SW003": Code(
-                "anchors, aliases, merge keys and tags are not used",
-                "A fact is shared with `&`, `*` or `<<`, or its type forced with `!`. What stands in one "
-                "place would then mean something in another.",
-                "write the fact out",
+                "anchors, aliases, merge keys and tags are not supported",
+                "A value is shared with `&`, `*` or `<<`, or its type is forced with `!`. The meaning of "
+                "an entry would then depend on another part of the file.",
+                "write the value out in full",
             ),
             "SW004": Code(
-                "a plain word that YAML readers take for different things",
-                "A number such as `010`, `1.5` or `1:30`, a date, or a word such as `on` and `no` stands "
-                "without quotes.",
+                "an unquoted value that YAML readers interpret differently",
+                "A number such as `010`, `1.5` or `1:30`, a date, or a word such as `on` or `no` is not "
+                "quoted.",
                 "put it in quotes",
             ),
             "SW005": Code(
                 "a key that is not text",
-                "A number, `true` or a list stands in front of a colon; often a name that looks like a "
-                "number.",
-                "write a name, or put it in quotes",
+                "The key is a number, `true` or a list. Often it is a name that looks like a number.",
+                "use a name, or quote the key",
             ),
             "SW006": Code(
-                "a file is missing or not UTF-8 text",
-                "The folder is not the one that holds the protocols, a file was not committed, or an "
+                "a file that is missing or is not UTF-8 text",
+                "The directory is not the one that holds the protocols, a file was not committed, or an "
                 "editor saved it in an older encoding.",
                 "add the file, or save it as UTF-8",
             ),
             "SW007": Code(
-                "a control or invisible character in a text",
-                "A text was pasted from a PDF or a web page, and brought a character that no editor shows.",
+                "a control character or invisible character in a text",
+                "Text pasted from a PDF or a web page often contains characters that editors do not show.",
                 "remove the character",
             ),
             "SW008": Code(
-                "a file that is not read: a link out of the spec, too large, no regular file, or elsewhere",
-                "A symbolic link leads out of the spec, or a folder or a large file has a name that ends "
-                "in `.yaml`; or a file stands beside the folder of its kind, or is called `.yml`.",
-                "put a text file of at most 1 MiB there",
+                "a file that cannot be used: a link out of the spec, too large, not a regular file, or in "
+                "the wrong directory",
+                "A symbolic link leads out of the spec. Or a directory, or a file of more than 1 MiB, has a "
+                "name that ends in `.yaml`. Or a file is not in the directory for its kind, or its name "
+                "ends in `.yml`.",
+                "replace it with a regular text file of at most 1 MiB",
             ),
         },
     ),
     Group(
         "Schema",
-        "Each kind of file has a JSON Schema in `spec/schema/`; editors that know `yaml-language-server` "
-        "show the same errors while you type.",
+        "Each kind of file has a JSON Schema in `spec/schema/`. Editors that support "
+        "`yaml-language-server` show the same errors while you type.",
         {
             "SW010": Code(
-                "not as the schema says",
-                "A key is misspelt, missing or in the wrong place, or a value is of another type or form "
-                "than this kind of file has there.",
-                "see the schema that the first line of the file names",
+                "a value or key that does not match the schema",
+                "A key is misspelt, missing or in the wrong place, or a value has the wrong type or form "
+                "for this kind of file.",
+                "see the schema named in the first line of the file",
             ),
         },
     ),
     Group(
         "Names and references",
-        "A name is unique in its protocol, and still unique when a language folds case or drops "
-        "underscores.",
+        "A name must be unique in its protocol, even when case and underscores are ignored, as some "
+        "languages do.",
         {
             "SW020": Code(
-                "the same name twice",
-                "Two files define one name, or a parameter set opens into a message that is written out, "
-                "too.",
-                "names are unique in a protocol; rename or remove one",
+                "a name that is defined twice",
+                "Two files define the same name, or a parameter set generates a message that is also "
+                "written out.",
+                "rename or remove one of them: names are unique in a protocol",
             ),
             "SW021": Code(
-                "a name that nothing defines",
-                "A spelling mistake in a reference, or a thing that was renamed where it is defined only.",
-                "correct the spelling, or define it",
+                "an undefined name",
+                "A reference is misspelt, or its target was renamed and the reference was not.",
+                "correct the spelling, or define the name",
             ),
             "SW022": Code(
-                "names that cannot be told apart in generated code",
-                "Two names differ in capitals or underscores alone, or two things of different kinds would "
-                "become one class or attribute.",
+                "names that clash in generated code",
+                "Two names differ only in case or underscores, or two things of different kinds would "
+                "become the same class or attribute.",
                 "rename one of them",
             ),
             "SW023": Code(
-                "a name that a generated language keeps for itself",
-                "The name is a keyword, a device name of a file system, or one that generated classes and "
-                "modules need themselves.",
+                "a name that is reserved in generated code",
+                "The name is a keyword of a generated language, a device name of a file system, or a name "
+                "that generated classes and modules use themselves.",
                 "choose another name",
             ),
             "SW024": Code(
-                "a spelling that does not spell the name",
-                "A letter was lost where `spelling` splits a run-together name into words, or the "
-                "message was renamed and its spelling was not; or the name begins with what no `groups` "
-                "list, in protocol.yaml or in overlay.yaml.",
-                "the words, joined, must give the name without its group",
+                "a spelling that does not match the name",
+                "A letter is missing where `spelling` splits a name into words, or the message was renamed "
+                "and its `spelling` was not. Or the name begins with a group that no `groups` list "
+                "contains, neither in protocol.yaml nor in overlay.yaml.",
+                "make the words, when joined, equal the name without its group",
             ),
         },
     ),
     Group(
         "Layouts",
-        "What stands on the wire.",
+        "Errors in the layout of bytes on the wire.",
         {
             "SW030": Code(
-                "two messages with one id",
+                "two messages with the same id",
                 "An entry was copied and kept its id, or the document misprints one of the two.",
-                "one of the ids is wrong; see the document",
+                "one of the ids is wrong: compare both with the document",
             ),
             "SW031": Code(
                 "the length is not the sum of the fields",
-                "A field is missing or has a format of another size; or the length counts the header, "
-                "too, or is misprinted.",
+                "A field is missing or has a format of the wrong size. Or the length includes the header, "
+                "or is misprinted.",
                 "correct the length or the fields",
             ),
             "SW032": Code(
-                "layouts that neither bytes nor context tell apart",
-                "Two layouts of a message have one length, and nothing says when each of them holds; or a "
-                "context is given where the length decides already.",
-                "give each a `when`",
+                "layouts that cannot be distinguished",
+                "Two layouts of a message have the same length, and nothing states when each of them "
+                "applies. Or a layout has a `when` although its length already identifies it.",
+                "give each layout a `when`",
             ),
             "SW033": Code(
-                "a range or value that the format cannot hold",
-                "A limit, default or value is larger than the bytes of the field, or negative without a "
-                "sign; or a text has a range or a unit.",
+                "a range or value that does not fit the format",
+                "A limit, default or value needs more bytes than the field has, or is negative in an "
+                "unsigned format. Or a text field has a range or a unit.",
                 "correct the range or the format",
             ),
             "SW034": Code(
-                "an enumeration or flag value twice",
-                "Two names have the same number; a line was copied, or the document has two words for one "
-                "thing. Or a modifier has bits in common with another value, or has no value to modify.",
-                "each value has one name, and a modifier has bits of its own",
+                "an enumeration value or flag bit that is defined twice",
+                "Two names have the same number: a line was copied, or the document uses two words for the "
+                "same thing. Or a modifier shares bits with another value, or has no value to modify.",
+                "give each value one name, and each modifier bits that no other value uses",
             ),
             "SW035": Code(
-                "an exchange that does not fit",
-                "What is named as the answer or the end of a message is sent by the host only, so that it "
-                "can never come.",
-                "a REQ is answered by a message to the host",
+                "an exchange that cannot take place",
+                "The message named as a reply, or as the end of an action, is only sent by the host, so it "
+                "never arrives. Or a host cannot send the message that should halt a motion.",
+                "name a message from the controller as reply or end, and one from the host in `halted_by`",
             ),
             "SW036": Code(
-                "a message without id or layout and without an erratum",
-                "The document names a message and does not describe it. That is an error of the "
-                "document, and is noted as one.",
-                "say so in an erratum",
+                "a message without an id or layout, and without an erratum",
+                "The document names a message but does not describe it. That is an error in the document, "
+                "and must be recorded as an erratum.",
+                "add an erratum that names the message",
             ),
             "SW037": Code(
-                "a scale that is no exact positive rational, or one of another unit",
-                "A factor is zero, or written with a decimal point or a sign; a scale has none or several; "
-                "its key names another unit than the quantity; it has no source; or a unit has scales of "
-                "two groups.",
-                "write it as N or N/D",
+                "a scale that is not an exact positive rational, or is in the wrong unit",
+                "A factor is zero, or is written with a decimal point or a sign. Or a scale has no factor "
+                "or several, its key names a different unit than the quantity, or it has no source. Or a "
+                "unit has scales in two groups.",
+                "write the factor as N or N/D",
             ),
             "SW038": Code(
-                "what the framing of the protocol has no place for",
-                "A section, a parameter byte or a value is used that frames of this kind cannot carry; "
-                "or two parts of the framing contradict each other.",
-                "header and packet framing have messages, slots have commands; or correct what is named",
+                "something that the framing of the protocol does not support",
+                "The spec uses a section, a parameter byte or a value that frames of this kind cannot "
+                "carry. Or two parts of the framing contradict each other.",
+                "use `messages` with header and packet framing, and `commands` with slots; otherwise "
+                "correct the named part",
             ),
             "SW039": Code(
-                "a page that the document has not",
-                "A page number is mistyped, or it is that of another issue of the document.",
+                "a page that does not exist in the document",
+                "A page number is mistyped, or belongs to another issue of the document.",
                 "correct the page, or the number of pages",
             ),
         },
     ),
     Group(
         "Witness and errata",
-        "What the document prints is held against the registry, place by place: a difference if and only "
-        "if an erratum.",
+        "The witness, the transcription of the printed document in `printed/`, is compared with the "
+        "registry place by place. Every difference needs an erratum, and every erratum needs a "
+        "difference or a worked example.",
         {
             "SW040": Code(
-                "the document prints something else than the registry says",
-                "One of the two was copied wrongly, or the document is wrong and nobody has noted it yet.",
-                "look at the page; correct the one that was copied wrongly, or add an erratum with this "
-                "place",
+                "a difference between document and registry without an erratum",
+                "One of the two was copied incorrectly, or the document is wrong and no erratum records it "
+                "yet.",
+                "look at the page, then correct the wrong copy, or add an erratum with this place",
             ),
             "SW041": Code(
-                "an erratum that no difference and no example bears out",
-                "The erratum names no place, and no worked example refers to it; or the example that did "
-                "is gone.",
-                "name the place of the difference, refer to it from an example, or remove it",
+                "an erratum that no difference and no example supports",
+                "The erratum names no place, and no worked example refers to it. Perhaps the example that "
+                "did was removed.",
+                "name the place of the difference, refer to the erratum from an example, or remove it",
             ),
             "SW042": Code(
-                "an erratum names a place where document and registry agree",
+                "an erratum for a place where document and registry agree",
                 "The registry was corrected after the erratum was written, or the name of the place is "
                 "misspelt.",
                 "remove the place from the erratum",
             ),
             "SW043": Code(
-                "a message that the witness does not have",
+                "a message that is not in the witness",
                 "A message was added to the registry and not to `printed/`, or has another name there.",
-                "transcribe what the document prints; where there is none, write `witness: false` in "
-                "protocol.yaml",
+                "transcribe what the document prints; without a printed document, write `witness: false` "
+                "in protocol.yaml",
             ),
             "SW044": Code(
-                "the witness has a message that the registry has not",
-                "A message was removed or renamed in the registry only, or its chapter is still to be "
-                "written.",
+                "a message of the witness that is not in the registry",
+                "A message was removed or renamed only in the registry, or its chapter has not been "
+                "written yet.",
                 "add it to the registry",
             ),
             "SW045": Code(
                 "a place that two errata claim",
-                "An erratum was copied with its places, or two people noted the same misprint.",
-                "one difference has one erratum",
+                "An erratum was copied with its places, or two people recorded the same misprint.",
+                "keep one erratum for each difference",
             ),
             "SW046": Code(
-                "a witness of what is not printed",
-                "The folder `printed/` has files, and `protocol.yaml` says by `witness: false` that "
-                "there is no document to hold the registry against.",
+                "a witness in a protocol that declares `witness: false`",
+                "`protocol.yaml` states that there is no printed document, but the directory `printed/` "
+                "contains files.",
                 "remove the file, or the line `witness: false`",
             ),
         },
     ),
     Group(
         "Overlays",
-        "A later issue of a document, laid over a protocol; [Overlays](how-to/overlays.md) explains it. The "
-        "protocol under each overlay is also checked by all rules above.",
+        "An overlay adds a later issue of a document to a protocol; see [Overlays](how-to/overlays.md). "
+        "The protocol with each overlay applied is also checked by all the rules above.",
         {
             "SW060": Code(
-                "an overlay replaces an entry and does not say so",
-                "The name is taken: a new entry got the name of another by accident, or its override was "
+                "an overlay replaces an entry without declaring it",
+                "A new entry accidentally has the name of an existing one, or an intended replacement is "
                 "not listed.",
                 "list it under `overrides` in overlay.yaml, or choose another name",
             ),
             "SW061": Code(
                 "an override that replaces nothing",
-                "The name is misspelt, here or at the entry, or stands under another section; or the "
-                "protocol dropped the entry.",
+                "The name is misspelt in `overrides` or at the entry, or is listed under the wrong "
+                "section. Or the protocol no longer has the entry.",
                 "correct the name or the section, or remove it from `overrides`",
             ),
             "SW062": Code(
-                "an overlay that is called otherwise than its folder",
-                "The folder was copied or renamed. `--overlay` finds an overlay by its folder, and what is "
-                "generated names it as overlay.yaml does.",
+                "an overlay whose name differs from its directory",
+                "The directory was copied or renamed. `--overlay` finds an overlay by its directory, while "
+                "generated files use the name in overlay.yaml.",
                 "rename one of the two",
             ),
         },
     ),
     Group(
         "Effects",
-        "What may be sent without asking has to be known of every message. So nothing has an effect by "
-        "omission, but for a SET, which sets what stays, and a REQ, which asks.",
+        "Programs need to know which messages are safe to send without asking the user. So every message "
+        "to the controller declares its effect. The defaults in a parameter set are `settings` for SET "
+        "and `none` for REQ.",
         {
             "SW070": Code(
-                "a message without an effect, or with one where none can be",
-                "A message to the controller was added and its effect was not; or `effect` stands at one "
-                "that the controller sends, or at a parameter set without a SET.",
-                "decide by the document: `effect: motion` for whatever moves, opens, or is put out "
-                "otherwise; `none` for what only asks; docs/reference/registry.md has all of them",
+                "a message without an effect, or with an effect where none is allowed",
+                "A message to the controller was added without its effect. Or `effect` is given for a "
+                "message that the controller sends, or for a parameter set without a SET.",
+                "choose the effect from the document: `motion` for everything that moves, opens or "
+                "changes an output; `none` for pure requests; docs/reference/registry.md lists them all",
             ),
             "SW071": Code(
-                "an effect that contradicts what halts what",
-                "Of two messages one halts the other by `halted_by`, and the effect of the first is not "
-                "`stop`, or that of the second not `motion`.",
+                "an effect that contradicts `halted_by`",
+                "A message with `halted_by` must have the effect `motion`, and the message named there "
+                "the effect `stop`.",
                 "correct the effect, or `halted_by`",
             ),
         },
     ),
     Group(
         "Changes",
-        "`stagewire check --against` compares the spec with an earlier one. What changes bytes must say, "
-        "in the same change, the evidence for it; [Changes](reference/changes.md) says exactly what counts.",
+        "`stagewire check --against` compares the spec with an earlier one. Every change to bytes needs "
+        "evidence in the same change; [Changes](reference/changes.md) describes exactly what counts.",
         {
             "SW050": Code(
-                "a change on the wire that nothing in the same change vouches for",
-                "A length, id, range or scale was edited, and neither an erratum nor a reference to the "
-                "document came with it.",
+                "a change on the wire without evidence in the same change",
+                "A length, id, range or scale was edited without adding an erratum or a reference to the "
+                "document.",
                 "add the page, witness or worked example that shows it, or an erratum that names it",
             ),
             "SW051": Code(
-                "something on the wire was removed, and nothing in the same change says why",
-                "A message is gone, so that it has no page, witness or example left that could vouch for "
-                "its end.",
+                "a removal on the wire without a reason in the same change",
+                "A message was removed, so it has no page, witness or example left that could serve as "
+                "evidence.",
                 "name it in the subject of a new erratum, or state the new issue of the document",
             ),
         },
     ),
 )
-"""The codes by what they are about, in the order of the documentation."""
+"""All codes by topic, in the order of the documentation."""
 
 CODES: dict[str, Code] = {name: code for group in GROUPS for name, code in group.codes.items()}
-"""Code -> what it stands for."""
+"""Code -> its meaning."""

@@ -1,7 +1,7 @@
-"""Diagnostics: what is wrong in a spec, where, and what to do about it.
+"""Diagnostics: the errors in a spec, with their position and a hint.
 
-A run collects all of them before it stops. Each has a stable code; the table in ``codes`` says what it stands
-for once, for the messages and for the documentation.
+A run collects all diagnostics before it stops. Each has a stable code, which the table in ``codes`` explains
+for the messages and the documentation.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 from stagewire_generator.codes import CODES
 
 MOST_OF_A_FILE = 1000
-"""Diagnostics that are kept of one file; a reader mends these first."""
+"""Maximum number of diagnostics reported for one file."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Place:
-    """A position in a file; line and column count from one."""
+    """A position in a file; line and column are counted from 1."""
 
     file: str
     line: int = 1
@@ -30,7 +30,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True, order=True)
 class Diagnostic:
-    """One thing that is wrong."""
+    """One error in a spec."""
 
     place: Place
     code: str
@@ -39,7 +39,7 @@ class Diagnostic:
 
     @property
     def cure(self) -> str:
-        """What to do: the hint of this one, or that of its code."""
+        """How to fix it: the hint of this diagnostic, or else of its code."""
         return self.hint or CODES[self.code].hint
 
     def __str__(self) -> str:
@@ -48,12 +48,12 @@ class Diagnostic:
 
 
 def _shown(text: str) -> str:
-    """Escape what could steer a terminal: names of files and keys come from the spec."""
+    """Escape characters that could control a terminal: file names and keys come from the spec."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class SpecError(Exception):
-    """A spec with errors; carries all diagnostics of the run."""
+    """A spec has errors; holds all diagnostics of the run."""
 
     def __init__(self, diagnostics: list[Diagnostic]) -> None:
         self.diagnostics = diagnostics
@@ -62,14 +62,14 @@ class SpecError(Exception):
 
 @dataclass(slots=True)
 class Diagnostics:
-    """Collects the diagnostics of one run."""
+    """The diagnostics of one run."""
 
     found: list[Diagnostic] = field(default_factory=list)
     _noted: set[Diagnostic] = field(default_factory=set)
     _of_files: Counter[str] = field(default_factory=Counter)
 
     def add(self, place: Place, code: str, message: str, hint: str = "") -> None:
-        """Note one more; the same one is noted once, and of a file only so many."""
+        """Add a diagnostic, unless it is a duplicate or its file has reached the limit."""
         diagnostic = Diagnostic(place, code, message, hint)
         if diagnostic in self._noted or self._of_files[place.file] == MOST_OF_A_FILE:
             return

@@ -1,4 +1,4 @@
-"""Read untrusted files, write files as a whole, and find files of a spec that nothing reads."""
+"""Read untrusted files, write files atomically, and find misplaced files of a spec."""
 
 from __future__ import annotations
 
@@ -10,42 +10,43 @@ import tempfile
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-_LARGEST = 1 << 20  # bytes of a file; the largest known has a tenth of it
-_NO_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # systems have one of them
+_LARGEST = 1 << 20  # bytes in a file; the largest known file has a tenth of that
+_NO_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # a system has one of them
 
 
 class NotReadError(Exception):
-    """A file that is not worth reading, and why."""
+    """A file cannot be read safely; the text states why."""
 
 
 def content(path: Path) -> bytes:
-    """Return the bytes of a regular file; a pipe must not keep the reader waiting.
+    """Return the bytes of a regular file, without blocking on a pipe.
 
-    Raises :class:`NotReadError` for anything else and for more than 1 MiB, OSError as ``open`` does.
+    Raises :class:`NotReadError` for anything but a regular file and for more than 1 MiB, and OSError in the
+    same cases as ``open``.
     """
     descriptor = os.open(path, os.O_RDONLY | _NO_WAITING)
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise NotReadError("is no regular file")
+            raise NotReadError("is not a regular file")
         with open(descriptor, "rb", closefd=False) as file:
             data = file.read(_LARGEST + 1)
     finally:
         os.close(descriptor)
     if len(data) > _LARGEST:
-        raise NotReadError(f"has more than {_LARGEST} bytes")
+        raise NotReadError(f"is larger than {_LARGEST} bytes")
     return data
 
 
 def leads_out(path: Path, root: Path) -> bool:
-    """Whether a link takes what is read from somewhere else than below ``root``."""
+    """Whether a link in ``path`` leads outside ``root``."""
     return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(root))
 
 
 def replace(path: Path, data: bytes, mode: int) -> None:
-    """Write to a temporary file beside ``path`` and rename it, so that nothing is half-written.
+    """Write to a temporary file next to ``path`` and rename it, so that no file is ever half-written.
 
-    :param mode: the permissions that the file gets.
-    Raises OSError, and leaves ``path`` as it was.
+    :param mode: the permissions of the file.
+    Raises OSError and leaves ``path`` unchanged if that fails.
     """
     descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
@@ -60,8 +61,8 @@ def replace(path: Path, data: bytes, mode: int) -> None:
 
 
 _KEY = re.compile(rb"^([a-z]+):", re.MULTILINE)
-_PATTERNS = ("*.y*ml", "*/*.y*ml", "*/*/overlay.y*ml")  # the last where `overlays` is misspelt
-_PLACES = {  # first key of a file, or second of worked examples -> where files of its kind are read
+_PATTERNS = ("*.y*ml", "*/*.y*ml", "*/*/overlay.y*ml")  # the last one for a misspelt `overlays`
+_PLACES = {  # first key of a file, or second key of worked examples -> place for that kind of file
     b"quantities": "quantities.yaml",
     b"controllers": "stages.yaml",
     b"stages": "stages.yaml",
@@ -88,13 +89,13 @@ _OF_OVERLAY = {
 def strays(
     folder: Path, read: Collection[Path], *, overlay: bool = False
 ) -> Iterator[tuple[Path, str]]:
-    """Yield files of a protocol in ``folder`` or right below it that are not read, and their place.
+    """Yield the misplaced spec files in ``folder`` or directly below it, with their right place.
 
-    Other YAML may lie there, so a file counts if it begins as one of a spec does. What stands in the folder
-    of an overlay is asked for by itself.
+    Other YAML files are allowed, so a file counts only if it begins like a file of a spec. The directories of
+    overlays are skipped; call this function for each of them.
 
     :param read: the files that are read.
-    :param overlay: whether the folder is that of an overlay.
+    :param overlay: whether the directory belongs to an overlay.
     """
     root, places = (folder.parents[2], _OF_OVERLAY) if overlay else (folder.parent, _OF_PROTOCOL)
     for path in sorted({path for pattern in _PATTERNS for path in folder.glob(pattern)}):

@@ -1,8 +1,8 @@
-"""Framings: a row for each kind of ``framing.kind`` in ``protocol.yaml``, and the folder that it leads to.
+"""The table of framings: one row for each value of ``framing.kind`` in ``protocol.yaml``.
 
-A folder of ``framings/`` holds everything that the generator knows of one framing, and its templates. No
-other module asks which kind a framing is: it asks the table for the part that it needs. The parts are named
-by strings, and imported when they are first used, because a folder imports the steps that ask for its parts.
+Each directory in ``framings/`` holds all code and templates for one framing. No other module checks the kind
+of a framing: it looks up the part that it needs in this table. The parts are named by strings and imported on
+first use, because the directories import the modules that look up their parts.
 """
 
 from __future__ import annotations
@@ -22,14 +22,16 @@ FOLDER: Final = "stagewire_generator.framings"
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """Where the parts of a framing are: ``module:name`` below ``framings/``; empty where it has none.
+    """The locations of the parts of a framing, as ``module:name`` below ``framings/``, or empty.
 
     :param rules: its :class:`Rules`.
-    :param witness: a ``Witness`` of ``lint/witness/``: how a document of such a protocol is compared.
-    :param python: a ``Framing`` of ``targets/python/``: classes of messages, and the protocol object.
-    :param vectors: a subclass of ``Framing`` of ``targets/vectors/``: frames, made without the runtime.
-    :param devices: a ``DeviceFraming`` of ``targets/python/devices/``: without it, no device classes.
-    :param c: a ``Framing`` of ``targets/c/``: without it, no C package.
+    :param witness: a ``Witness`` from ``lint/witness/``, which compares a document of such a protocol.
+    :param python: a ``Framing`` from ``targets/python/``, for the message classes and the protocol object.
+    :param vectors: a subclass of ``Framing`` from ``targets/vectors/``, which builds frames without the
+        runtime.
+    :param devices: a ``DeviceFraming`` from ``targets/python/devices/``; if empty, there are no device
+        classes.
+    :param c: a ``Framing`` from ``targets/c/``; if empty, there is no C package.
     """
 
     rules: str
@@ -69,22 +71,23 @@ FRAMINGS: Final[dict[str, Parts]] = {
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """What a framing demands of a spec, and what reading and checking one must know of it.
+    """The rules of a framing, for reading and checking a spec.
 
-    :param check: checks the entry ``framing``, and what it asks of the messages; it is given the file of the
-        protocol, for the places of what is wrong in it.
-    :param kinds: the kinds of message that it carries: ``message``, ``command``, ``setup``.
-    :param keys: paths below ``framing`` of plain values. With the three below they are all that it may hold.
-    :param lists: paths of lists whose order is a fact.
+    :param check: checks the entry ``framing`` and its requirements for messages. It gets the file of the
+        protocol, for the positions of errors.
+    :param kinds: the supported kinds of messages: ``message``, ``command``, ``setup``.
+    :param keys: paths of plain values below ``framing``. Only these and those of the next three parameters
+        are allowed.
+    :param lists: paths of lists whose order matters.
     :param formats: keys of entries that name a format; the resolver adds its ``size``.
     :param enumerations: keys that name an enumeration.
-    :param id_size: bytes of an id; 0 where ``id`` in ``formats`` says it.
-    :param has_parameters: whether a message without a packet has two bytes for parameters.
+    :param id_size: number of bytes in an id; 0 if ``id`` in ``formats`` determines it.
+    :param has_parameters: whether a message without a packet has two parameter bytes.
     :param reports_faults: whether a message may report a fault at any time.
-    :param polls: whether a host asks for the end of a motion, as no message tells it.
-    :param same_length: the cure for layouts of equal length, where no context can decide.
-    :param encode: key of the framing -> option of ``stagewire encode`` that an encoder needs for it.
-    :param decode: options of ``stagewire decode`` for a frame that goes to a controller.
+    :param polls: whether a host has to poll for the end of a motion, because no message reports it.
+    :param same_length: the hint for layouts of equal length if no context can distinguish them.
+    :param encode: key of the framing -> option of ``stagewire encode`` that it requires.
+    :param decode: options of ``stagewire decode`` for a frame to a controller.
     """
 
     check: Callable[[Protocol, Document, Diagnostics], None]
@@ -110,6 +113,6 @@ def rules_of(kind: str) -> Rules:
 
 @cache
 def part(kind: str, name: str) -> Any:
-    """Return a part of a framing, named as in :class:`Parts`; None where it has none."""
+    """Return a part of a framing, named as in :class:`Parts`, or None if it does not have this part."""
     module, _, attribute = getattr(FRAMINGS[kind], name).partition(":")
     return getattr(import_module(f"{FOLDER}.{module}"), attribute) if module else None

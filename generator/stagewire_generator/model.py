@@ -1,6 +1,6 @@
-"""The resolved registry: immutable, complete, every reference followed.
+"""The resolved registry: immutable, complete, with all references followed.
 
-The resolver makes it from the YAML; lint rules, targets and the JSON output only read it.
+The resolver builds it from the YAML. Lint rules, targets and the JSON output only read it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """How a value stands on the wire: ``word``, ``long``, ``char[8]``."""
+    """The encoding of a value on the wire, such as ``word``, ``long`` or ``char[8]``."""
 
     name: str
     size: int
@@ -26,17 +26,17 @@ class Format:
 
     @property
     def is_odd(self) -> bool:
-        """Whether it is an integer of a size that machines have no integer for, such as 24 bits."""
+        """Whether it is an integer of a size without a machine type, such as 24 bits."""
         return self.kind == "integer" and self.size not in (1, 2, 4, 8)
 
     @property
     def minimum(self) -> int:
-        """The least integer that the format holds."""
+        """The smallest integer of the format."""
         return -(1 << (8 * self.size - 1)) if self.signed else 0
 
     @property
     def maximum(self) -> int:
-        """The greatest integer that the format holds."""
+        """The largest integer of the format."""
         return (1 << (8 * self.size - self.signed)) - 1
 
 
@@ -47,39 +47,39 @@ class EnumValue:
     name: str
     value: int
     note: str
-    keyboard: str = ""  # what is typed for it
+    keyboard: str = ""  # the keys to type for it
     reserved: bool = False  # for future use
-    modifier: bool = False  # combined with one of the others by bitwise OR
-    hinders: Json = field(default_factory=dict)  # what it says about why nothing moves
+    modifier: bool = False  # combined with another value by bitwise OR
+    hinders: Json = field(default_factory=dict)  # why it prevents motion
 
 
 @dataclass(frozen=True, slots=True)
 class Enumeration:
-    """Named values of a field; others that are received are kept."""
+    """Named values of a field; other received values are kept."""
 
     name: str
     page: int
     summary: str
     values: tuple[EnumValue, ...]
     place: Place
-    overlay: str = ""  # name of the overlay that it comes from; so wherever there is one
-    open: str = ""  # why the list may be incomplete; empty where it is complete
+    overlay: str = ""  # name of the overlay that defines it, also in the classes below
+    open: str = ""  # why the list may be incomplete; empty if it is complete
 
     @property
     def modifiers(self) -> tuple[EnumValue, ...]:
-        """The values that are combined with one of the others by bitwise OR."""
+        """The values that are combined with another value by bitwise OR."""
         return tuple(value for value in self.values if value.modifier)
 
 
 @dataclass(frozen=True, slots=True)
 class FlagBit:
-    """A named bit, counted from zero."""
+    """A named bit; bits are counted from zero."""
 
     name: str
     bit: int
     note: str
-    motion: bool = False  # set for as long as something moves
-    hinders: Json = field(default_factory=dict)  # what it says about why nothing moves
+    motion: bool = False  # set while something moves
+    hinders: Json = field(default_factory=dict)  # why it prevents motion
 
     @property
     def mask(self) -> int:
@@ -89,7 +89,7 @@ class FlagBit:
 
 @dataclass(frozen=True, slots=True)
 class FlagTable:
-    """Named bits of a field; others that are received are kept."""
+    """Named bits of a field; other received bits are kept."""
 
     name: str
     page: int
@@ -103,7 +103,7 @@ class FlagTable:
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """An exact scale: its direction in its key, as the registry and its JSON write it."""
+    """An exact scale; the key gives its direction, as in the registry and its JSON."""
 
     key: str  # counts_per_mm, us_per_count ...
     value: Fraction
@@ -113,27 +113,27 @@ class Factor:
 
     @property
     def counts_per_unit(self) -> Fraction:
-        """Counts for one unit, whichever way the registry writes it."""
+        """Counts per unit, in either direction of the key."""
         return 1 / self.value if self.key.endswith("_per_count") else self.value
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A unit and the rule that turns counts into it."""
+    """A unit and the rule that converts counts to it."""
 
     name: str
     unit: str
     page: int
     summary: str
     factor: Factor | None
-    rule: Json  # {"by": "stage"} and the like; {} when there is a factor
+    rule: Json  # such as {"by": "stage"}; {} if there is a factor
     place: Place
     overlay: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A group of units whose scales are the same for a stage."""
+    """A group of units that have the same scales for a stage."""
 
     name: str
     units: tuple[str, ...]
@@ -144,13 +144,13 @@ class Controller:
 
     @property
     def members(self) -> tuple[str, ...]:
-        """All units of the group, those newer than the document among them."""
+        """All units of the group, including those newer than the document."""
         return (*self.units, *self.aliases)
 
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What a stage must not exceed."""
+    """A limit that a stage must not exceed."""
 
     value: Fraction
     unit: str  # mm | mm/s | mm/s^2
@@ -161,7 +161,7 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """A stage: exact factors on each controller, and limits; a text instead of either says why none."""
+    """A stage: its exact factors for each controller, and its limits; a text states why one is unknown."""
 
     name: str
     title: str
@@ -185,10 +185,10 @@ class Field:
     page: int
     place: Place
     ranged: bool = False  # the document gives a range
-    open: bool = False  # values or bits may be missing here, although the table is complete
+    open: bool = False  # other values or bits are possible here, although the table is complete
     default: int | None = None
     constant: int | None = None
-    target: str = ""  # absolute | relative: what is moved to, or by
+    target: str = ""  # absolute | relative: the position to move to, or the distance
     quantity: Quantity | None = None
     enum: Enumeration | None = None
     flags: FlagTable | None = None
@@ -204,7 +204,7 @@ class Field:
 
     @property
     def lists_all(self) -> bool:
-        """Whether every value or bit is listed: device classes then send no other."""
+        """Whether every value or bit is listed, so that device classes send no others."""
         tables = [table for table in (self.enum, self.flags) if table]
         tables += self.flags_by_unit.values()
         return bool(tables) and not self.open and not any(table.open for table in tables)
@@ -212,9 +212,9 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """One way in which a message stands on the wire."""
+    """One form of a message on the wire."""
 
-    form: str  # header | data | data:dc; of a command request | reply
+    form: str  # header | data | data:dc; request | reply for a command
     when: Mapping[str, str]
     param1: Field | None
     param2: Field | None
@@ -222,7 +222,7 @@ class Layout:
     fields: tuple[Field, ...]
     note: str
     place: Place
-    only_zero: bool = False  # a header with other parameters than zero is not this message
+    only_zero: bool = False  # a header with nonzero parameters is not this message
 
     @property
     def all_fields(self) -> tuple[Field, ...]:
@@ -232,7 +232,7 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class Firmware:
-    """What holds for a version of the firmware."""
+    """A note on a firmware version."""
 
     version: str
     note: str
@@ -241,7 +241,7 @@ class Firmware:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message of the protocol; a command and its reply, as two layouts, are one."""
+    """A message of the protocol; a command and its reply are one message with two layouts."""
 
     name: str
     id: int | None
@@ -249,7 +249,7 @@ class Message:
     words: tuple[str, ...]
     pages: tuple[int, ...]
     direction: str  # to_controller | to_host | both
-    effect: str  # what sending it does, none | stream | settings ...; empty: no host sends it
+    effect: str  # the effect of sending it: none | stream | settings ...; empty if no host sends it
     summary: str
     note: str
     set: tuple[str, str] | None  # (name of the set, its role)
@@ -258,16 +258,16 @@ class Message:
     errata: tuple[str, ...]
     place: Place
     kind: str = "message"  # message | command | setup
-    title: str = ""  # what documentation calls it; of a command, the heading as printed
-    keyboard: str = ""  # what is typed for the byte of a command
-    size: int | None = None  # what a command sends in its size slot; None: the slot is left out
-    dummy: bool = False  # does nothing, and is not to be used
-    switches_to: str | None = None  # of a setup command: low_level | high_level | power_on
+    title: str = ""  # the name in documentation; for a command, the printed heading
+    keyboard: str = ""  # the keys to type for the byte of a command
+    size: int | None = None  # the value of a command's size slot; None if the slot is left out
+    dummy: bool = False  # has no function, and must not be used
+    switches_to: str | None = None  # for a setup command: low_level | high_level | power_on
     firmware: tuple[Firmware, ...] = ()
-    group: str = ""  # the first of its words, if that names a group of messages
-    addressee: str = ""  # motherboard | unit | every; empty: the controller in a bay
-    tells: str = ""  # identity | bays
-    call: Json = field(default_factory=dict)  # name of the method, and defaults of its arguments
+    group: str = ""  # its first word, if that names a group of messages
+    addressee: str = ""  # motherboard | unit | every; empty for the controller in a bay
+    tells: str = ""  # the information that it reports: identity | bays
+    call: Json = field(default_factory=dict)  # method name, and defaults of its arguments
     overlay: str = ""
 
     @property
@@ -277,13 +277,13 @@ class Message:
 
     @property
     def class_name(self) -> str:
-        """The name in CamelCase, as generated classes have it."""
+        """The name of the generated class, in CamelCase."""
         return "".join(word[:1].upper() + word[1:] for word in self.words)
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterSet:
-    """SET, REQ and GET that share one content."""
+    """The messages SET, REQ and GET with shared content."""
 
     name: str
     words: tuple[str, ...]
@@ -293,7 +293,7 @@ class ParameterSet:
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """A chapter of the document; generated code keeps its order."""
+    """A chapter of the document; generated code keeps the order of chapters."""
 
     name: str
     title: str
@@ -305,7 +305,7 @@ class Chapter:
 
 @dataclass(frozen=True, slots=True)
 class Erratum:
-    """An error of the document, or of the scan, and what the registry makes of it."""
+    """An error in the document or the scan, and how the registry encodes it."""
 
     id: str
     pages: tuple[int, ...]
@@ -324,25 +324,25 @@ class Erratum:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What the document demands of controllers or hosts beside the layouts of messages."""
+    """A requirement of the document for controllers or hosts, apart from message layouts."""
 
     id: str
     page: int
-    also: tuple[int, ...]  # further pages with the same words
+    also: tuple[int, ...]  # other pages with the same text
     strength: str  # must | should
     subject: str  # controller | host
-    says: str  # in the words of the document
-    means: str  # in plain words; empty where the document's own are plain
+    says: str  # the text of the document
+    means: str  # in plain words; empty if the document's text is plain
     messages: tuple[str, ...]
     errata: tuple[str, ...]
-    waiver: str  # why no check can see whether it is kept; empty where one can
+    waiver: str  # why no check can verify it; empty if one can
     place: Place
     overlay: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Overlay:
-    """A later issue of the document, as far as the registry has it: what it adds and replaces."""
+    """A later issue of the document: the entries that it adds or replaces in the registry."""
 
     name: str
     title: str
@@ -353,7 +353,7 @@ class Overlay:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Protocol:
-    """Everything that the registry says of one protocol."""
+    """A protocol with all its entries in the registry."""
 
     name: str
     title: str
@@ -362,10 +362,10 @@ class Protocol:
     firmware: tuple[Firmware, ...]
     package: str
     python_title: str
-    version: str  # of the package, where it is a project of its own
+    version: str  # of the package, if it is generated as a project
     name_prefix: str
     formats: Json  # name -> size, signed
-    framing: Json  # with the size beside every format that it names
+    framing: Json  # with the size of every format in it
     id_size: int  # bytes of an id on the wire
     contexts: Json
     chapters: tuple[Chapter, ...]
@@ -374,7 +374,7 @@ class Protocol:
     enumerations: tuple[Enumeration, ...]
     flags: tuple[FlagTable, ...]
     quantities: tuple[Quantity, ...]
-    settings: Json  # name -> what tells it; of an overlay with its name
+    settings: Json  # name -> the fields that give its value, and the overlay that defines it
     controllers: tuple[Controller, ...]
     stages: tuple[Stage, ...]
     units: Json
@@ -382,14 +382,14 @@ class Protocol:
     rules: tuple[Rule, ...]  # sorted by id
     examples: Json
     captures: Json
-    overlays: tuple[Overlay, ...] = ()  # in the order in which they were laid over
+    overlays: tuple[Overlay, ...] = ()  # in the order in which they were applied
 
     def document_of(self, overlay: str) -> Json:
-        """Return the document of an overlay; that of the protocol itself for an empty name."""
+        """Return the document of an overlay, or that of the protocol for an empty name."""
         found: Json = {"": self.document, **{o.name: o.document for o in self.overlays}}[overlay]
         return found
 
     @property
     def id_digits(self) -> int:
-        """Hexadecimal digits of an id as it stands on the wire."""
+        """The number of hexadecimal digits in an id."""
         return 2 * self.id_size

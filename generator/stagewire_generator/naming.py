@@ -1,4 +1,4 @@
-"""How names of the registry become names of classes; lint rules and targets agree on it here."""
+"""Convert names of the registry to names in generated code, for lint rules and targets."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import sys
 
 from stagewire_generator.model import Enumeration, FlagTable, Message
 
-# What Windows takes for a device, whatever the ending of the file is.
+# Windows treats these as devices, whatever the file extension.
 _DEVICES = frozenset({
     "aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))
 })  # fmt: skip
-# Packages that a generated one would hide, or be hidden by; the folder of what all C packages share.
+# Packages that a generated package would shadow, or that would shadow it; and the directory that all C
+# packages share.
 _PACKAGES = sys.stdlib_module_names | {
     "click", "jinja2", "jsonschema", "jsonschema_rs", "numpy", "pyarrow", "rich", "ruamel", "serial",
     "stagewire", "stagewire_cli", "stagewire_conformance", "stagewire_generator", "testing", "typer", "yaml",
 }  # fmt: skip
-# What the C of every package defines itself, without the prefix: functions, types, what they are named for.
+# Names that the C code of every package defines, without the prefix.
 C_OURS = frozenset({
     "address_of", "addresses", "addresses_are_two_bytes", "addresses_of", "append_extra",
     "axis_of", "begin_header", "begin_packet", "begins", "cases", "check_bytes",
@@ -39,41 +40,41 @@ C_OURS = frozenset({
     *(f"wide_{part}" for part in ("add", "common_divisor", "divide", "half_product", "magnitude",
                                   "product", "signed")),
 })  # fmt: skip
-_PACKAGE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*\Z")  # as the schema of a protocol has it
+_PACKAGE = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*\Z")  # as in the schema of a protocol
 _LONGEST_PACKAGE = 40
 
 
 def can_name_file(name: str) -> bool:
-    """Whether a file can have this name, with any ending and on any system."""
+    """Whether a file can have this name, with any extension and on any system."""
     return name not in _DEVICES
 
 
 def can_name_package(name: str) -> bool:
-    """Whether a package can have this name beside those that it needs, and its names in C begin with it."""
+    """Whether a package can have this name without a clash, and its names in C can begin with it."""
     if not can_name_file(name) or keyword.iskeyword(name) or name in _PACKAGES:
         return False
     prefix = c_prefix(name)
     return prefix[0].isalpha() and not prefix.startswith(
         "stagewire"
-    )  # so begins what all share in C
+    )  # the prefix of shared C names
 
 
 def why_no_project(name: str) -> str:
-    """Return why a project of somebody else cannot have a package of this name; empty if it can."""
+    """Return why a third-party project cannot use this package name, or an empty text if it can."""
     if not _PACKAGE.match(name) or len(name) > _LONGEST_PACKAGE:
-        least = "small letters, digits and single underscores, a letter first"
-        return f"a package is named with {least}, at most {_LONGEST_PACKAGE} of them"
+        least = "lower-case letters, digits and single underscores, and begin with a letter"
+        return f"a package name must consist of {least} (at most {_LONGEST_PACKAGE} characters)"
     if name.startswith("stagewire"):
-        return "names that begin with stagewire are those of its own packages"
+        return "names that begin with stagewire are reserved for its own packages"
     if not can_name_package(name):
-        return "Python, a system, or another package has this name already"
+        return "the name is already used by Python, an operating system or another package"
     return ""
 
 
 def can_name_chapter(name: str) -> bool:
     """Whether a module of messages can have this name.
 
-    The package ``messages`` gets it as an attribute: it must not hide ``decode``, or a built-in.
+    The package ``messages`` gets it as an attribute, so it must not shadow ``decode`` or a built-in.
     """
     kept = keyword.iskeyword(name) or hasattr(builtins, name) or name == "decode"
     return can_name_file(name) and not kept
@@ -87,23 +88,22 @@ def camel(name: str) -> str:
 def message_classes(message: Message) -> dict[str, str]:
     """Return form -> class name of a message.
 
-    The layout with the plain form ``data`` or ``request``, or the only layout, takes the plain name;
-    the others append their form.
+    The layout with the form ``data`` or ``request``, or the only layout, gets the plain name. The others
+    append their form.
     """
     suffixes = _suffixes(message)
     return {form: message.class_name + suffix.capitalize() for form, suffix in suffixes.items()}
 
 
 def c_prefix(package: str) -> str:
-    """Return what every name of a package begins with in C: ``apt`` for ``stagewire_apt``."""
+    """Return the prefix of all names of a package in C: ``apt`` for ``stagewire_apt``."""
     return package.removeprefix("stagewire_")
 
 
 def c_layouts(message: Message) -> dict[str, str]:
-    """Return form -> name in C, without the prefix: ``mot_move_absolute_header`` and the like.
+    """Return form -> name in C without the prefix, such as ``mot_move_absolute_header``.
 
-    A message is often called as something that every package has, such as ``STATUS``; its name is then
-    longer by a word.
+    If a message is named like something that every package defines, such as ``STATUS``, a word is appended.
     """
     name = message.name.lower()
     suffixes = _suffixes(message)
@@ -118,7 +118,7 @@ def c_table(table: Enumeration | FlagTable) -> str:
 
 
 def _suffixes(message: Message) -> dict[str, str]:
-    """Return form -> what the name of a layout appends to that of its message."""
+    """Return form -> the suffix of the layout's name."""
     forms = [layout.form for layout in message.layouts]
     plain = forms[0] if len(forms) == 1 else "request" if "request" in forms else "data"
     return {form: "" if form == plain else form.removeprefix("data:") for form in forms}

@@ -1,8 +1,8 @@
-"""Compare rendered files with an output folder, or write them there.
+"""Compare rendered files with an output directory, or write them to it.
 
-``manifest.json`` in the folder lists every generated file and its digest; a file that is not in
-it was made by somebody else and is neither overwritten nor deleted. The folder may come from anybody:
-its manifest cannot point out of it, and no link in it is followed.
+``manifest.json`` in the directory lists every generated file and its digest. A file that is not listed is
+never overwritten or deleted. The directory is not trusted: its manifest cannot point outside it, and links
+are not followed.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ MANIFEST = "manifest.json"
 
 
 def digest(text: str) -> str:
-    """Return the SHA-256 of a text as it is written."""
+    """Return the SHA-256 digest of a text, encoded as it is written to a file."""
     return hashlib.sha256(text.encode("utf-8")).hexdigest()
 
 
 def manifest(digests: Mapping[str, str]) -> str:
-    """Return the manifest of files by path -> digest; it does not list itself."""
+    """Return the manifest for path -> digest; it does not list itself."""
     return canonical({"schema_version": 2, "files": dict(digests)})
 
 
 _DIFF_LINES = 40
-_MODE = 0o644  # of what is generated, whoever generates it
+_MODE = 0o644  # permissions of generated files, whatever the umask
 _IGNORED = frozenset({"__pycache__"})
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 
 
 class OutputError(Exception):
-    """The output folder cannot be written without losing what somebody else made."""
+    """Writing the output directory would overwrite or delete files that the generator did not create."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A file that is not as it would be generated."""
+    """A file that differs from what would be generated."""
 
     path: str
     kind: str  # changed | missing | orphaned
@@ -53,12 +53,12 @@ class Change:
 
 
 def compare(out: Path, files: Mapping[str, str]) -> list[Change]:
-    """Compare the whole tree with ``files``; nothing is written."""
+    """Compare the whole tree with ``files`` without writing anything."""
     changes = []
     for path, text in files.items():
         target = _inside(out, path)
         if obstacle := _obstacle(out, path):
-            changes.append(Change(path, "changed", f"--- {path}\n({obstacle} is in its place)"))
+            changes.append(Change(path, "changed", f"--- {path}\n({obstacle} is in the way)"))
             continue
         try:
             current = target.read_bytes()
@@ -74,13 +74,13 @@ def compare(out: Path, files: Mapping[str, str]) -> list[Change]:
 
 
 def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list[str]:
-    """Write what differs and delete what is no longer generated; return the paths touched.
+    """Write the files that differ, delete those no longer generated, and return the changed paths.
 
-    :param partial: ``files`` are some targets only; what else stands in the folder is left alone, and
+    :param partial: ``files`` belong to some targets only. Other files in the directory are left alone, and
         the manifest keeps its entries.
-    Raises :class:`OutputError`, before anything is written, when that would overwrite a file that the
-    generator did not make, or delete one that it did not make or that was edited since. A file of its
-    own that was edited is made anew: :func:`compare` shows the edits beforehand.
+    Raises :class:`OutputError`, before anything is written, if that would overwrite a file that the generator
+    did not create, or delete a file that it did not create or that was edited since. A generated file that
+    was edited is overwritten: :func:`compare` shows the edits beforehand.
     """
     known = _listed(out)
     if partial:
@@ -101,22 +101,22 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
             elif path in known:
                 foreign.append(f"{path} (edited by hand, and no longer generated)")
             elif path in needed:
-                foreign.append(f"{path} (a file where a folder belongs)")
+                foreign.append(f"{path} (a file where a directory is needed)")
             continue
         if not ours and path not in known and current != digest(files[path]):
-            foreign.append(f"{path} (not made by the generator)")
+            foreign.append(f"{path} (not created by the generator)")
     if foreign:
         listed = "\n  ".join(foreign)
         raise OutputError(
-            f"nothing was written: {out} holds files that the generator did not make:\n  {listed}\n"
-            "move them away, or choose another folder"
+            f"nothing was written: {out} contains files that the generator did not create:\n  {listed}\n"
+            "move them away, or choose another directory"
         )
     touched = []
     for path in stale:
         (out / path).unlink()
         touched.append(path)
         _prune(out, (out / path).parent)
-    for path in sorted(files, key=lambda path: path == MANIFEST):  # it says what is done: last
+    for path in sorted(files, key=lambda path: path == MANIFEST):  # last: it lists finished files
         target, data = targets[path], files[path].encode("utf-8")
         if not target.is_file() or target.read_bytes() != data:
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -126,21 +126,21 @@ def write(out: Path, files: Mapping[str, str], *, partial: bool = False) -> list
 
 
 def _leaves(path: str) -> bool:
-    """Whether a path would leave the folder, on any system."""
+    """Whether a path would leave the directory, on any system."""
     parts = PurePosixPath(path).parts
     return not parts or path.startswith("/") or ".." in parts or "\\" in path or ":" in path
 
 
 def _inside(out: Path, path: str) -> Path:
     if _leaves(path):
-        raise OutputError(f"{path!r} would leave the output folder")
+        raise OutputError(f"{path!r} is outside the output directory")
     return out / path
 
 
 def _obstacle(out: Path, path: str) -> str:
-    """Return what other than a file, or nothing, is in the place of a file; empty if it is none.
+    """Return what prevents writing a regular file at a path, or an empty text.
 
-    What is written through a link, or read from a pipe, is outside the folder.
+    Writing through a link, or reading from a pipe, would reach outside the directory.
     """
     target = out
     for part in PurePosixPath(path).parts:
@@ -151,7 +151,7 @@ def _obstacle(out: Path, path: str) -> str:
         mode = target.stat().st_mode
     except OSError:
         return ""
-    return "a folder" if stat.S_ISDIR(mode) else "" if stat.S_ISREG(mode) else "no regular file"
+    return "a directory" if stat.S_ISDIR(mode) else "" if stat.S_ISREG(mode) else "a special file"
 
 
 def _present(out: Path) -> list[str]:
@@ -167,7 +167,7 @@ def _present(out: Path) -> list[str]:
 
 
 def _listed(out: Path) -> dict[str, str]:
-    """Return what the manifest in the folder lists; of one that cannot be read, nothing."""
+    """Return the entries of the manifest in the directory; none if it cannot be read."""
     if _obstacle(out, MANIFEST):
         return {}
     with contextlib.suppress(OSError, ValueError, RecursionError):
@@ -200,8 +200,8 @@ def _diff(path: str, current: bytes, text: str) -> str:
         difflib.unified_diff(old, text.splitlines(), path, f"{path} (generated)", lineterm="")
     )
     if not lines:
-        return f"--- {path}\n(only line ends differ)"
+        return f"--- {path}\n(only line endings differ)"
     if len(lines) > _DIFF_LINES:
         rest = len(lines) - _DIFF_LINES
-        lines = [*lines[:_DIFF_LINES], f"... {rest} more lines of difference"]
+        lines = [*lines[:_DIFF_LINES], f"... {rest} more diff lines"]
     return "\n".join(lines)

@@ -1,6 +1,6 @@
-"""The pipeline: load, validate, resolve and lint a spec with its overlays; then render each target.
+"""The pipeline: load, validate, resolve and lint a spec with its overlays, then render each target.
 
-It also lists the input files, which make a build system run the generator again.
+It also lists the input files, so that a build system knows when to run the generator again.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Say: TypeAlias = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A protocol that was checked, perhaps under an overlay; its files, or the overlay's own."""
+    """A checked protocol, perhaps with an overlay applied, and its files or those of the overlay."""
 
     protocol: Protocol
     comparison: Comparison
@@ -48,7 +48,7 @@ class Checked:
 
 
 def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
-    """Resolve and check a protocol by itself, without its overlays."""
+    """Resolve and check a protocol without its overlays."""
     protocol = _resolved(files, diagnostics, say)
     check_pages(protocol, files, diagnostics)
     say(f"{protocol.name}: witness and errata")
@@ -58,15 +58,15 @@ def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
 def check_overlays(
     source: SourceFolder, base: Files, chosen: Sequence[str], diagnostics: Diagnostics, say: Say
 ) -> tuple[Protocol | None, dict[str, Checked]]:
-    """Check every overlay of a protocol, each by itself, then those that are chosen together.
+    """Check each overlay of a protocol on its own, then all chosen overlays together.
 
-    The document of the protocol is not compared again. What an overlay leaves as it is was compared without
-    it; what it replaces is another document's.
+    The document of the protocol is not compared again: unchanged entries were compared before, and replaced
+    entries belong to another document.
 
-    :param base: the files of the protocol, in which nothing is wrong.
-    :param chosen: names of overlays, in the order in which they are laid over.
-    Returns the protocol under the chosen ones, None where none is chosen or something is wrong; and by
-    ``PROTOCOL/OVERLAY`` the protocol under each.
+    :param base: the files of the protocol, which have no errors.
+    :param chosen: names of overlays, in the order in which they are applied.
+    Returns the protocol with the chosen overlays, or None if none is chosen or one has errors; and the
+    protocol with each overlay, by ``PROTOCOL/OVERLAY``.
     """
     right: dict[str, tuple[Files, Protocol]] = {}
     checked: dict[str, Checked] = {}
@@ -96,13 +96,13 @@ def check_overlays(
 def _laid_over(
     base: Files, overlays: Sequence[Files], diagnostics: Diagnostics, say: Say
 ) -> Protocol | None:
-    """Return the protocol under overlays; None, and diagnostics, where they do not fit."""
+    """Return the protocol with overlays applied, or None, with diagnostics, if they do not fit."""
     files = compose(base, overlays, diagnostics)
     return None if files is None else _resolved(files, diagnostics, say)
 
 
 def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
-    """Return the model, with everything checked that needs no document."""
+    """Return the model after all checks that do not need the document."""
     protocol = resolve(files, diagnostics)
     say(f"{'/'.join([protocol.name, *(o.name for o in protocol.overlays)])}: names and layouts")
     check_names(protocol, next(iter(files.get("units", [])), None), diagnostics)
@@ -117,10 +117,10 @@ _OF_THE_GENERATOR = ("*.py", "*.j2", "*.[ch]")
 
 
 def inputs(specs: Sequence[SpecFolder], templates: Path | None = None) -> list[Path]:
-    """Return all files that decide on the output, sorted, whether they are right or wrong.
+    """Return all files that determine the output, valid or not, sorted.
 
-    These are the spec, its worked examples and captures, the templates of the user, and the generator
-    itself, so that a later one runs, too. What could be added later cannot be among them.
+    These are the spec, its worked examples and captures, the user's templates, and the generator itself, so
+    that an upgrade also triggers a run. Files that do not exist yet cannot be listed.
     """
     found = {path for spec in specs for path in spec.paths}
     if templates is not None:
@@ -136,7 +136,7 @@ TARGETS: dict[str, Callable[[Protocol, Templates], dict[str, str]]] = {
     "c": c.render,
     "c-tests": c.render_tests,
     "python": python.render,
-    "registry": lambda protocol, _: registry.render(protocol),  # JSON is nobody's template
+    "registry": lambda protocol, _: registry.render(protocol),  # JSON has no templates
     "vectors": lambda protocol, _: vectors.render(protocol),
 }
 DEFAULT_TARGETS = ("c", "python")
@@ -145,7 +145,7 @@ DEFAULT_TARGETS = ("c", "python")
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What a check looked at, for the summary line."""
+    """The numbers of checked items, for the summary line."""
 
     messages: int
     layouts: int
@@ -157,9 +157,9 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class CheckedSpec(Sequence[Protocol]):
-    """A spec without an error: a sequence of its protocols, with everything that was checked.
+    """A spec without errors: a sequence of its protocols, with everything that was checked.
 
-    :param protocols: in the order of their folders, each under the overlays that were asked for.
+    :param protocols: the protocols, with the requested overlays applied, in the order of their directories.
     :param checked: models and files, by protocol and by ``PROTOCOL/OVERLAY``.
     """
 
@@ -178,7 +178,7 @@ class CheckedSpec(Sequence[Protocol]):
 
     @property
     def counts(self) -> dict[str, Counts]:
-        """The size of each checked model, by the same names."""
+        """The size of each checked model, with the same keys as ``checked``."""
         return {name: _counts(checked) for name, checked in self.checked.items()}
 
 
@@ -189,19 +189,19 @@ def check(
 ) -> CheckedSpec:
     """Load and check all protocols in ``spec``, and each of their overlays.
 
-    :param spec: the folder, or the files that were found in it.
-    :param progress: called with the name of each file that is read, and of each check.
-    :param overlays: overlays to merge into the returned protocols, named ``PROTOCOL/OVERLAY`` as their
-        folders are; a name that is not in this spec is ignored.
-    Raises :class:`SpecError` with every diagnostic of the run.
+    :param spec: the directory, or the files found in it.
+    :param progress: called with the name of each file read, and of each check.
+    :param overlays: overlays to apply to the returned protocols, as ``PROTOCOL/OVERLAY`` after their
+        directories; names that this spec does not have are ignored.
+    Raises :class:`SpecError` with all diagnostics of the run.
     """
     say = progress or (lambda _: None)
     diagnostics = Diagnostics()
     if isinstance(spec, Path):
         spec = find_spec(spec)
     if not spec.protocols:
-        what = "no folder with a protocol.yaml in it"
-        hint = "give the folder that holds one or more protocols, or one of these"
+        what = "no protocol.yaml in this directory or directly below it"
+        hint = "give the directory of a spec or of a single protocol"
         diagnostics.add(Place(str(spec.path)), "SW006", what, hint)
     protocols: list[Protocol] = []
     all_checked: dict[str, Checked] = {}
@@ -209,11 +209,11 @@ def check(
         before = len(diagnostics.found)
         files = read(source, diagnostics, say)
         if len(diagnostics.found) > before or "protocol" not in files:
-            continue  # a model of half a spec would only bring errors that are none
+            continue  # a partly read spec would only produce spurious errors
         alone = check_protocol(files, diagnostics, say)
         protocol = alone.protocol
         checked = {protocol.name: alone}
-        if len(diagnostics.found) == before:  # else every overlay would repeat what is wrong
+        if len(diagnostics.found) == before:  # otherwise every overlay would repeat the errors
             wanted = [
                 Path(name).name for name in overlays if Path(name).parent.name == source.path.name
             ]
@@ -230,7 +230,7 @@ def check(
                 diagnostics.add(place, "SW020", f"the package {protocol.package} is defined twice")
             elif c_prefix(protocol.package) == c_prefix(other.package):
                 place = head.place("python", "package")
-                what = f"{protocol.package} and {other.package} have the same names in C"
+                what = f"{protocol.package} and {other.package} get the same names in C"
                 diagnostics.add(place, "SW022", what)
         protocols.append(protocol)
         all_checked |= checked
@@ -258,13 +258,13 @@ def render(
     templates: Templates | None = None,
     package: str = "",
 ) -> dict[str, str]:
-    """Return path (below the output folder) -> text of everything that is generated.
+    """Return path (relative to the output directory) -> text of every generated file.
 
-    :param targets: the names of targets; their files come without a manifest. By default the files of
-        :data:`DEFAULT_TARGETS`, with their manifest.
-    :param templates: with some of a user in the place of ours. Raises ``TemplatesError`` when one fails.
-    :param package: what the Python package of the only protocol is called; with it the package becomes a
-        project of its own, which pip installs.
+    :param targets: names of targets, whose files are returned without a manifest. The default is
+        :data:`DEFAULT_TARGETS`, with a manifest.
+    :param templates: templates, some of which may be the user's. Raises ``TemplatesError`` if one fails.
+    :param package: the name of the Python package of the only protocol. It makes the package a project that
+        pip can install.
     """
     templates = templates or _ours()
     files: dict[str, str] = {}
@@ -284,5 +284,5 @@ def render(
 
 @cache
 def _ours() -> Templates:
-    """Return our templates alone; to compile them takes longer than to render a small spec."""
+    """Return the built-in templates, cached: compiling them takes longer than rendering a small spec."""
     return Templates()

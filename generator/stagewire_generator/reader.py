@@ -1,9 +1,9 @@
-"""Find the files of a spec, load them strictly and hold them against their schemas.
+"""Find the files of a spec, load them strictly and validate them against their schemas.
 
-A spec is a folder with one folder per protocol in it (a folder that holds ``protocol.yaml``), or such a
-folder itself. The place of a file in it decides its kind. An overlay is a folder in ``overlays`` with files
-of the same kinds. Version 0.1 had worked examples and captures in a folder ``conformance`` beside the spec,
-in it, or in that of the protocol; for one release they are still read there, with a warning.
+A spec is a directory with one directory per protocol (with a ``protocol.yaml``), or the directory of a single
+protocol. The path of a file in it determines its kind. An overlay is a directory in ``overlays`` with files
+of the same kinds. Version 0.1 had worked examples and captures in a directory ``conformance`` next to the
+spec, in it, or in that of the protocol. For one release they are still read there, with a warning.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stagewire_generator.strict_yaml import Document
 
 Files = dict[str, list[Document]]
 
-# kind -> pattern below the protocol's folder; the kind names the schema, too
+# kind -> pattern below the protocol's directory; the schema has the name of the kind
 _KINDS = {
     "protocol": "protocol.yaml",
     "quantities": "quantities.yaml",
@@ -35,25 +35,25 @@ _KINDS = {
     "examples": "examples.yaml",
     "captures": "captures.yaml",
 }
-# The same below the folder of an overlay
+# The same below the directory of an overlay
 _KINDS_OF_OVERLAYS = {
     "overlay": "overlay.yaml",
     **{kind: pattern for kind, pattern in _KINDS.items() if kind != "protocol"},
 }
-_PARTS = frozenset({"stages", "units"})  # of these an overlay has what it changes
-_LINK = "is a link out of the folder of the spec"
+_PARTS = frozenset({"stages", "units"})  # an overlay contains only the changed parts of these
+_LINK = "the link leads out of the spec"
 OF_WIRE = ("examples", "captures")
-"""Kinds whose bytes are quoted as they came."""
+"""Kinds of files that quote bytes from the wire."""
 OLD_FOLDER = "conformance"
-"""Where version 0.1 had the files of these kinds, each kind in a folder of its own."""
+"""Directory in which version 0.1 had the files of these kinds, in one subdirectory per kind."""
 
 
 @dataclass(frozen=True, slots=True)
 class SourceFile:
     """A file of a spec.
 
-    :param kind: names its schema.
-    :param root: the folder that it must not lead out of; its name in diagnostics begins below it.
+    :param kind: the kind, which is also the name of its schema.
+    :param root: the directory that the path must not leave; names in diagnostics are relative to it.
     """
 
     kind: str
@@ -62,13 +62,13 @@ class SourceFile:
 
     @property
     def name(self) -> str:
-        """What diagnostics call it."""
+        """The name in diagnostics."""
         return self.path.relative_to(self.root).as_posix()
 
 
 @dataclass(frozen=True, slots=True)
 class SourceFolder:
-    """The folder of a protocol, or of an overlay, with its files, whether they are right or wrong."""
+    """The directory of a protocol or overlay with its files, valid or not."""
 
     path: Path
     files: tuple[SourceFile, ...]
@@ -76,14 +76,14 @@ class SourceFolder:
 
     @property
     def paths(self) -> list[Path]:
-        """All files, those of the overlays last."""
+        """All files; those of overlays come last."""
         own = [file.path for file in self.files]
         return own + [path for overlay in self.overlays for path in overlay.paths]
 
 
 @dataclass(frozen=True, slots=True)
 class SpecFolder:
-    """A spec: the folder, as it was named, and the protocols in it, sorted."""
+    """A spec: the directory as given, and the protocols in it, sorted."""
 
     path: Path
     protocols: tuple[SourceFolder, ...]
@@ -94,9 +94,9 @@ class SpecFolder:
         return [path for protocol in self.protocols for path in protocol.paths]
 
     def locate(self, name: str) -> Path:
-        """Return the path of the file that diagnostics call ``name``.
+        """Return the path of the file with this name in diagnostics.
 
-        A file that is not read, such as one that is gone, is taken to be below the folder.
+        A file that is not among those found is assumed to be below the directory of the spec.
         """
         parts = PurePosixPath(name).parts
         for path in self.paths:
@@ -108,10 +108,10 @@ class SpecFolder:
 
 
 def find_spec(path: Path) -> SpecFolder:
-    """Find the files of a spec. Nothing is read, and a wrong spec has files as well."""
+    """Find the files of a spec, valid or not, without reading them."""
     spec = path
     alone = (spec / "protocol.yaml").is_file()
-    if alone or spec.name in ("", ".."):  # the folder is known by its name and its parent
+    if alone or spec.name in ("", ".."):  # the name and the parent of the directory are needed
         spec = Path(os.path.abspath(spec))
     folders = [spec] if alone else sorted(found.parent for found in spec.glob("*/protocol.yaml"))
     return SpecFolder(path, tuple(_source_folder(folder) for folder in folders))
@@ -137,7 +137,7 @@ def read(source: SourceFolder, diagnostics: Diagnostics, progress: Callable[[str
 def read_overlay(
     source: SourceFolder, diagnostics: Diagnostics, progress: Callable[[str], None]
 ) -> Files:
-    """Load all files of an overlay; every document is marked with its name."""
+    """Load all files of an overlay, and mark every document with its name."""
     folder = source.path
     root = folder.parents[2]
     place = Place(folder.relative_to(root).as_posix())
@@ -145,13 +145,13 @@ def read_overlay(
         diagnostics.add(place, "SW008", _LINK)
         return {}
     if not (folder / "overlay.yaml").is_file():
-        diagnostics.add(place, "SW006", "no overlay.yaml in it")
+        diagnostics.add(place, "SW006", "the directory of this overlay has no overlay.yaml")
     _refuse_strays(source, root, diagnostics, overlay=True)
     files = _read(source.files, diagnostics, progress, parts=_PARTS)
     for document in files.get("overlay", ()):
         name = document.data["overlay"]
         if name != folder.name:
-            what = f"the overlay {name} stands in a folder {folder.name}"
+            what = f"the overlay {name} is in the directory {folder.name}"
             diagnostics.add(document.place("overlay"), "SW062", what)
     marked = [document for documents in files.values() for document in documents]
     for document in marked:
@@ -165,12 +165,14 @@ def _refuse_strays(
     for path, place in strays(source.path, set(source.paths), overlay=overlay):
         name, above = (part.relative_to(root).as_posix() for part in (path, source.path))
         hint = f"move it to {above}/{place}, with a name that ends in .yaml"
-        diagnostics.add(Place(name), "SW008", "stands where nothing is read", hint)
+        diagnostics.add(
+            Place(name), "SW008", "this file is in the wrong place and is not read", hint
+        )
 
 
 def _report_old_places(source: SourceFolder, diagnostics: Diagnostics) -> None:
-    """Warn once of files in their places of 0.1; report each that is not read because another file is."""
-    around = source.path.parent.parent  # the old place may be beside the spec
+    """Warn once about files in the places of 0.1; report those that another file shadows."""
+    around = source.path.parent.parent  # the old place may be next to the spec
     moves = []
     for kind in OF_WIRE:
         new = source.path / f"{kind}.yaml"
@@ -199,7 +201,7 @@ def _read(
     for file in found:
         kind, name = file.kind, file.name
         progress(name)
-        if leads_out(file.path, file.root):  # diagnostics quote text, and it could be any file
+        if leads_out(file.path, file.root):  # diagnostics quote text, which must not be any file's
             diagnostics.add(Place(name), "SW008", _LINK)
             continue
         document = strict_yaml.load(file.path, name, diagnostics, any_byte=kind in OF_WIRE)
@@ -219,7 +221,7 @@ def _find(folder: Path) -> Iterator[SourceFile]:
 
 
 def _old_files(folder: Path, kind: str) -> list[SourceFile]:
-    """Return the files of a protocol where version 0.1 had them, the innermost first."""
+    """Return the files of a protocol in the places of version 0.1, the innermost first."""
     places = (folder, folder.parent, folder.parent.parent)
     files = [
         SourceFile(kind, above / OLD_FOLDER / kind / f"{folder.name}.yaml", above)
@@ -236,7 +238,7 @@ def _find_overlay(folder: Path) -> Iterator[SourceFile]:
 
 
 def _matching(folder: Path, pattern: str) -> list[Path]:
-    """Return the files of a kind; a link that leads nowhere is one, too, so that it is reported."""
+    """Return the files of a kind, including dangling links, so that they are reported."""
     if "*" in pattern:
         return sorted(folder.glob(pattern))
     path = folder / pattern

@@ -1,4 +1,4 @@
-"""Every scale of a registry, one by one, wherever it stands there: what targets and lint rules walk over."""
+"""Iterate over all scales of a registry, for targets and lint rules."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from stagewire_generator.model import Factor, Json, Protocol, Quantity
 class ScaleEntry:
     """One scale, known or unknown.
 
-    :param words: what it is called after: the quantity and its case or unit, or stage, controller, quantity.
-    :param scale: a factor; or the rule of a scale that a setting decides; or why it is unknown.
-    :param of: what beside the quantity decides on it, in words; may be empty.
-    :param page: where it stands if the scale does not say so itself.
-    :param overlay: whose pages these are.
-    :param controller: the stage on a controller that it belongs to, in words.
+    :param words: the parts of its name: quantity and case or unit, or stage, controller and quantity.
+    :param scale: a factor, the rule of a scale that depends on a setting, or the reason why it is unknown.
+    :param of: what else it depends on, in words; may be empty.
+    :param page: its page, unless the scale has a page itself.
+    :param overlay: the overlay whose document the page belongs to.
+    :param controller: the stage and controller that it belongs to, in words.
     """
 
     words: tuple[str, ...]
@@ -33,12 +33,12 @@ class ScaleEntry:
 
     @property
     def name(self) -> str:
-        """The name that generated code has for it, in small letters."""
+        """The name in generated code, in lower case."""
         return "_".join(self.words).lower()
 
     @property
     def is_known(self) -> bool:
-        """Whether there is a scale, rather than the reason why there is none."""
+        """Whether the scale is known; otherwise ``scale`` has the reason."""
         return isinstance(self.scale, Factor) or "unknown" not in self.scale
 
 
@@ -63,7 +63,7 @@ def scales_of(protocol: Protocol) -> Iterator[ScaleEntry]:
         for controller, scales in stage.scales.items():
             for name, found in scales.items():
                 if name not in quantities or controller not in units:
-                    continue  # a mistake of the spec, which is reported elsewhere
+                    continue  # an error in the spec, which is reported elsewhere
                 yield ScaleEntry(
                     words=(stage.name, controller, name),
                     quantity=quantities[name],
@@ -78,7 +78,7 @@ def scales_of(protocol: Protocol) -> Iterator[ScaleEntry]:
 
 
 def _cases(entry: ScaleEntry) -> Iterator[ScaleEntry]:
-    """Yield an entry, or one for each case or unit that decides; those of stages stand with these."""
+    """Yield an entry, or one entry for each case or unit; scales by stage are yielded with the stages."""
     scale = entry.scale
     if isinstance(scale, Factor):
         yield entry

@@ -1,8 +1,8 @@
-"""The JSON Schemas of the files of a spec, and validation against them.
+"""Validate the files of a spec against their JSON Schemas.
 
-Nearly all files are valid, so two libraries share the work: ``jsonschema_rs`` quickly says whether a file
-is, and ``jsonschema`` explains what is wrong with one that is not, and where. Importing the latter takes
-longer than the former needs for a whole spec.
+Nearly all files are valid, so two libraries share the work: ``jsonschema_rs`` is fast and checks whether a
+file is valid; ``jsonschema`` explains the errors of an invalid file. Importing ``jsonschema`` takes longer
+than ``jsonschema_rs`` needs for a whole spec.
 """
 
 from __future__ import annotations
@@ -37,20 +37,21 @@ KINDS = (
     "examples",
     "captures",
 )
-"""The kinds of files; each has a schema of this name."""
+"""The kinds of files; each has a schema with this name."""
 
 
 def schema_texts() -> dict[str, str]:
-    """Return the text of each schema by the name of its file."""
+    """Return file name -> text of each schema."""
     folder = schema_folder()
     names = [f"{kind}.schema.json" for kind in KINDS]
     return {name: (folder / name).read_text(encoding="utf-8") for name in names}
 
 
 def schema_folder() -> Path:
-    """Return the schemas of an installed wheel or of the checkout, never those of the spec.
+    """Return the directory of the schemas in the wheel or checkout, never one in the spec.
 
-    Their patterns keep a text of the spec from becoming code; a spec must not bring looser ones.
+    The patterns of the schemas prevent text in a spec from becoming code, so a spec must not be able to
+    loosen them.
     """
     here = Path(__file__).resolve().parent
     for candidate in (here / "schema", here.parents[1] / "spec" / "schema"):
@@ -60,9 +61,9 @@ def schema_folder() -> Path:
 
 
 HERE = "x-here"
-"""Keeps, in a schema, the description that stood beside a reference: what the key is for."""
+"""Key for a description that was next to a reference, which states the purpose of the key."""
 
-_LONGEST = 160  # characters of a message that quotes the file, and of a location
+_LONGEST = 160  # characters of a quotation from the file, and of a location
 _FORMS = {
     r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$(?!\n)": "name in lower_snake_case",
     r"^[A-Z][A-Z0-9]*(_[A-Z0-9]+)*$(?!\n)": "name in UPPER_SNAKE_CASE",
@@ -70,26 +71,26 @@ _FORMS = {
     r"^[a-z0-9]+(-[a-z0-9]+)*$(?!\n)": "name in-lower-case-with-hyphens",
 }
 _TYPES = {
-    "object": "mapping",
-    "array": "list",
+    "object": "a mapping",
+    "array": "a list",
     "string": "text",
-    "integer": "integer",
+    "integer": "an integer",
     "boolean": "true or false",
 }
 
 
 def nearest(error: jsonschema.ValidationError) -> jsonschema.ValidationError:
-    """Return, of several alternatives that all fail, what is wrong with the nearest."""
+    """Return the error of the closest match if several alternatives all fail."""
     while error.context:
         error = max(error.context, key=lambda e: (len(e.absolute_path), -len(str(e.message))))
     return error
 
 
 def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, str]:
-    """Return the key that an error about a whole mapping means, what is wrong, and how to mend it.
+    """Return the key that an error about a mapping concerns, the message, and a hint.
 
-    The first is empty where the error is about what stands there, the last where nothing closer than the
-    hint of the code is known.
+    The key is empty if the error is about the value itself. The hint is empty if there is nothing more
+    specific than the hint of the code.
     """
     schema = error.schema if isinstance(error.schema, dict) else {}
     described = schema.get("description", "")
@@ -110,7 +111,7 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
         what = _other_type(error)
         if error.validator_value == "string" and isinstance(error.instance, bool):
             described = schema.get(HERE, described)  # what to write instead
-            hint = "write it in words, or leave it out"
+            hint = "write a text, or leave it out"
         elif error.validator_value == "string" and isinstance(error.instance, int):
             hint = "put it in quotes"
     else:
@@ -121,16 +122,16 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
 
 
 def _missing(error: Any, schema: Any, described: str) -> tuple[str, str]:
-    """Return what is said of a missing key, and what the key would be; each has an error of its own."""
+    """Return the message about a missing key, and the description of the key."""
     if error.parent is not None and "properties" not in schema and described:
-        return "", described  # one of several alternatives, and the description names them
+        return "", described  # the description names the alternatives
     key = next(key for key in error.validator_value if error.message.startswith(f"{key!r} "))
     missing = schema.get("properties", {}).get(key, {})
     return f"{key} is missing", missing.get(HERE) or missing.get("description", described)
 
 
 def _incomplete(error: Any) -> tuple[list[str], str, str]:
-    """Return the key that stands without one that it needs, what is said of that, and a hint."""
+    """Return a key that requires a missing key, the message, and a hint."""
     key, missing = next(
         (key, missing)
         for key, needed in error.validator_value.items()
@@ -140,13 +141,13 @@ def _incomplete(error: Any) -> tuple[list[str], str, str]:
     needed = " and ".join(error.validator_value[key])
     return (
         [key],
-        f"{missing} is missing: {key} needs {needed}",
-        f"add {missing}, or leave out {key}",
+        f"{missing} is missing: {key} requires {needed}",
+        f"add {missing}, or remove {key}",
     )
 
 
 def _unexpected(error: Any, schema: Any) -> tuple[list[str], str, str]:
-    """Return the first key that the schema does not know, what is said of all of them, and a hint."""
+    """Return the first unknown key, a message that names all unknown keys, and a hint."""
     known, patterns = list(schema.get("properties", ())), list(schema.get("patternProperties", ()))
     unknown = [
         key
@@ -157,13 +158,13 @@ def _unexpected(error: Any, schema: Any) -> tuple[list[str], str, str]:
         return unknown[:1], f"{_short(repr(unknown[0]))} is {_no(patterns[0])}", ""
     close = [name for key in unknown for name in difflib.get_close_matches(key[:80], known, n=1)]
     hint = f"did you mean {' and '.join(dict.fromkeys(close))}?" if close else ""
-    verb = "is" if len(unknown) == 1 else "are"
-    return unknown[:1], f"{_short(', '.join(unknown))} {verb} not known here", hint
+    noun = "key" if len(unknown) == 1 else "keys"
+    return unknown[:1], f"unknown {noun} {_short(', '.join(unknown))}", hint
 
 
 def _no(pattern: str) -> str:
-    """Return what a text that does not match is not; the description says it of less common patterns."""
-    return f"no {_FORMS[pattern]}" if pattern in _FORMS else "not allowed"
+    """Return the rest of a message about a text that does not match; rarer patterns have descriptions."""
+    return f"not a {_FORMS[pattern]}" if pattern in _FORMS else "not allowed"
 
 
 def _other_type(error: Any) -> str:
@@ -171,26 +172,26 @@ def _other_type(error: Any) -> str:
     names = [wanted] if isinstance(wanted, str) else wanted
     kinds = " or ".join(_TYPES.get(name, name) for name in names)
     if error.instance is None:
-        return f"empty, and no {kinds}"
-    return f"{_short(repr(error.instance))} is no {kinds}"
+        return f"empty, but must be {kinds}"
+    return f"{_short(repr(error.instance))} must be {kinds}"
 
 
 def _short(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
-_WHOLE = ("required", "if", "then", "else")  # what schemas ask of a whole file or section
+_WHOLE = ("required", "if", "then", "else")  # requirements for a whole file or section
 _BESIDE_A_REFERENCE = {"$ref", "title", "description", "maxLength", HERE}
-# Half of a pair of UTF-16, which Rust has in no text, and so in no pattern either.
+# UTF-16 surrogates, which Rust strings, and so its patterns, cannot contain.
 _SURROGATES = r"\\uD800-\\uDFFF"
 
 
 def fits_schema(
     document: Document, kind: str, diagnostics: Diagnostics, *, part: bool = False
 ) -> bool:
-    """Hold a file against the schema of its kind; what is wrong goes to ``diagnostics``.
+    """Validate a file against the schema of its kind, and add all errors to ``diagnostics``.
 
-    :param part: whether it may lack what the schema asks of a whole file.
+    :param part: whether the file may lack keys that the schema requires in a whole file.
     """
     if _is_valid(document.data, kind, part):
         return True
@@ -207,10 +208,10 @@ def fits_schema(
 
 
 def _is_valid(data: Any, kind: str, part: bool) -> bool:
-    """Whether data are right for certain; where they are not, the other library has the last word."""
+    """Whether the data are certainly valid; otherwise the other library decides."""
     try:
         return _gate(kind, part).is_valid(data)
-    except ValueError:  # a text that is none in Rust, or what JSON has not
+    except ValueError:  # a text that Rust cannot hold, or a value that JSON does not have
         return False
 
 
@@ -243,10 +244,10 @@ def _schema(text: str, part: bool) -> Any:
 
 
 def _inline(schema: Any) -> None:
-    """Put the definitions of a schema where they are referred to.
+    """Replace the references in a schema by the definitions.
 
-    A spec meets tens of thousands of references, and each costs a validator of its own. Where more
-    than a length stands beside a reference it stays one: some keywords look at their neighbours.
+    Validating a spec follows tens of thousands of references, and each creates a validator. A reference with
+    more than a length next to it is kept, because some keywords depend on their neighbours.
     """
     definitions = {f"#/$defs/{name}": part for name, part in schema.get("$defs", {}).items()}
     parts, seen = [schema], set()

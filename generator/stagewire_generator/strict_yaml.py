@@ -1,8 +1,8 @@
-"""YAML without surprises: what is read is what stands there.
+"""A strict YAML loader.
 
-PyYAML parses; the values are made here, because its own rules turn ``010`` into 8, ``1:30`` into 90, ``on``
-into True and a repeated key into its last value. Only text, decimal and 0x integers, true, false and null
-exist. Every node keeps its place, so that whatever is wrong with it can be shown.
+PyYAML only parses. The values are built here, because PyYAML reads ``010`` as 8, ``1:30`` as 90 and ``on`` as
+True, and keeps only the last of repeated keys. The only values are text, decimal and 0x integers, true, false
+and null. Every node keeps its position for diagnostics.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DECIMAL = re.compile(r"-?(0|[1-9][0-9]*)\Z")
 _HEX = re.compile(r"0x[0-9A-Fa-f]+\Z")
 _WORDS = {"true": True, "false": False, "null": None}
-_AMBIGUOUS = re.compile(  # what is left after the forms above; linear, so that no text can stall it
+_AMBIGUOUS = re.compile(  # anything not matched above; linear time for every text
     r"""(?: y|n|yes|no|on|off|~|=|<< | true|false|null              # YAML 1.1 words, odd spellings
     | [-+]?[0-9][0-9_]* | [-+]?0[oxb][0-9A-F_]*                     # octal, 1_000, +1
     | [-+]?[0-9][0-9_]*(?::[0-5]?[0-9])+(?:\.[0-9_]*)?              # sexagesimal
@@ -34,7 +34,7 @@ _AMBIGUOUS = re.compile(  # what is left after the forms above; linear, so that 
     )\Z""",
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
-# What the forms above, the words and ambiguous texts begin with: most texts begin with something else.
+# First characters of the forms and words above and of ambiguous texts; most texts begin otherwise.
 _MAY_BE_NO_TEXT = frozenset("0123456789+-.~=<yYnNoOtTfF")
 _LONGEST_NUMBER = 40  # characters
 _DEEPEST = 64  # brackets and indentations around a value
@@ -42,12 +42,12 @@ _HIDDEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})  # Cf: direction marks, join
 
 KeyPath = tuple[str | int, ...]  # keys and indices, from the outermost in
 _Mark = tuple[str, Any]
-"""A file, and a mark of PyYAML in it; it is made a Place of when it is asked for, and most never are."""
+"""A file and a mark of PyYAML in it; converted to a Place only on demand, as most are never needed."""
 
 
 @dataclass(slots=True)
 class Document:
-    """A loaded file: its data, and the place of every key and item."""
+    """A loaded file: its data, and the position of every key and item."""
 
     name: str
     data: Any
@@ -55,7 +55,7 @@ class Document:
     overlay: str = ""  # name of the overlay that the file belongs to
 
     def place(self, *path: str | int) -> Place:
-        """Return where ``path`` stands, or the nearest thing around it."""
+        """Return the position of ``path``, or of its nearest known parent."""
         for end in range(len(path), 0, -1):
             found = self.places.get(path[:end])
             if found:
@@ -70,33 +70,33 @@ def _place(name: str, mark: Any) -> Place:
 def load(
     path: Path, name: str, diagnostics: Diagnostics, *, any_byte: bool = False
 ) -> Document | None:
-    """Load a file strictly; everything that is wrong goes to ``diagnostics``.
+    """Load a file strictly and add all errors to ``diagnostics``.
 
-    :param any_byte: allow escaped control characters up to U+00FF in quoted texts, which worked
-        examples need: what a controller sends as text may hold any byte.
-    Returns None when nothing can be made of the file.
+    :param any_byte: allow escaped control characters up to U+00FF in quoted texts. Worked examples need
+        them, because text from a controller may contain any byte.
+    Returns None if the file cannot be used.
     """
     text = text_of(path, name, diagnostics)
     return None if text is None else parse(text, name, diagnostics, any_byte=any_byte)
 
 
 def text_of(path: Path, name: str, diagnostics: Diagnostics) -> str | None:
-    """Return the text of a file; None when it cannot be read, which ``diagnostics`` then say."""
+    """Return the text of a file, or None, with a diagnostic, if it cannot be read."""
     try:
         return content(path).decode("utf-8")
     except NotReadError as error:
         diagnostics.add(Place(name), "SW008", str(error))
     except OSError as error:
-        diagnostics.add(Place(name), "SW006", f"cannot be read: {error.strerror}")
+        diagnostics.add(Place(name), "SW006", f"cannot read the file: {error.strerror}")
     except UnicodeDecodeError as error:
-        diagnostics.add(Place(name), "SW006", f"byte {error.start} is not UTF-8")
+        diagnostics.add(Place(name), "SW006", f"not UTF-8: invalid byte at offset {error.start}")
     return None
 
 
 def parse(
     text: str, name: str, diagnostics: Diagnostics, *, any_byte: bool = False
 ) -> Document | None:
-    """Read a text as :func:`load` reads a file."""
+    """Load a text in the same way as :func:`load` loads a file."""
     if not _clean(text, name, diagnostics):
         return None
     reader = _Reader(name, text, diagnostics, any_byte)
@@ -111,8 +111,8 @@ def parse(
         parts = [part for part in (error.context, error.problem) if part]
         lines = text.split("\n")
         if mark and mark.line < len(lines) and lines[mark.line].startswith("\t", mark.column):
-            parts = ["a tab, where YAML takes blanks only"]
-        diagnostics.add(place, "SW001", ", ".join(parts) or "not YAML")
+            parts = ["a tab where YAML allows only spaces"]
+        diagnostics.add(place, "SW001", ", ".join(parts) or "invalid YAML")
         return None
     except yaml.YAMLError as error:
         diagnostics.add(Place(name), "SW001", str(error).splitlines()[0])
@@ -121,12 +121,12 @@ def parse(
 
 
 def is_plain_text(text: str) -> bool:
-    """Whether every reader takes ``text`` without quotes for a text; its syntax is not looked at."""
+    """Whether every YAML reader reads unquoted ``text`` as text; syntax is not checked."""
     return text != "" and not _AMBIGUOUS.match(text)
 
 
 def _harmful(char: str) -> bool:
-    """Whether a character could hide, reverse or break what stands around it."""
+    """Whether a character could hide, reverse or break the text around it."""
     return unicodedata.category(char) in _HIDDEN and char not in "\t\n"
 
 
@@ -139,14 +139,14 @@ def _clean(text: str, name: str, diagnostics: Diagnostics) -> bool:
             if _harmful(char) and not (char == "\r" and column == len(line)):
                 at_top = char == "\ufeff" and (number, column) == (1, 1)
                 hint = "save the file as UTF-8 without a byte order mark" if at_top else ""
-                found = f"the text holds {char!r}"
+                found = f"the text contains {char!r}"
                 diagnostics.add(Place(name, number, column), "SW007", found, hint)
                 clean = False
     return clean
 
 
 class _TooDeepError(Exception):
-    """More brackets and indentations around a value than any spec has."""
+    """A value is nested more deeply than any spec needs."""
 
     def __init__(self, place: Place) -> None:
         super().__init__(place)
@@ -154,14 +154,14 @@ class _TooDeepError(Exception):
 
 
 class _Reader:
-    """Makes the values of one file from the events of the parser, in one pass."""
+    """Builds the values of one file from the events of the parser, in one pass."""
 
     def __init__(self, name: str, text: str, diagnostics: Diagnostics, any_byte: bool) -> None:
         self.name = name
         self.diagnostics = diagnostics
         self.any_byte = any_byte
         self.places: dict[KeyPath, _Mark] = {}
-        self.fit = True  # whether the values stand for what the file says
+        self.fit = True  # whether the values represent the file
         self.depth = 0
         self.event: Callable[[], yaml.Event] = _Loader(text).get_event
 
@@ -176,11 +176,11 @@ class _Reader:
             self.event()  # the document ends
             event = self.event()
             if not isinstance(event, yaml.StreamEndEvent):
-                self.problem(self.at(event), "a second document begins")
+                self.problem(self.at(event), "a second document begins here; a file holds one")
         return data
 
     def problem(self, place: Place, text: str) -> None:
-        """Report what leaves nothing to be made of the file."""
+        """Report an error that makes the whole file unusable."""
         self.diagnostics.add(place, "SW001", text)
         self.fit = False
 
@@ -191,10 +191,10 @@ class _Reader:
         return self.name, event.start_mark
 
     def next(self) -> yaml.Event:
-        """Return the next event of a value, having looked for anchors, aliases and tags.
+        """Return the next event of a value, after checking it for anchors, aliases and tags.
 
-        An alias could stand for something that holds itself, or for far more than the file; and
-        whoever makes the values of a very deep file runs out of stack.
+        An alias could refer to a value that contains it, or expand to far more than the file; and
+        building a very deep value would exhaust the stack.
         """
         event = self.event()
         if event.__class__ is yaml.ScalarEvent and not event.anchor and not event.tag:
@@ -214,7 +214,7 @@ class _Reader:
         return event
 
     def skip(self, event: yaml.Event) -> None:
-        """Pass over the rest of a value that will not be used."""
+        """Skip the rest of a value that is not used."""
         if isinstance(event, yaml.CollectionStartEvent):
             around = self.depth - 1
             while self.depth > around:
@@ -248,9 +248,11 @@ class _Reader:
         return result
 
     def key(self, event: yaml.Event, before: dict[str, Any], path: KeyPath) -> str | None:
-        """Return a key of a mapping; None for one that cannot be used."""
+        """Return a key of a mapping, or None if it is invalid."""
         if not isinstance(event, yaml.ScalarEvent):
-            self.diagnostics.add(self.at(event), "SW005", "a key is a name, not a list or mapping")
+            self.diagnostics.add(
+                self.at(event), "SW005", "a key must be a name, not a list or mapping"
+            )
             return None
         if not event.style and event.value == "<<":
             self.diagnostics.add(self.at(event), "SW003", "merge key <<")
@@ -261,19 +263,19 @@ class _Reader:
             return None
         if key in before:
             _, first = self.places[(*path, key)]
-            what = f"{key} stands here again (first in line {first.line + 1})"
+            what = f"duplicate key {key} (first on line {first.line + 1})"
             self.diagnostics.add(self.at(event), "SW002", what)
             return None
         return key
 
     def scalar(self, event: yaml.ScalarEvent) -> Any:
         text: str = event.value
-        if event.style:  # quoted or a block: text, whatever it looks like
+        if event.style:  # quoted or a block: always text
             if text.isprintable():
-                return text  # nothing harmful is
+                return text  # harmful characters are not printable
             for char in filter(_harmful, text):
                 if not self.any_byte or char > "\xff":
-                    self.diagnostics.add(self.at(event), "SW007", f"the text holds {char!r}")
+                    self.diagnostics.add(self.at(event), "SW007", f"the text contains {char!r}")
             return text
         if text == "":
             return None
@@ -284,16 +286,16 @@ class _Reader:
         hexadecimal = _HEX.match(text)
         if hexadecimal or _DECIMAL.match(text):
             if len(text) > _LONGEST_NUMBER:
-                found = f"a number of {len(text)} characters"
+                found = f"a number of {len(text)} characters; at most {_LONGEST_NUMBER} are allowed"
                 self.diagnostics.add(self.at(event), "SW004", found)
                 return 0
             return int(text, 16 if hexadecimal else 10)
         if _AMBIGUOUS.match(text):
             shown = text if len(text) <= _LONGEST_NUMBER else f"{text[:_LONGEST_NUMBER]}..."
-            what = f"{shown} is read as text, number, date or yes/no by turns"
-            small = text.lower()
-            hint = (
-                f"write {small}, or put it in quotes if it is a text" if _HEX.match(small) else ""
+            what = (
+                f"{shown}: YAML readers differ on whether this is text, a number, a date or yes/no"
             )
+            small = text.lower()
+            hint = f"write {small}, or quote it if it is text" if _HEX.match(small) else ""
             self.diagnostics.add(self.at(event), "SW004", what, hint)
         return text

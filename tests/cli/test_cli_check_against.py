@@ -48,7 +48,7 @@ def test_a_change_without_evidence(stagewire: Stagewire, new: Path) -> None:
     assert result.code == 1
     assert result.out == (
         f"{new}/tiny/messages/core.yaml:15:3: SW050 flags state_bits at_rest bit: bit-number, 1 -> 2; "
-        "no erratum, page, witness or example of it is new or altered\n"
+        "no erratum, page, witness or example for it is new or changed\n"
         "    hint: add the page, witness or worked example that shows it, or an erratum with "
         "`flags state_bits` in its subject\n"
     )
@@ -146,9 +146,9 @@ def test_examples_beside_the_spec_are_evidence(stagewire: Stagewire, repository:
     [
         (["spec", "--against", "nowhere"],
          "--against, nowhere, is not a folder, and as a revision it cannot be read: the repository has no"),
-        (["spec", "--against", "HEAD:nowhere"], "the revision HEAD has no folder nowhere"),
+        (["spec", "--against", "HEAD:nowhere"], "the revision HEAD has no directory nowhere"),
         (["spec", "--against", ""], "the name of --against is empty"),
-        (["spec", "--against", "-x"], "is no revision"),
+        (["spec", "--against", "-x"], "is not a revision"),
         (["spec", "--against"], "requires an argument"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
@@ -165,7 +165,7 @@ def test_a_spec_that_the_revision_does_not_have(stagewire: Stagewire, repository
     shutil.copytree("spec", "other")
     result = stagewire("check", "other", "--against", "HEAD")
     assert result.code == 2
-    assert "the revision HEAD has no folder other" in result.err
+    assert "the revision HEAD has no directory other" in result.err
 
 
 @pytest.mark.parametrize("command", [["check", "spec", "--against"], ["diff", "HEAD"]])

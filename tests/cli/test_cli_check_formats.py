@@ -156,7 +156,7 @@ def test_json(stagewire: Stagewire, broken: Path) -> None:
         "column": 1,
         "code": "SW002",
         "title": "duplicate key",
-        "message": "stages stands here again (first in line 5)",
+        "message": "duplicate key stages (first on line 5)",
         "hint": "keep one of the two entries",
         "docs": "docs/diagnostics.md#sw002",
     }

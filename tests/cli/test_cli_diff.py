@@ -246,11 +246,11 @@ def test_a_revision_that_is_wrong_names_its_files(stagewire: Stagewire, reposito
             ["HEAD", "nowhere"],
             "NEW, nowhere, is not a folder, and as a revision it cannot be read: ",
         ),
-        (["HEAD", "HEAD:nowhere"], "the revision HEAD has no folder nowhere"),
-        (["HEAD", "HEAD~1", "--spec", "nowhere"], "the revision HEAD has no folder nowhere"),
+        (["HEAD", "HEAD:nowhere"], "the revision HEAD has no directory nowhere"),
+        (["HEAD", "HEAD~1", "--spec", "nowhere"], "the revision HEAD has no directory nowhere"),
         (["HEAD", "HEAD~1", "--spec", " "], "the name of the folder after --spec is empty"),
-        (["--", "--help", "HEAD"], "is no revision"),
-        (["--", "HEAD", "-x"], "is no revision"),
+        (["--", "--help", "HEAD"], "is not a revision"),
+        (["--", "HEAD", "-x"], "is not a revision"),
         (["", "HEAD"], "the name of OLD is empty"),
         (["HEAD", " "], "the name of NEW is empty"),
         (["HEAD"], "Missing argument 'NEW'"),
@@ -272,7 +272,7 @@ def test_no_repository(
     monkeypatch.chdir(repository.parent)
     result = stagewire("diff", "HEAD", "old")
     assert result.code == 2
-    assert "in no git repository" in result.err
+    assert "not in a git repository" in result.err
 
 
 def test_the_project_against_itself(stagewire: Stagewire) -> None:

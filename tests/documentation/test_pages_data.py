@@ -141,8 +141,8 @@ def failure(text: str, folder: Path) -> None:
 READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     (
         "docs/diagnostics.md",
-        "spec/thorlabs_apt/messages/motor.yaml:97:3: SW031 MOT_VELPARAMS: "
-        "the fields take 14 bytes, the length is 12",
+        "spec/thorlabs_apt/messages/motor.yaml:9:3: SW031 MOT_VELPARAMS: "
+        "the fields take 14 bytes, but the length is 12",
     ): message,
     (
         "docs/how-to/editors.md",

@@ -1,7 +1,7 @@
-"""Specs for the tests of the generator: three small good ones, and copies of them to be changed.
+"""Specs for the tests of the generator: three small good specs, and copies of them for tests to change.
 
-``good_spec`` has messages with a header, ``good_commands`` commands and their replies, ``good_packets``
-packets.
+``good_spec`` has messages with a header, ``good_commands`` has commands and their replies, and
+``good_packets`` has packets.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PACKAGES = ("stagewire_tiny", "stagewire_turtle", "stagewire_carousel")
 
 @pytest.fixture(scope="session")
 def good_spec() -> Path:
-    """The small good spec; not to be changed."""
+    """The small good spec, which tests must not change."""
     return HERE / "good_spec"
 
 
@@ -37,7 +37,7 @@ def spec(tmp_path: Path, good_spec: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def good_commands() -> Path:
-    """The small good spec of commands; not to be changed."""
+    """The small good spec of commands, which tests must not change."""
     return HERE / "good_commands"
 
 
@@ -49,7 +49,7 @@ def commands_spec(tmp_path: Path, good_commands: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def overlaid_spec(good_spec: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The good specs of messages and of commands with overlays; not to be changed."""
+    """The good specs of messages and commands with overlays, which tests must not change."""
     folder = tmp_path_factory.mktemp("overlaid") / "spec"
     for name in (good_spec.name, "good_commands", "good_overlays"):
         shutil.copytree(HERE / name, folder, dirs_exist_ok=True)
@@ -58,7 +58,7 @@ def overlaid_spec(good_spec: Path, tmp_path_factory: pytest.TempPathFactory) -> 
 
 @pytest.fixture(scope="session")
 def overlaid(overlaid_spec: Path) -> dict[str, Protocol]:
-    """``PROTOCOL/OVERLAY`` -> the protocol with the overlay laid over."""
+    """``PROTOCOL/OVERLAY`` -> the protocol with the overlay applied."""
     names = [f"{path.parents[1].name}/{path.name}" for path in overlaid_spec.glob("*/overlays/*")]
     return {
         name: protocol
@@ -75,13 +75,13 @@ def commands(good_commands: Path) -> Protocol:
 
 @pytest.fixture(scope="session")
 def command_files(commands: Protocol) -> dict[str, str]:
-    """What is generated from the small good spec of commands."""
+    """The files generated from the small good spec of commands."""
     return render([commands])
 
 
 @pytest.fixture(scope="session")
 def good_packets() -> Path:
-    """The small good spec of packets; not to be changed."""
+    """The small good spec of packets, which tests must not change."""
     return HERE / "good_packets"
 
 
@@ -98,7 +98,7 @@ def packets(good_packets: Path) -> Protocol:
 
 @pytest.fixture(scope="session")
 def packet_files(packets: Protocol) -> dict[str, str]:
-    """What is generated from the small good spec of packets."""
+    """The files generated from the small good spec of packets."""
     return render([packets])
 
 
@@ -109,20 +109,20 @@ def protocol(good_spec: Path) -> Protocol:
 
 @pytest.fixture(scope="session")
 def files(protocol: Protocol) -> dict[str, str]:
-    """What is generated from the small good spec."""
+    """The files generated from the small good spec."""
     return render([protocol])
 
 
 @pytest.fixture(scope="module")
 def quick_checking() -> Iterator[None]:
-    """Read and check again only what is not as it was."""
+    """Read and check only changed files again."""
     with quick_specs():
         yield
 
 
 @pytest.fixture
 def imported() -> Iterator[Callable[[Path], Any]]:
-    """Import the package below a folder, afresh."""
+    """Return a function that imports the package below a folder, without a cached copy."""
     before = list(sys.path)
 
     def forget() -> None:

@@ -1,10 +1,10 @@
-"""One broken spec for each diagnostic: exactly the expected messages, exit code 1, nothing written.
+"""One broken spec for each diagnostic: exactly the expected messages, exit status 1, nothing written.
 
-The first comments of a broken file say what is expected (``# expect: file:line:column: code message``) and
-which file of the good spec it takes the place of (``# replaces: messages/core.yaml``). A folder is laid over
-the good spec as it stands; what is expected stands in one of its files. The good spec is the one of framed
-messages, unless another is named (``# over: good_commands``). What is wrong only as a change is checked
-against a good spec (``# against: good_spec``).
+The first comments of a broken file give the expected messages (``# expect: file:line:column: code message``)
+and the file of the good spec that it replaces (``# replaces: messages/core.yaml``). A folder is copied over
+the good spec, and one of its files has the expected messages. The good spec is the one with framed messages,
+unless another is named (``# over: good_commands``). A spec that is only wrong as a change is compared with a
+good spec (``# against: good_spec``).
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ def expected(case: Path) -> list[str]:
 
 
 def over(case: Path) -> str:
-    """Return the name of the good spec that a case is laid over."""
+    """Return the name of the good spec that a case is copied over."""
     [name] = [n for text in texts(case).values() for n in _OVER.findall(text)] or ["good_spec"]
     return name
 
 
 def against(case: Path) -> Path | None:
-    """Return the good spec that a case is wrong against; None if it is wrong alone."""
+    """Return the good spec to compare a case with; None if the case is wrong on its own."""
     [name] = [n for text in texts(case).values() for n in _AGAINST.findall(text)] or [None]
     return HERE / name if name else None
 
@@ -61,7 +61,7 @@ def apply(case: Path, spec: Path) -> None:
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
-def test_the_good_spec_is_good(name: str) -> None:
+def test_the_good_spec_has_no_errors(name: str) -> None:
     assert [protocol.name for protocol in check(HERE / name)] == [PROTOCOLS[name]]
 
 
@@ -71,7 +71,7 @@ def test_every_code_has_a_bad_spec() -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
-def test_bad_spec(
+def test_a_bad_spec_has_the_expected_messages(
     case: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -79,7 +79,7 @@ def test_bad_spec(
 ) -> None:
     spec = Path(shutil.copytree(HERE / over(case), tmp_path / "spec"))
     apply(case, spec)
-    monkeypatch.chdir(spec)  # the command names files from the current folder
+    monkeypatch.chdir(spec)  # the command prints file names relative to the current folder
     wanted = expected(case)
     assert case.stem.split("-")[0].upper() in {line.split(" ")[1] for line in wanted}
     out = tmp_path / "generated"
@@ -92,7 +92,7 @@ def test_bad_spec(
     assert not out.exists()
 
 
-def test_command_check(
+def test_the_command_check_prints_the_same_messages(
     spec: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(spec)
@@ -105,8 +105,10 @@ def test_command_check(
     assert [line for line in said.splitlines() if not line.startswith("    ")] == expected(case)
 
 
-def test_a_protocol_by_its_own_folder(good_spec: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """From whichever folder it is named, the examples are found and the places are the same."""
+def test_a_protocol_can_be_given_by_its_own_folder(
+    good_spec: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The examples are found and the places are the same, however the folder is given."""
     assert check(good_spec / "tiny")[0].examples
     monkeypatch.chdir(good_spec / "tiny")
     protocol = check(Path())[0]
@@ -114,17 +116,19 @@ def test_a_protocol_by_its_own_folder(good_spec: Path, monkeypatch: pytest.Monke
     assert protocol.messages[0].place.file == "tiny/messages/core.yaml"
 
 
-def test_no_protocol(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_without_a_protocol_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("empty").mkdir()
     with pytest.raises(SpecError) as caught:
         check(Path("empty"))
     assert [str(d).splitlines()[0] for d in caught.value.diagnostics] == [
-        "empty:1:1: SW006 no folder with a protocol.yaml in it"
+        "empty:1:1: SW006 no protocol.yaml in this directory or directly below it"
     ]
 
 
-def test_a_file_that_is_a_folder(spec: Path) -> None:
+def test_a_folder_in_the_place_of_a_file_is_an_error(spec: Path) -> None:
     (spec / "tiny" / "units.yaml").unlink()
     (spec / "tiny" / "units.yaml").mkdir()
     with pytest.raises(SpecError) as caught:
@@ -144,8 +148,8 @@ def test_a_spec_cannot_bring_looser_schemas(spec: Path) -> None:
     assert [str(d).splitlines()[0] for d in caught.value.diagnostics] == expected(case)
 
 
-def test_all_diagnostics_of_a_run(spec: Path) -> None:
-    """Errors in several files come together, sorted by file and line."""
+def test_a_run_reports_the_errors_of_all_files(spec: Path) -> None:
+    """The errors are sorted by file and line."""
     names = ["sw001-syntax", "sw002-duplicate-key", "sw004-long-number", "sw010-wrong-type"]
     for name in names:
         apply(BAD / f"{name}.yaml", spec)

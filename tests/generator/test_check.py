@@ -1,4 +1,4 @@
-"""What a check tells beside its diagnostics: what it looked at, and what it is doing."""
+"""The results of a check apart from diagnostics of content: counts, progress, and the places of files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_counts(good_spec: Path, good_commands: Path) -> None:
 
 
 def test_two_protocols_in_one_spec(spec: Path, good_commands: Path) -> None:
-    """One with a header and one with slots, each checked by its own rules."""
+    """One protocol with a header and one with slots; each is checked by its own rules."""
     shutil.copytree(good_commands, spec, dirs_exist_ok=True)
     assert [p.framing["kind"] for p in check(spec)] == ["header", "slots"]
 
@@ -52,8 +52,7 @@ def first_lines(spec: Path) -> list[str]:
     return [str(d).splitlines()[0] for d in caught.value.diagnostics]
 
 
-def test_errata_that_rest_on_examples_that_are_not_there(spec: Path) -> None:
-    """One diagnostic that says so, not one an erratum."""
+def test_missing_examples_are_reported_once_for_all_errata(spec: Path) -> None:
     path = spec / "tiny" / "errata" / "core.yaml"
     text = path.read_text(encoding="utf-8")
     start = text.index("  tiny-lamp-test:")
@@ -68,13 +67,13 @@ def test_errata_that_rest_on_examples_that_are_not_there(spec: Path) -> None:
         check(spec)
     [found] = caught.value.diagnostics
     assert str(found) == (
-        "tiny/errata/core.yaml:23:3: SW006 2 errata rest on worked examples, and there are none\n"
-        "    hint: put examples.yaml into the folder tiny"
+        "tiny/errata/core.yaml:23:3: SW006 2 errata refer to worked examples, but examples.yaml is missing\n"
+        "    hint: add examples.yaml to the directory tiny"
     )
 
 
 def to_the_place_of_0_1(spec: Path, kind: str) -> Path:
-    """Move the examples or captures of the good spec to where 0.1 had them."""
+    """Move the examples or captures of the good spec to their place in version 0.1."""
     old = spec / "conformance" / kind / "tiny.yaml"
     old.parent.mkdir(parents=True)
     return (spec / "tiny" / f"{kind}.yaml").rename(old)
@@ -108,7 +107,7 @@ def test_one_warning_names_all_files_in_the_places_of_0_1(spec: Path, place: str
     ]
 
 
-def test_another_folder_of_that_name_hides_no_file_of_0_1(spec: Path) -> None:
+def test_an_empty_conformance_folder_does_not_hide_a_file_in_the_place_of_0_1(spec: Path) -> None:
     to_the_place_of_0_1(spec, "examples")
     (spec / "tiny" / "conformance").mkdir()
     with pytest.warns(FutureWarning):
@@ -143,13 +142,15 @@ def test_a_second_file_in_a_place_of_0_1_is_refused(spec: Path, kind: str) -> No
 
 
 @pytest.mark.parametrize("name", ["units.yaml", "examples.yaml", "messages/more.yaml"])
-def test_a_link_that_leads_nowhere_is_reported(spec: Path, name: str) -> None:
+def test_a_dangling_link_is_reported(spec: Path, name: str) -> None:
     link = spec / "tiny" / name
     link.unlink(missing_ok=True)
     link.symlink_to("nowhere.yaml")
     with pytest.raises(SpecError) as caught:
         check(spec)
-    assert str(caught.value.diagnostics[0]).startswith(f"tiny/{name}:1:1: SW006 cannot be read")
+    assert str(caught.value.diagnostics[0]).startswith(
+        f"tiny/{name}:1:1: SW006 cannot read the file"
+    )
 
 
 def test_a_link_out_of_the_spec_is_not_followed_in_the_place_of_0_1(

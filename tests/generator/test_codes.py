@@ -1,4 +1,4 @@
-"""The table of diagnostics: every code explained, and the page that is made of it."""
+"""The table of diagnostics, and the page that is generated from it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PAGE = ROOT / "docs" / "diagnostics.md"
 
 @pytest.mark.parametrize("name", CODES)
 def test_a_code_is_explained(name: str) -> None:
-    """Title and hint go on a line behind other words; a cause is sentences of its own."""
+    """Title and hint are printed after other words on a line; a cause is one or more sentences."""
     code = CODES[name]
     assert re.fullmatch(r"SW\d{3}", name)
     for text in (code.title, code.hint):
@@ -31,7 +31,7 @@ def test_a_code_is_explained(name: str) -> None:
 
 
 @pytest.mark.parametrize("missing", ["title", "cause", "hint"])
-def test_a_code_without_an_explanation_cannot_be_made(missing: str) -> None:
+def test_a_code_requires_an_explanation(missing: str) -> None:
     texts = {"title": "wrong", "cause": "A mistake.", "hint": "mend it"}
     assert Code(**texts).title == "wrong"
     with pytest.raises(ValueError, match=f"without a {missing}"):
@@ -49,12 +49,12 @@ def test_a_code_belongs_to_one_group() -> None:
         assert group.introduction.endswith(".")
 
 
-def test_the_page_is_what_the_table_gives() -> None:
-    """When it is not: ``python -m stagewire_generator.codes_page docs/diagnostics.md``."""
+def test_the_page_matches_the_table() -> None:
+    """To update it, run ``python -m stagewire_generator.codes_page docs/diagnostics.md``."""
     assert PAGE.read_text(encoding="utf-8") == page()
 
 
-def test_the_page_is_made_by_a_command(tmp_path: Path) -> None:
+def test_a_command_writes_the_page(tmp_path: Path) -> None:
     made = tmp_path / "page.md"
     command = [sys.executable, "-m", "stagewire_generator.codes_page", str(made)]
     subprocess.run(command, check=True)

@@ -1,4 +1,4 @@
-"""The small good spec of commands: its package works, its examples hold, and it shows every shape."""
+"""The small good spec of commands: its package works, its examples pass, and it has every kind of entry."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def turtle(command_files: dict[str, str], tmp_path: Path, imported: Callable[[Pa
     return imported(tmp_path)
 
 
-def test_every_example_holds(turtle: Any) -> None:
+def test_every_example_passes(turtle: Any) -> None:
     verdicts = run(turtle.PROTOCOL)
     assert {v.id: v.detail for v in verdicts if v.outcome not in ("passed", "noted")} == {}
     assert Counter(v.outcome for v in verdicts)["noted"] == 1  # prose
 
 
-def test_the_package_works(turtle: Any) -> None:
-    """Numbers of 24 bits, texts, a constant that holds the terminator, and a reply."""
+def test_the_package_encodes_and_decodes(turtle: Any) -> None:
+    """Cover numbers of 24 bits, texts, a constant that contains the terminator, and a reply."""
     m = turtle.messages
     moved = m.GoTo(place=-10000, height=100).pack(1)
     assert moved.hex(" ") == "01 47 06 f0 d8 ff 64 00 00 2e"
@@ -46,8 +46,8 @@ def test_the_package_works(turtle: Any) -> None:
     assert turtle.enumerations.Axis.TAIL == 0x1B
 
 
-def test_a_host_is_cut_in_either_format(turtle: Any) -> None:
-    """What switches says the registry, whatever it is called."""
+def test_a_host_stream_is_split_in_both_formats(turtle: Any) -> None:
+    """The registry defines which commands switch the format."""
     framer = host_framer(turtle.PROTOCOL)
     mood = b"\x01?."
     events = framer.feed(b"\xfe\x47" + mood + b"\r" + b"\xfe\x57" + mood + b"\xfe\x47hay\r")
@@ -77,7 +77,7 @@ def definition(kind: str, *path: str) -> Any:
 
 
 def test_it_has_every_key_of_the_language(good_commands: Path) -> None:
-    """Of commands, of what is printed of them, and of their examples."""
+    """Cover the keys of commands, of their witness, and of their examples."""
     shown: dict[str, set[str]] = {}
     for kind in ("messages", "printed"):
         folder = good_commands / "turtle" / kind

@@ -1,4 +1,4 @@
-"""The model: frozen, complete, every reference followed; names that generated code keeps for itself."""
+"""The model is frozen and complete, with all references followed; and names reserved in generated code."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_messages_are_sorted(protocol: Protocol) -> None:
 
 
 def test_commands_are_sorted(commands: Protocol) -> None:
-    """By their bytes, which setup commands and others share."""
+    """The order is that of their bytes, which setup commands may share with other commands."""
     assert [(m.name, m.kind, m.id, m.size) for m in commands.messages] == [
         ("MOOD", "command", 0x3F, None),
         ("CALL", "command", 0x43, 4),
@@ -107,7 +107,7 @@ def test_commands_are_sorted(commands: Protocol) -> None:
     ]
 
 
-def test_a_command_and_its_reply_are_one(commands: Protocol) -> None:
+def test_a_command_and_its_reply_are_one_message(commands: Protocol) -> None:
     layouts = {m.name: [(x.form, x.length) for x in m.layouts] for m in commands.messages}
     assert layouts["GO_TO"] == [("request", 6)]
     assert layouts["WHERE"] == [("request", 0), ("reply", 7)]
@@ -148,7 +148,7 @@ def test_references_of_commands_are_followed(commands: Protocol) -> None:
     assert message(commands, "WHERE").errata == ("turtle-example-size", "turtle-short-form")
 
 
-def test_sets_are_opened(protocol: Protocol) -> None:
+def test_parameter_sets_are_expanded(protocol: Protocol) -> None:
     [mode, velocity] = protocol.sets
     assert dict(velocity.members) == {
         "set": "POS_SET_VELPARAMS",
@@ -231,8 +231,8 @@ def test_a_stage_has_limits_and_may_be_like_another(spec: Path) -> None:
         ('mm_per_s: "2.5"', 'mm_per_s: "0.0"', "SW010"),
         ('mm_per_s: "2.5"', "mm_per_s: 5/2", "SW010"),
         ("mm: 10, source", "mm: 10, unknown: lost, source", "SW010"),
-        ("    limits:\n", "    like: Long\n    limits:\n", "SW010"),  # beside scales of its own
-        ("  Slide:\n", "  Slip:\n", "SW021"),  # Long is like what nothing defines
+        ("    limits:\n", "    like: Long\n    limits:\n", "SW010"),  # it has its own scales
+        ("  Slide:\n", "  Slip:\n", "SW021"),  # Long refers to an undefined stage
     ],
 )
 def test_a_limit_has_one_value_and_a_source(spec: Path, old: str, new: str, code: str) -> None:
@@ -248,7 +248,7 @@ def test_errata_reach_their_fields(protocol: Protocol) -> None:
 
 @pytest.mark.parametrize("name", ["POS_GET_VELPARAMS.wait", "POS_VELPARAMS.wait"])
 def test_errata_reach_fields_of_sets(spec: Path, name: str) -> None:
-    """By the name of a message it is that message's; by the name of the set it is all of theirs."""
+    """The name of a message selects only that message; the name of a set selects all its messages."""
     errata = spec / "tiny" / "errata" / "core.yaml"
     text = errata.read_text(encoding="utf-8").replace("POS_MOVE.absolute_distance", name)
     errata.write_text(text, encoding="utf-8")
@@ -266,7 +266,7 @@ def test_errata_reach_fields_of_blocks(spec: Path) -> None:
     assert field(protocol, "POS_MOVED", "velocity").errata == ("tiny-move-length",)
 
 
-# Names that generated classes keep for themselves
+# Names that are reserved in generated classes
 
 
 def with_lamp(spec: Path, fields_: str, length: int) -> Path:
@@ -285,7 +285,7 @@ BASES = {
 
 
 def members(kind: type[Message]) -> Iterator[str]:
-    """Yield what a class has for anybody to see, but for its fields and their flags."""
+    """Yield the public attributes of a class, without its fields and their flags."""
     fields = () if kind in BASES else kind.layout.fields
     for name in dir(kind):
         if not name.startswith("_") and name.removesuffix("_flags") not in fields:
@@ -301,17 +301,17 @@ MEMBERS = sorted(
 )  # fmt: skip
 
 
-def test_no_field_takes_a_name_of_the_runtime(spec: Path) -> None:
-    assert {"reply", "marks"} < set(MEMBERS)  # which commands have
+def test_a_field_cannot_have_the_name_of_an_attribute_of_the_runtime(spec: Path) -> None:
+    assert {"reply", "marks"} < set(MEMBERS)  # attributes of commands
     with_lamp(spec, ", ".join(f"{n}: {{format: byte}}" for n in MEMBERS), len(MEMBERS))
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert [d.message for d in caught.value.diagnostics if d.code == "SW023"] == [
-        f"LAMP: the field {name} is reserved" for name in MEMBERS
+        f"LAMP: the field name {name} is reserved" for name in MEMBERS
     ]
 
 
-def test_no_bit_takes_a_name_of_the_runtime(spec: Path) -> None:
+def test_a_bit_cannot_have_the_name_of_an_attribute_of_the_runtime(spec: Path) -> None:
     names = sorted(name for name in dir(Flags) if not name.startswith("_"))
     path = spec / "tiny" / "messages" / "extra.yaml"
     bits = ", ".join(f"{name}: {{bit: {n}}}" for n, name in enumerate(names))
@@ -321,12 +321,12 @@ def test_no_bit_takes_a_name_of_the_runtime(spec: Path) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert sorted(d.message for d in caught.value.diagnostics) == [
-        f"lamp_bits: the bit {name} is reserved" for name in names
+        f"lamp_bits: the bit name {name} is reserved" for name in names
     ]
 
 
-def test_no_enumeration_value_can_take_a_name_of_the_runtime() -> None:
-    """Values are in upper case; what the runtime has is not."""
+def test_an_enumeration_value_cannot_have_the_name_of_an_attribute_of_the_runtime() -> None:
+    """Values are in upper case, and attributes of the runtime are not."""
     assert [name for name in dir(Enumeration) if name.isupper()] == []
 
 
@@ -336,6 +336,7 @@ def test_no_enumeration_value_can_take_a_name_of_the_runtime() -> None:
 def test_diagnostics_print_place_code_message_and_hint() -> None:
     found = Diagnostic(Place("a/b.yaml", 3, 5), "SW030", "A and B: 0x0001")
     assert str(found) == (
-        "a/b.yaml:3:5: SW030 A and B: 0x0001\n    hint: one of the ids is wrong; see the document"
+        "a/b.yaml:3:5: SW030 A and B: 0x0001\n"
+        "    hint: one of the ids is wrong: compare both with the document"
     )
     assert str(Diagnostic(Place("x"), "SW001", "y", "do z")).endswith("\n    hint: do z")

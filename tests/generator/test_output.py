@@ -1,4 +1,4 @@
-"""Comparing with an output folder and writing to it: nothing is half-written, nobody's work is lost."""
+"""Compare with an output directory and write to it without half-written files or lost work."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ def kinds(changes: list[Change]) -> list[tuple[str, str]]:
 # Comparing
 
 
-def test_compare_equal(out: Path) -> None:
+def test_comparing_equal_trees_finds_no_changes(out: Path) -> None:
     assert compare(out, FILES) == []
 
 
-def test_compare_with_nothing(tmp_path: Path) -> None:
+def test_comparing_with_a_missing_folder_creates_nothing(tmp_path: Path) -> None:
     changes = compare(tmp_path / "nowhere", FILES)
     assert kinds(changes) == [("missing", path) for path in sorted(FILES)]
     assert not (tmp_path / "nowhere").exists()
 
 
-def test_compare_names_what_differs(out: Path) -> None:
+def test_comparing_lists_the_differences_and_writes_nothing(out: Path) -> None:
     (out / "a" / "one.py").write_text("one = 1  # edited by hand\n")
     (out / "three.json").unlink()
     (out / "a" / "foreign.py").write_text("")
@@ -75,27 +75,27 @@ def test_compare_names_what_differs(out: Path) -> None:
 
 
 @pytest.mark.parametrize("data", [b"one = 1\r\n", b"one = 1"])
-def test_compare_sees_line_ends(out: Path, data: bytes) -> None:
+def test_a_difference_in_line_endings_is_found(out: Path, data: bytes) -> None:
     (out / "a" / "one.py").write_bytes(data)
     [change] = compare(out, FILES)
     assert change.kind == "changed"
-    assert "line ends" in change.diff
+    assert "line endings" in change.diff
 
 
-def test_compare_reads_any_bytes(out: Path) -> None:
+def test_a_file_that_is_not_text_can_be_compared(out: Path) -> None:
     (out / "a" / "one.py").write_bytes(b"\xff\x00\n")
     [change] = compare(out, FILES)
     assert "+one = 1" in change.diff
 
 
-def test_compare_cuts_long_differences(out: Path) -> None:
+def test_a_long_difference_is_shortened(out: Path) -> None:
     (out / "a" / "one.py").write_text("".join(f"line {n}\n" for n in range(1000)))
     [change] = compare(out, FILES)
     assert len(change.diff.splitlines()) < 50
-    assert "more lines of difference" in change.diff
+    assert "more diff lines" in change.diff
 
 
-def test_compare_ignores_caches(out: Path) -> None:
+def test_caches_are_ignored(out: Path) -> None:
     (out / "a" / "__pycache__").mkdir()
     (out / "a" / "__pycache__" / "one.pyc").write_bytes(b"\x00")
     assert compare(out, FILES) == []
@@ -105,32 +105,32 @@ def test_compare_ignores_caches(out: Path) -> None:
 # Writing
 
 
-def test_write_from_nothing(tmp_path: Path) -> None:
+def test_writing_creates_the_folder(tmp_path: Path) -> None:
     assert write(tmp_path / "x" / "y", FILES) == sorted(FILES)
     assert present(tmp_path / "x" / "y") == FILES
     assert os.name != "posix" or (tmp_path / "x/y/three.json").stat().st_mode & 0o777 == 0o644
 
 
-def test_write_again_touches_nothing(out: Path) -> None:
+def test_writing_again_changes_nothing(out: Path) -> None:
     before = {path: (out / path).stat().st_mtime_ns for path in FILES}
     assert write(out, FILES) == []
     assert {path: (out / path).stat().st_mtime_ns for path in FILES} == before
 
 
-def test_write_restores_what_was_edited(out: Path) -> None:
+def test_an_edited_file_is_restored(out: Path) -> None:
     (out / "a" / "one.py").write_text("one = 2\n")
     assert write(out, FILES) == ["a/one.py"]
     assert present(out) == FILES
 
 
-def test_write_removes_what_is_stale(out: Path) -> None:
+def test_stale_files_and_empty_folders_are_removed(out: Path) -> None:
     fewer = tree({"three.json": "{}\n"})
     assert write(out, fewer) == ["a/b/two.py", "a/one.py", MANIFEST]
     assert present(out) == fewer
     assert sorted(p.name for p in out.iterdir()) == [MANIFEST, "three.json"]  # no empty folder
 
 
-def test_write_keeps_a_folder_that_is_not_empty(out: Path) -> None:
+def test_a_folder_that_is_not_empty_is_kept(out: Path) -> None:
     (out / "a" / "__pycache__").mkdir()
     (out / "a" / "__pycache__" / "one.pyc").write_bytes(b"\x00")
     write(out, tree({"three.json": "{}\n"}))
@@ -139,8 +139,8 @@ def test_write_keeps_a_folder_that_is_not_empty(out: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ["foreign.txt", "a/foreign.py", "a/b/new/foreign.py"])
-def test_write_never_deletes_a_foreign_file(out: Path, path: str) -> None:
-    """It is left where it is, with its folder; only the comparison names it."""
+def test_a_foreign_file_is_never_deleted(out: Path, path: str) -> None:
+    """The file stays in its folder, and only the comparison reports it."""
     (out / path).parent.mkdir(exist_ok=True)
     (out / path).write_text("mine\n")
     fewer = tree({"three.json": "changed\n"})
@@ -149,7 +149,7 @@ def test_write_never_deletes_a_foreign_file(out: Path, path: str) -> None:
     assert kinds(compare(out, fewer)) == [("orphaned", path)]
 
 
-def test_write_never_overwrites_a_foreign_file(tmp_path: Path) -> None:
+def test_a_foreign_file_is_never_overwritten(tmp_path: Path) -> None:
     (tmp_path / "three.json").write_text("mine\n")
     with pytest.raises(OutputError, match=r"three\.json"):
         write(tmp_path, FILES)
@@ -157,20 +157,20 @@ def test_write_never_overwrites_a_foreign_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["mine\n", "{}", "[]", '{"files": 1}', '{"files": {}}'])
-def test_write_never_overwrites_a_foreign_manifest(tmp_path: Path, text: str) -> None:
+def test_a_foreign_manifest_is_never_overwritten(tmp_path: Path, text: str) -> None:
     (tmp_path / MANIFEST).write_text(text)
     with pytest.raises(OutputError, match=r"manifest\.json"):
         write(tmp_path, FILES)
     assert present(tmp_path) == {MANIFEST: text}
 
 
-def test_write_takes_over_an_equal_file(tmp_path: Path) -> None:
+def test_a_foreign_file_with_the_same_text_is_accepted(tmp_path: Path) -> None:
     (tmp_path / "three.json").write_text(FILES["three.json"])
     write(tmp_path, FILES)
     assert present(tmp_path) == FILES
 
 
-def test_write_refuses_to_delete_what_was_edited(out: Path) -> None:
+def test_an_edited_file_that_is_no_longer_generated_is_not_deleted(out: Path) -> None:
     (out / "a" / "one.py").write_text("one = 2\n")
     before = present(out)
     with pytest.raises(OutputError, match=r"a/one\.py \(edited by hand, and no longer generated\)"):
@@ -178,42 +178,42 @@ def test_write_refuses_to_delete_what_was_edited(out: Path) -> None:
     assert present(out) == before
 
 
-def test_write_names_everything_in_the_way(out: Path) -> None:
+def test_the_error_lists_every_file_in_the_way(out: Path) -> None:
     (out / "a" / "one.py").write_text("one = 2\n")
     (out / "four.json").write_text("mine\n")
     before = present(out)
     with pytest.raises(OutputError) as caught:
         write(out, tree({"three.json": "changed\n", "four.json": "{}\n"}))
     assert "a/one.py (edited by hand" in str(caught.value)
-    assert "four.json (not made by the generator)" in str(caught.value)
+    assert "four.json (not created by the generator)" in str(caught.value)
     assert present(out) == before
 
 
-def test_write_where_a_folder_is_in_the_way(tmp_path: Path) -> None:
+def test_a_folder_in_the_place_of_a_file_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "three.json").mkdir()
-    with pytest.raises(OutputError, match=r"three\.json \(a folder\)"):
+    with pytest.raises(OutputError, match=r"three\.json \(a directory\)"):
         write(tmp_path, FILES)
     assert present(tmp_path) == {}
 
 
-def test_write_makes_a_folder_of_a_file_of_ours(out: Path) -> None:
+def test_a_folder_can_replace_a_generated_file(out: Path) -> None:
     files = tree({"three.json/four.json": "{}\n"})
     write(out, files)
     assert present(out) == files
 
 
-def test_write_where_a_file_is_in_the_way(tmp_path: Path) -> None:
+def test_a_file_in_the_place_of_a_folder_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("mine\n")
-    with pytest.raises(OutputError, match=r"a \(a file where a folder belongs\)"):
+    with pytest.raises(OutputError, match=r"a \(a file where a directory is needed\)"):
         write(tmp_path, FILES)
     assert present(tmp_path) == {"a": "mine\n"}
 
 
 @pytest.mark.parametrize("call", [1, 2, 3])
-def test_write_that_fails_leaves_no_half_file(
+def test_a_failed_write_leaves_no_half_written_file(
     out: Path, monkeypatch: pytest.MonkeyPatch, call: int
 ) -> None:
-    """Each file is the old one or the new one; the manifest is the last; the next run mends it."""
+    """Each file is the old or the new one, the manifest is written last, and the next run completes it."""
     new = tree({"a/one.py": "one = 11\n", "a/b/two.py": "two = 22\n", "four.json": "{}\n"})
     old_manifest = (out / MANIFEST).read_text()
     replace = os.replace
@@ -237,10 +237,10 @@ def test_write_that_fails_leaves_no_half_file(
     assert present(out) == new
 
 
-def test_what_is_half_written_is_beside_its_place_and_hidden(
+def test_a_half_written_file_is_hidden_and_in_the_same_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Elsewhere it might be on another disk, from where nothing can be renamed."""
+    """Another folder might be on another disk, and a file cannot be renamed across disks."""
     really = os.replace
     seen: dict[str, Path] = {}
 
@@ -256,7 +256,9 @@ def test_what_is_half_written_is_beside_its_place_and_hidden(
         assert source.name.startswith(f".{Path(path).name}.")
 
 
-def test_write_that_fails_while_writing(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_write_leaves_the_old_files(
+    out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def failing(*_: Any) -> None:
         raise KeyboardInterrupt
 
@@ -284,11 +286,11 @@ def test_write_that_fails_while_writing(out: Path, monkeypatch: pytest.MonkeyPat
         ".",
     ],
 )
-def test_paths_that_leave_the_folder(tmp_path: Path, path: str) -> None:
+def test_a_path_that_leaves_the_folder_is_refused(tmp_path: Path, path: str) -> None:
     out = tmp_path / "out"
-    with pytest.raises(OutputError, match="would leave the output folder"):
+    with pytest.raises(OutputError, match="is outside the output directory"):
         write(out, {"fine.py": "", path: "x = 1\n", "zzz.py": ""})
-    with pytest.raises(OutputError, match="would leave the output folder"):
+    with pytest.raises(OutputError, match="is outside the output directory"):
         compare(out, {"fine.py": "", path: "x = 1\n"})
     assert list(tmp_path.iterdir()) == []
 
@@ -305,7 +307,7 @@ def test_a_manifest_cannot_point_outside(tmp_path: Path) -> None:
     assert present(out) == FILES
 
 
-def test_some_targets_leave_the_rest_alone_and_enter_the_manifest(tmp_path: Path) -> None:
+def test_writing_some_targets_keeps_other_files_and_updates_the_manifest(tmp_path: Path) -> None:
     write(tmp_path, tree({"a/one.txt": "1"}))
     assert write(tmp_path, {"b/two.txt": "2"}, partial=True) == ["b/two.txt", MANIFEST]
     assert (tmp_path / "a/one.txt").read_text() == "1"
@@ -315,17 +317,17 @@ def test_some_targets_leave_the_rest_alone_and_enter_the_manifest(tmp_path: Path
     assert not (tmp_path / "b").exists()
 
 
-def test_a_file_where_a_folder_belongs_is_named_when_some_targets_are_written(
+def test_a_file_in_the_place_of_a_folder_is_reported_when_writing_some_targets(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "a").write_text("my own\n", encoding="utf-8")
-    with pytest.raises(OutputError, match="a file where a folder belongs"):
+    with pytest.raises(OutputError, match="a file where a directory is needed"):
         write(tmp_path, {"a/one.py": "one = 1\n"}, partial=True)
     assert present(tmp_path) == {"a": "my own\n"}
 
 
 def test_the_manifest_is_written_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was not written is not in a manifest: an interrupted run claims nothing."""
+    """A manifest never lists files that an interrupted run did not write."""
     really = os.replace
 
     def fail(source: str, target: Path) -> None:
@@ -339,7 +341,7 @@ def test_the_manifest_is_written_last(tmp_path: Path, monkeypatch: pytest.Monkey
     assert set(present(tmp_path / "out")) == {"a/one.py", "a/b/two.py"}
 
 
-# A folder from somebody else
+# Untrusted folders
 
 
 HOSTILE = [
@@ -374,7 +376,7 @@ def test_entries_of_a_hostile_manifest_are_dropped(tmp_path: Path, partial: bool
 @pytest.mark.parametrize(
     "text", ["[" * 100_000, '{"files": ' * 50_000, "\x00", '{"files": {"a": {}}}', "1e999"]
 )
-def test_a_manifest_that_cannot_be_read(tmp_path: Path, text: str) -> None:
+def test_an_unreadable_manifest_is_kept_and_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / MANIFEST).write_text(text)
     with pytest.raises(OutputError, match=r"manifest\.json"):
         write(tmp_path, FILES)
@@ -393,7 +395,7 @@ def outside(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("partial", [False, True])
 @pytest.mark.parametrize("linked", ["a", "a/b", "a/one.py", "three.json", MANIFEST])
 def test_links_are_not_written_through(tmp_path: Path, linked: str, partial: bool) -> None:
-    """Nor is anything deleted behind them, though a manifest lists it."""
+    """Files in a linked folder are not deleted either, even if a manifest lists them."""
     victim = outside(tmp_path)
     before = present(victim)
     out = tmp_path / "out"
@@ -412,7 +414,7 @@ def test_links_are_not_written_through(tmp_path: Path, linked: str, partial: boo
     assert any(f"the link {linked}" in change.diff for change in compare(out, FILES))
 
 
-def test_a_link_that_is_nobodys_is_left_alone(tmp_path: Path) -> None:
+def test_a_link_that_is_not_generated_is_left_alone(tmp_path: Path) -> None:
     victim = outside(tmp_path)
     before = present(victim)
     out = tmp_path / "out"
@@ -435,15 +437,15 @@ def test_the_folder_itself_may_be_a_link(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ["a/one.py", MANIFEST])
-def test_a_pipe_in_the_place_of_a_file(out: Path, path: str) -> None:
+def test_a_pipe_in_the_place_of_a_file_is_refused(out: Path, path: str) -> None:
     (out / path).unlink()
     os.mkfifo(out / path)
     assert ("changed", path) in kinds(compare(out, FILES))
-    with pytest.raises(OutputError, match=r"no regular file"):
+    with pytest.raises(OutputError, match=r"a special file"):
         write(out, FILES)
 
 
-def test_a_loop_of_links(out: Path) -> None:
+def test_a_loop_of_links_is_refused(out: Path) -> None:
     (out / "a" / "one.py").unlink()
     (out / "a" / "one.py").symlink_to("one.py")
     (out / "loop").symlink_to(".")

@@ -1,7 +1,7 @@
-"""Later issues laid over a protocol: what they replace and add, where it says so, and what stays as it is.
+"""Overlays: replaced, added and unchanged entries, and how the output marks them.
 
-``good_overlays`` has overlays for the good specs: one with an entry of every section, one whose document has
-sections, one of commands. The overlay of Thorlabs APT is tried in ``test_later_issues``.
+``good_overlays`` has overlays for the good specs: one with an entry in every section, one whose document has
+sections, and one for commands. ``test_later_issues`` tests the overlay of Thorlabs APT.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def edit(path: Path, old: str, new: str) -> None:
 # Without an overlay
 
 
-def test_the_protocol_alone_is_as_without_overlays(
+def test_unselected_overlays_do_not_change_the_output(
     overlaid_spec: Path, files: dict[str, str], command_files: dict[str, str]
 ) -> None:
     tiny, turtle = check(overlaid_spec)
@@ -72,7 +72,7 @@ def test_the_protocol_alone_is_as_without_overlays(
     assert render([turtle]) == command_files
 
 
-def test_a_check_looks_at_every_overlay(overlaid_spec: Path) -> None:
+def test_a_check_covers_every_overlay(overlaid_spec: Path) -> None:
     progress: list[str] = []
     counts = check(overlaid_spec, progress.append).counts
     assert list(counts) == ["tiny", "tiny/second", "tiny/third", "turtle", "turtle/autumn"]
@@ -85,20 +85,22 @@ def test_a_check_looks_at_every_overlay(overlaid_spec: Path) -> None:
     assert "tiny/overlays/second/printed/all.yaml" in progress
 
 
-def test_an_overlay_of_a_wrong_protocol_is_not_looked_at(spec: Path) -> None:
-    """It would only repeat what is wrong."""
+def test_overlays_of_an_invalid_protocol_are_not_checked(spec: Path) -> None:
+    """They would only repeat the errors."""
     edit(spec / "tiny" / "messages" / "extra.yaml", "id: 0x0201", "id: 0x0123")
     shutil.rmtree(spec / "tiny" / "overlays" / "third" / "messages")
     wrong = said(spec)
     assert not [line for line in wrong if "overlays" in line]
-    assert "tiny/messages/core.yaml:120:3: SW030 POS_ALIVE and LAMP have the id 0x0123" in wrong
+    assert (
+        "tiny/messages/core.yaml:120:3: SW030 POS_ALIVE and LAMP both have the id 0x0123" in wrong
+    )
 
 
-# What is replaced and added
+# Replaced and added entries
 
 
 def test_the_overlays_of_these_tests_have_every_section(overlaid_spec: Path) -> None:
-    """Each is replaced and added to, so that none is forgotten."""
+    """Each section has a replaced and an added entry, so that no section is forgotten."""
     import yaml
 
     overridden: set[str] = set()
@@ -113,9 +115,9 @@ def test_the_overlays_of_these_tests_have_every_section(overlaid_spec: Path) -> 
                 known = {s for sections in SECTIONS.values() for s in sections} & data.keys()
                 added |= {s for s in known for n in data[s] if (s, n) not in listed}
     everything = {section for sections in SECTIONS.values() for section in sections}
-    # Of these the good specs have none.
+    # The good specs have no entries in these sections.
     assert overridden == everything - {"aliases", "hardware_types"}
-    assert added == everything - {"addresses"}  # which are always the same four
+    assert added == everything - {"addresses"}  # always the same four addresses
     schema = json.loads((SCHEMAS / "overlay.schema.json").read_text(encoding="utf-8"))
     assert set(schema["properties"]["overrides"]["properties"]) == everything
 
@@ -171,7 +173,7 @@ def test_entries_are_added(second: Protocol) -> None:
     assert "heat" in second.captures["captures"]
 
 
-def test_what_is_not_named_stays(second: Protocol, protocol: Protocol) -> None:
+def test_other_entries_are_unchanged(second: Protocol, protocol: Protocol) -> None:
     for name in ("POS_MOVE", "POS_ALIVE", "POS_SET_VELPARAMS", "LAMP"):
         mine, theirs = message(second, name), message(protocol, name)
         assert (mine.overlay, mine.summary, mine.pages) == ("", theirs.summary, theirs.pages)
@@ -180,7 +182,7 @@ def test_what_is_not_named_stays(second: Protocol, protocol: Protocol) -> None:
 
 
 def test_a_block_reaches_the_messages_that_use_it(second: Protocol) -> None:
-    """The message is the protocol's, its fields are those of the overlay, and say so."""
+    """The message belongs to the protocol, and its fields to the overlay."""
     moved = message(second, "POS_MOVED")
     assert moved.overlay == ""
     servo, coil = moved.layouts[1:]
@@ -189,7 +191,7 @@ def test_a_block_reaches_the_messages_that_use_it(second: Protocol) -> None:
     assert servo.fields[2].format.signed
 
 
-def test_commands(autumn: Protocol) -> None:
+def test_an_overlay_of_commands_replaces_and_adds_entries(autumn: Protocol) -> None:
     go_to, mood = message(autumn, "GO_TO"), message(autumn, "MOOD")
     assert (go_to.size, [f.name for f in go_to.layouts[0].fields]) == (3, ["place"])
     assert [f.name for f in mood.layouts[1].fields] == ["mood", "strength"]
@@ -199,14 +201,14 @@ def test_commands(autumn: Protocol) -> None:
     assert message(autumn, "WHERE").overlay == ""
 
 
-def test_several_overlays(overlaid_spec: Path) -> None:
+def test_several_overlays_are_applied_in_order(overlaid_spec: Path) -> None:
     both, _ = check(overlaid_spec, overlays=["tiny/third", "tiny/second"])
     assert [overlay.name for overlay in both.overlays] == ["third", "second"]
     assert message(both, "LAMP").overlay == "third"
     assert message(both, "LAMP_TEST").overlay == "second"
 
 
-def test_overlays_that_define_the_same(spec: Path) -> None:
+def test_two_overlays_cannot_define_the_same_entry(spec: Path) -> None:
     folder = spec / "tiny" / "overlays"
     shutil.copyfile(folder / "second" / "captures.yaml", folder / "third" / "captures.yaml")
     edit(
@@ -226,10 +228,10 @@ def test_overlays_that_define_the_same(spec: Path) -> None:
 
 
 def test_the_document_of_the_protocol_is_compared_without_overlays(spec: Path) -> None:
-    """What an overlay replaces is no excuse."""
+    """An overlay that replaces an entry does not hide an error in the original."""
     edit(spec / "tiny" / "printed" / "extra.yaml", 'id: "0x0201"', 'id: "0x0211"')
     assert said(spec, "tiny/third") == [
-        "tiny/printed/extra.yaml:5:5: SW040 heading/LAMP/id: printed '0x0211', registry '0x0201'"
+        "tiny/printed/extra.yaml:5:5: SW040 heading/LAMP/id: the document has '0x0211', the registry '0x0201'"
     ]
 
 
@@ -240,13 +242,13 @@ def test_the_document_of_the_protocol_is_compared_without_overlays(spec: Path) -
             "printed/all.yaml",
             'heading: {page: 3, line: 2, id: "0x0122"}',
             'heading: {page: 4, line: 2, id: "0x0122"}',
-            "printed/all.yaml:9:5: SW040 heading/POS_ECHO/page: printed '4', registry '3'",
+            "printed/all.yaml:9:5: SW040 heading/POS_ECHO/page: the document has '4', the registry '3'",
         ),
         (
             "errata/core.yaml",
             "    places: [heading/AUX_REQ_HEAT/id]\n",
             "    places: [heading/AUX_REQ_HEAT/id, heading/AUX_SET_HEAT/id]\n",
-            "errata/core.yaml:12:3: SW042 tiny-heat-id: document and registry agree at "
+            "errata/core.yaml:12:3: SW042 tiny-heat-id: document and registry do not differ at "
             "heading/AUX_SET_HEAT/id",
         ),
         (
@@ -259,16 +261,17 @@ def test_the_document_of_the_protocol_is_compared_without_overlays(spec: Path) -
             "printed/all.yaml",
             '  AUX_HEAT_STATE:\n    heading: {page: 4, line: 5, id: "0x0304"}\n',
             "",
-            "messages/heat.yaml:17:3: SW043 AUX_HEAT_STATE is nowhere in printed/",
+            "messages/heat.yaml:17:3: SW043 AUX_HEAT_STATE does not occur in printed/",
         ),
         (
             "messages/heat.yaml",
             "page: 4\n    spelling: heat state",
             "page: 5\n    spelling: heat state",
-            "messages/heat.yaml:19:5: SW039 messages.AUX_HEAT_STATE.page: page 5; the last is 4",
+            "messages/heat.yaml:19:5: SW039 messages.AUX_HEAT_STATE.page: page 5 does not exist "
+            "(the last is 4)",
         ),
     ],
-    ids=["difference", "agreement", "not borne out", "not printed", "page"],
+    ids=["difference", "agreement", "unsupported erratum", "not printed", "page"],
 )
 def test_the_document_of_an_overlay_is_compared(
     spec: Path, file: str, old: str, new: str, wanted: str
@@ -277,7 +280,7 @@ def test_the_document_of_an_overlay_is_compared(
     assert f"tiny/overlays/second/{wanted}" in said(spec)
 
 
-def test_an_erratum_of_the_document_is_not_said_of_what_takes_its_place(
+def test_an_erratum_of_the_protocol_does_not_apply_to_a_replaced_message(
     second: Protocol, protocol: Protocol
 ) -> None:
     assert message(protocol, "LAMP_TEST").errata == ("tiny-lamp-test",)
@@ -286,10 +289,10 @@ def test_an_erratum_of_the_document_is_not_said_of_what_takes_its_place(
     assert message(second, "AUX_REQ_HEAT").errata == ("tiny-heat-id",)
 
 
-# Where it says so
+# Marks in the output
 
 
-def test_the_registry_says_what_comes_from_an_overlay(second: Protocol) -> None:
+def test_the_registry_marks_the_entries_of_an_overlay(second: Protocol) -> None:
     registry = json.loads(render([second])["python/stagewire_tiny/registry.json"])
     [overlay] = registry["document"]["overlays"]
     assert (overlay["name"], overlay["document"]["issue"]) == ("second", "2")
@@ -326,9 +329,7 @@ def test_the_registry_says_what_comes_from_an_overlay(second: Protocol) -> None:
 
 @pytest.mark.parametrize("name", ["tiny/second", "tiny/third", "turtle/autumn"])
 @pytest.mark.parametrize("kind", ["registry", "vectors"])
-def test_the_json_is_as_its_schema_says(
-    overlaid: dict[str, Protocol], name: str, kind: str
-) -> None:
+def test_the_json_matches_its_schema(overlaid: dict[str, Protocol], name: str, kind: str) -> None:
     files = render([overlaid[name]])
     schema = json.loads((SCHEMAS / f"{kind}.schema.json").read_text(encoding="utf-8"))
     [path] = [path for path in files if path.endswith(f"/{kind}.json")]
@@ -337,7 +338,7 @@ def test_the_json_is_as_its_schema_says(
     assert [f"{e.json_path}: {e.message}" for e in errors] == []
 
 
-def test_vectors_say_what_comes_from_an_overlay(second: Protocol) -> None:
+def test_vectors_mark_the_entries_of_an_overlay(second: Protocol) -> None:
     vectors = json.loads(render([second])["python/stagewire_tiny/vectors.json"])
     assert {e["id"]: e.get("overlay") for e in vectors["captures"]} == {
         "alive": "second",
@@ -387,7 +388,9 @@ def test_docstrings_of_commands_name_the_document(autumn: Protocol) -> None:
 # The packages
 
 
-def test_frames(second: Protocol, tmp_path: Path, imported: Callable[[Path], Any]) -> None:
+def test_frames_follow_the_overlay(
+    second: Protocol, tmp_path: Path, imported: Callable[[Path], Any]
+) -> None:
     write_files(tmp_path, render([second]))
     tiny = imported(tmp_path)
     heat = tiny.decode(bytes.fromhex("01 03 02 00 D0 01 64 00"))
@@ -403,7 +406,7 @@ def test_frames(second: Protocol, tmp_path: Path, imported: Callable[[Path], Any
     assert back.velocity == -1  # the first edition has no sign there
 
 
-def test_frames_of_commands(
+def test_frames_of_commands_follow_the_overlay(
     autumn: Protocol, tmp_path: Path, imported: Callable[[Path], Any]
 ) -> None:
     write_files(tmp_path, render([autumn]))
@@ -418,7 +421,7 @@ def test_frames_of_commands(
 # Changes
 
 
-def test_changes_show_the_overlay(
+def test_a_comparison_shows_the_changes_of_an_overlay(
     protocol: Protocol, second: Protocol, overlaid_spec: Path
 ) -> None:
     third = check(overlaid_spec, overlays=["tiny/third"])[0]
@@ -438,7 +441,7 @@ def test_changes_show_the_overlay(
 # Files
 
 
-def test_what_decides_on_the_output(overlaid_spec: Path) -> None:
+def test_inputs_include_the_files_of_overlays(overlaid_spec: Path) -> None:
     found = {
         path.relative_to(overlaid_spec).as_posix()
         for path in inputs([find_spec(overlaid_spec)])
@@ -447,25 +450,25 @@ def test_what_decides_on_the_output(overlaid_spec: Path) -> None:
     assert {"tiny/overlays/second/overlay.yaml", "tiny/overlays/third/messages/extra.yaml"} <= found
 
 
-def test_a_link_out_of_the_spec(spec: Path, tmp_path: Path) -> None:
+def test_a_link_out_of_the_spec_is_refused(spec: Path, tmp_path: Path) -> None:
     secret = tmp_path / "secret.yaml"
     secret.write_text("quantities: {}\n", encoding="utf-8")
     (spec / "tiny" / "overlays" / "third" / "quantities.yaml").symlink_to(secret)
     assert said(spec) == [
-        "tiny/overlays/third/quantities.yaml:1:1: SW008 is a link out of the folder of the spec"
+        "tiny/overlays/third/quantities.yaml:1:1: SW008 the link leads out of the spec"
     ]
 
 
-def test_a_folder_that_is_a_link_out_of_the_spec(spec: Path, tmp_path: Path) -> None:
-    """What is in it is not even listed."""
+def test_a_folder_that_is_a_link_out_of_the_spec_is_refused(spec: Path, tmp_path: Path) -> None:
+    """The files in it are not even listed."""
     elsewhere = shutil.copytree(spec / "tiny" / "overlays" / "third", tmp_path / "elsewhere")
     shutil.rmtree(spec / "tiny" / "overlays" / "third")
     (spec / "tiny" / "overlays" / "third").symlink_to(elsewhere)
-    assert said(spec) == ["tiny/overlays/third:1:1: SW008 is a link out of the folder of the spec"]
+    assert said(spec) == ["tiny/overlays/third:1:1: SW008 the link leads out of the spec"]
 
 
 def test_shared_parts_of_the_schemas_are_the_same() -> None:
-    """A JSON Schema of ours refers to no other file, so what two of them share stands in both."""
+    """Our JSON Schemas do not refer to other files, so shared parts are copied."""
     overlay, protocol = (
         json.loads((SCHEMAS / f"{name}.schema.json").read_text(encoding="utf-8"))
         for name in ("overlay", "protocol")

@@ -41,7 +41,7 @@ def tree(out: Path) -> dict[str, bytes]:
 
 
 def in_process(name: str) -> dict[str, bytes]:
-    """What all targets make of the good specs, or of the registry, in this process."""
+    """Return the output of all targets for the good specs or the registry, rendered in this process."""
     specs = [ROOT / "spec"] if name == "registry" else [HERE / good for good in GOOD]
     protocols = [protocol for spec in specs for protocol in check(spec)]
     return {path: text.encode() for path, text in render(protocols, list(TARGETS)).items()}
@@ -49,13 +49,13 @@ def in_process(name: str) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module", params=["good", pytest.param("registry", marks=pytest.mark.matrix)])
 def plain(request: pytest.FixtureRequest) -> dict[str, bytes]:
-    """What a run is expected to write."""
+    """The expected output of a run."""
     return in_process(request.param)
 
 
 @pytest.fixture(scope="module", params=["good", pytest.param("registry", marks=pytest.mark.matrix)])
 def trees(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Trees:
-    """What four runs write; two read the spec where it stands, two a copy by a relative path."""
+    """The output of four runs: two read the original spec, and two read a copy by a relative path."""
     base = tmp_path_factory.mktemp("runs")
     spec = ROOT / "spec"
     if request.param == "good":
@@ -93,20 +93,20 @@ def trees(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         said, _ = process.communicate(timeout=60)
         assert process.returncode == 0, said.decode("utf-8", "replace")
         found[name] = tree(base / FOLDERS[name] / "out")
-    # Rendering some targets makes no manifest; writing them brings the one in the folder up to date.
+    # Rendering some targets does not produce a manifest; writing them updates the one in the folder.
     manifest = {"manifest.json": found["plain"]["manifest.json"]}
     found["expected"] = in_process(request.param) | manifest
     return found
 
 
 @pytest.mark.parametrize("run", RUNS)
-def test_the_same_tree(trees: Trees, run: str) -> None:
+def test_every_run_writes_the_same_tree(trees: Trees, run: str) -> None:
     assert set(trees[run]) == set(trees["expected"])
     for path, data in trees[run].items():
         assert data == trees["expected"][path], path
 
 
-def test_nothing_of_the_machine(plain: dict[str, bytes]) -> None:
+def test_output_contains_nothing_about_the_machine(plain: dict[str, bytes]) -> None:
     words = {str(ROOT), str(Path.home()), os.getcwd(), "/tmp/", "site-packages", "tmp_path"}
     words |= {socket.gethostname(), getpass.getuser()} - {"root", "localhost", "runner"}
     for path, data in plain.items():
@@ -116,14 +116,14 @@ def test_nothing_of_the_machine(plain: dict[str, bytes]) -> None:
                 assert not re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text), f"{path}: {word}"
 
 
-def test_no_dates(plain: dict[str, bytes]) -> None:
-    """No date but those of the document, which the spec has in the same words."""
+def test_output_contains_no_dates(plain: dict[str, bytes]) -> None:
+    """Dates of the document are allowed, because they are written in words."""
     for path, data in plain.items():
         found = re.findall(rb"\b(?:19|20)\d\d-[01]?\d-[0-3]?\d\b|\b\d\d:\d\d:\d\d\b", data)
         assert found == [], path
 
 
-def test_plain_bytes(plain: dict[str, bytes]) -> None:
+def test_output_is_plain_text(plain: dict[str, bytes]) -> None:
     for path, data in plain.items():
         text = data.decode("utf-8")
         assert "\r" not in text, path
@@ -132,13 +132,13 @@ def test_plain_bytes(plain: dict[str, bytes]) -> None:
         assert not re.search(r"[ ]+$", text, re.MULTILINE), path
 
 
-def test_manifest() -> None:
+def test_the_manifest_has_the_digest_of_every_file() -> None:
     files = {path: text.encode() for path, text in render(check(HERE / "good_spec")).items()}
     listed = json.loads(files.pop("manifest.json"))["files"]
     assert listed == {path: hashlib.sha256(data).hexdigest() for path, data in files.items()}
 
 
-def test_packages_carry_the_same_data(plain: dict[str, bytes]) -> None:
+def test_packages_contain_the_same_json(plain: dict[str, bytes]) -> None:
     for path, data in plain.items():
         for kind in ("registry", "vectors"):
             if re.fullmatch(rf"python/\w+/{kind}\.json", path):

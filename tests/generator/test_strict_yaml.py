@@ -1,4 +1,4 @@
-"""Strict YAML: what is read is what stands there, and no bytes bring the reader down."""
+"""Strict YAML: values are read exactly as written, and no bytes crash the reader."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FAST = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCh
 
 
 def read(data: str | bytes, *, any_byte: bool = False) -> tuple[Document | None, list[str]]:
-    """Load a text; return the document and ``line:column code`` of what was found."""
+    """Load a text; return the document, and ``line:column code`` of each diagnostic."""
     raw = data.encode("utf-8") if isinstance(data, str) else data
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "x.yaml"
@@ -110,7 +110,7 @@ def test_ambiguous_words_are_refused_when_plain(word: str) -> None:
     ],
 )
 @pytest.mark.parametrize("form", ["key: {}", "- {}", "[{}]", "{}: value"])
-def test_what_readers_disagree_on(word: str, form: str) -> None:
+def test_a_word_that_readers_interpret_differently_is_refused(word: str, form: str) -> None:
     assert [line.split(" ")[1] for line in read(form.format(word))[1]] == ["SW004"]
 
 
@@ -127,7 +127,7 @@ def test_ambiguous_words_are_text_when_quoted(word: str, quotes: str) -> None:
 @example("0x")
 @example("=")
 def test_agrees_with_yaml_1_1_or_refuses(word: str) -> None:
-    """Whatever YAML 1.1 takes for something else than text is the same here, or is refused."""
+    """A value that YAML 1.1 does not read as text is read as the same value, or refused."""
     try:
         node = yaml.compose(f"- {word}\n", yaml.SafeLoader)
     except yaml.YAMLError:
@@ -150,13 +150,13 @@ def test_agrees_with_yaml_1_1_or_refuses(word: str) -> None:
 
 @FAST
 @given(st.integers(-(10**38), 10**38))
-def test_decimal_integers(number: int) -> None:
+def test_decimal_integers_are_read(number: int) -> None:
     assert value(f"- {number}") == [number]
 
 
 @FAST
 @given(st.integers(0, 2**64))
-def test_hexadecimal_integers(number: int) -> None:
+def test_hexadecimal_integers_are_read(number: int) -> None:
     assert value(f"- 0x{number:X}\n- 0x{number:08x}") == [number, number]
 
 
@@ -180,14 +180,14 @@ def test_hexadecimal_integers(number: int) -> None:
         ("µ × ²", "µ × ²"),
     ],
 )
-def test_plain_values(text: str, wanted: object) -> None:
+def test_plain_values_are_read(text: str, wanted: object) -> None:
     seen = value(f"key: {text}\n")["key"]
     assert seen == wanted
     assert type(seen) is type(wanted)
 
 
 @pytest.mark.parametrize("number", ["1" * 41, "-" + "1" * 5000, "0x" + "1" * 5000, "0x" + "F" * 40])
-def test_huge_numbers(number: str) -> None:
+def test_huge_numbers_are_refused(number: str) -> None:
     document, found = read(f"key: {number}")
     assert document is not None
     assert found == ["1:6 SW004"]
@@ -195,7 +195,7 @@ def test_huge_numbers(number: str) -> None:
 
 @pytest.mark.parametrize("word", ["1_" * 100_000 + "x", "1" * 200_000 + "x", "1:3" * 50_000 + "x"])
 def test_long_words_do_not_stall(word: str) -> None:
-    """A pattern that goes back over the word for each of its characters would take days."""
+    """A pattern with backtracking for each character would take days."""
     assert value(f"key: {word}") == {"key": word}
 
 
@@ -209,7 +209,7 @@ def test_long_words_do_not_stall(word: str) -> None:
         ("a: &x 1\nb: *x\n", ["1:4 SW003", "2:4 SW003"]),
         ("a: *nothing\n", ["1:4 SW003"]),
         ("&x a: 1\n", ["1:1 SW003"]),
-        ("a: &x [*x]\n", ["1:4 SW003", "1:8 SW003"]),  # holds itself
+        ("a: &x [*x]\n", ["1:4 SW003", "1:8 SW003"]),  # contains itself
         ("a: {b: 1}\nc:\n  <<: {b: 1}\n", ["3:3 SW003"]),
         ("<<: [{a: 1}]\n", ["1:1 SW003"]),
         ("a: !!str 1\n", ["1:4 SW003"]),
@@ -241,16 +241,16 @@ def test_long_words_do_not_stall(word: str) -> None:
         ),
     ],
 )
-def test_structure_that_is_refused(text: str, found: list[str]) -> None:
+def test_invalid_structure_is_refused(text: str, found: list[str]) -> None:
     assert read(text)[1] == found
 
 
-def test_merge_key_in_quotes_is_a_name() -> None:
+def test_a_quoted_merge_key_is_a_name() -> None:
     assert value('"<<": 1\n') == {"<<": 1}
 
 
 def test_aliases_do_not_multiply() -> None:
-    """Nine lines that stand for a thousand million words."""
+    """These ten lines would expand to ten thousand million words."""
     lines = ["a0: &a0 [lol, lol, lol, lol, lol, lol, lol, lol, lol, lol]"]
     for n in range(1, 10):
         lines.append(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]")
@@ -261,18 +261,18 @@ def test_aliases_do_not_multiply() -> None:
 
 @pytest.mark.parametrize("depth", [65, 1_100, 10_000, 200_000])
 @pytest.mark.parametrize("brackets", ["[]", "{}", "{a:}"])
-def test_deep_brackets(depth: int, brackets: str) -> None:
+def test_deep_brackets_are_refused(depth: int, brackets: str) -> None:
     document, found = read(brackets[:-1] * depth + brackets[-1] * depth)
     assert document is None
     assert found[-1].split(" ")[1] == "SW001"
 
 
-def test_deep_indentation_and_dashes() -> None:
+def test_deep_indentation_and_dashes_are_refused() -> None:
     assert read("".join(" " * n + "a:\n" for n in range(1_000)))[1] == ["65:65 SW001"]
     assert [line.split(" ")[1] for line in read("- " * 5_000 + "a")[1]] == ["SW001"]
 
 
-def test_depth_that_is_allowed() -> None:
+def test_the_maximum_depth_is_accepted() -> None:
     assert value("[" * 64 + "]" * 64)
 
 
@@ -293,7 +293,7 @@ def test_depth_that_is_allowed() -> None:
         ("a: \ufffe\n", ["1:1 SW001"]),
     ],
 )
-def test_not_yaml(text: str, found: list[str] | None) -> None:
+def test_invalid_yaml_is_refused(text: str, found: list[str] | None) -> None:
     document, seen = read(text)
     assert seen == (found or [])
     assert (document is None) == bool(found)
@@ -303,11 +303,11 @@ def test_not_yaml(text: str, found: list[str] | None) -> None:
 
 CONTROL = [*map(chr, range(0x20)), *map(chr, range(0x7F, 0xA0)), *map(chr, range(0x2028, 0x202F))]
 CONTROL += [*map(chr, range(0x2066, 0x206A)), "\u200e", "\u200f", "\u061c"]
-CONTROL += ["\u200b", "\u200c", "\u200d", "\u2060", "\u00ad", "\ufeff", "\ufff9"]  # not to be seen
+CONTROL += ["\u200b", "\u200c", "\u200d", "\u2060", "\u00ad", "\ufeff", "\ufff9"]  # invisible
 
 
 @pytest.mark.parametrize("char", [c for c in CONTROL if c not in "\t\n"], ids=ascii)
-def test_control_and_direction_characters(char: str) -> None:
+def test_control_and_direction_characters_are_refused(char: str) -> None:
     document, found = read(f"a: 1\nb: one{char}two\n")
     assert document is None
     assert found == ["2:7 SW007"]
@@ -317,30 +317,30 @@ def test_control_and_direction_characters(char: str) -> None:
 
 
 @pytest.mark.parametrize("char", [c for c in CONTROL if c not in "\t\n"], ids=ascii)
-def test_escaped_control_and_direction_characters(char: str) -> None:
+def test_escaped_control_and_direction_characters_are_refused(char: str) -> None:
     text = f'a: 1\nb: "one\\u{ord(char):04x}two"\n'
     document, found = read(text)
     assert found == ["2:4 SW007"]
-    document, found = read(text, any_byte=True)  # for what a device sent
+    document, found = read(text, any_byte=True)  # for text from a device
     assert document is not None
     assert document.data["b"] == f"one{char}two"
     assert found == ([] if char <= "\xff" else ["2:4 SW007"])
 
 
-def test_a_mark_in_front_is_no_text() -> None:
+def test_a_byte_order_mark_is_refused() -> None:
     assert read("\ufeffa: 1\n") == (None, ["1:1 SW007"])
 
 
-def test_line_ends_of_windows() -> None:
+def test_windows_line_endings_are_accepted() -> None:
     assert value("a: 1\r\nb: one\r\n") == {"a": 1, "b": "one"}
 
 
 @pytest.mark.parametrize("data", [b"a: \xff", b"a: \xc3", b"\xfe\xff\x00a", b"a: \xed\xa0\x80"])
-def test_not_utf_8(data: bytes) -> None:
+def test_bytes_that_are_not_utf_8_are_refused(data: bytes) -> None:
     assert read(data) == (None, ["1:1 SW006"])
 
 
-def test_places() -> None:
+def test_a_document_gives_the_place_of_a_value_or_of_its_nearest_parent() -> None:
     document, found = read("a:\n  - b: 1\n    c: {d: 2}\n  - e\n")
     assert document is not None
     assert found == []
@@ -350,7 +350,7 @@ def test_places() -> None:
     assert str(document.place()) == "x.yaml:1:1"
 
 
-# Anything
+# Arbitrary input
 
 PIECES = st.lists(
     st.sampled_from(
@@ -454,7 +454,7 @@ def test_no_bytes_raise(data: bytes) -> None:
     ).filter(lambda data: isinstance(data, list | dict))
 )
 def test_quoted_yaml_reads_as_itself(data: Any) -> None:
-    """What PyYAML writes with every text in quotes is read back as it was."""
+    """Data that PyYAML writes with all texts in quotes is read back unchanged."""
 
     class Dumper(yaml.SafeDumper):
         def ignore_aliases(self, data: Any) -> bool:

@@ -1,4 +1,4 @@
-"""Two libraries hold files against the schemas; whatever a file holds, they are of one mind."""
+"""The two libraries that validate files agree on every file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GOOD = [HERE / name for name in ("good_spec", "good_commands", "good_packets", "
 BAD = HERE / "bad_specs"
 _FOLDERS = {"messages", "errata", "printed", "examples", "captures"}  # of files of one kind
 
-# What patterns, lengths and types are there to keep out, or might be of two minds about.
+# Values that patterns, lengths and types should reject, or that the libraries might treat differently.
 HOSTILE = [
     "", "a", "A", "a\n", "A\n", "\n", "a b", "\x00", "a\x7f", "\u00ad", "\u200b", "\u2028", "\ud800",
     "\U0001f600", "\u0663", "\u017f", "\u212a", "é", "lower_snake", "UPPER_SNAKE", "-", "_", "a" * 5000,
@@ -38,7 +38,7 @@ HOSTILE = [
 
 
 def kind_of(path: Path) -> str | None:
-    """Return the kind of a file of a spec, by where it stands."""
+    """Return the kind of a file of a spec, from its location."""
     kind = path.parent.name if path.parent.name in _FOLDERS else path.stem
     return kind if kind in KINDS else None
 
@@ -56,13 +56,13 @@ def documents(folders: tuple[Path, ...]) -> list[tuple[str, Document]]:
 
 @cache
 def oracle(kind: str) -> jsonschema.Draft202012Validator:
-    """The schema as it stands, in the library whose word counts."""
+    """Return the unchanged schema in the library that decides."""
     text = (schema_folder() / f"{kind}.schema.json").read_text(encoding="utf-8")
     return jsonschema.Draft202012Validator(json.loads(text))
 
 
 def agree(kind: str, document: Document) -> bool:
-    """Hold a document against its schema; return whether it fits."""
+    """Validate a document with both libraries, and return whether it is valid."""
     diagnostics = Diagnostics()
     fits = fits_schema(document, kind, diagnostics)
     assert fits == oracle(kind).is_valid(document.data), (kind, document.data)
@@ -78,7 +78,7 @@ def nodes(data: Any) -> Iterator[tuple[Any, Any]]:
             yield from nodes(value)
 
 
-def test_good_files_fit() -> None:
+def test_good_files_are_valid() -> None:
     found = documents(tuple(GOOD))
     assert {kind for kind, _ in found} == set(KINDS)
     for kind, document in found:
@@ -87,9 +87,9 @@ def test_good_files_fit() -> None:
         assert fits_schema(document, kind, Diagnostics(), part=part)
 
 
-def test_broken_files_do_not_fit_in_either() -> None:
+def test_broken_files_are_invalid_in_both() -> None:
     assert not all(agree(kind, document) for kind, document in documents((BAD,)))
-    # The name of a file that takes the place of another does not say its kind: it is tried as each.
+    # The name of a replacement file does not give its kind, so every kind is tried.
     for path in sorted(BAD.glob("sw010-*.yaml")):
         document = load(path, path.name, Diagnostics())
         if document is not None:
@@ -98,8 +98,8 @@ def test_broken_files_do_not_fit_in_either() -> None:
 
 @settings(max_examples=400, deadline=None)
 @given(st.integers(0, 2**32))
-def test_damaged_files_are_judged_alike(seed: int) -> None:
-    """A value, or a key, of a good file is replaced; the seed says which, and by what."""
+def test_both_libraries_agree_on_damaged_files(seed: int) -> None:
+    """The seed selects a value or key of a good file, and its replacement."""
     rng = Random(seed)
     kind, document = rng.choice(documents(tuple(GOOD)))
     data = copy.deepcopy(document.data)
@@ -121,7 +121,7 @@ def test_damaged_files_are_judged_alike(seed: int) -> None:
     agree(kind, Document(document.name, data, {}))
 
 
-def test_a_spec_that_is_right_needs_the_quick_library_alone(
+def test_a_valid_spec_only_needs_the_fast_library(
     good_spec: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [name for name in sys.modules if name.partition(".")[0] == "jsonschema"]:

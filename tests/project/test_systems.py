@@ -102,7 +102,7 @@ def test_tests_that_a_system_cannot_run_are_skipped(
     system: str, skipped: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found: list[str] = []
-    pipe = "test_a_pipe_in_the_place_of_a_file"
+    pipe = "test_a_pipe_in_the_place_of_a_file_is_refused"
     tests = {
         "c": ("generated/c/test_c_compile.py", "test_it", "test_it[gcc]"),
         "names": ("injection/test_injected_files.py", "test_it", "test_it"),

@@ -25,11 +25,14 @@ NEEDS = {
         POSIX,
         "requires file modes",
     ),
-    "generator/formatting/test_formatting_files.py::test_a_file_keeps_its_mode_and_nothing_lies_beside_it": (
+    "generator/formatting/test_formatting_files.py::test_a_file_keeps_its_mode_and_leaves_no_temporary_file": (
         POSIX,
         "requires file modes",
     ),
-    "generator/test_output.py::test_a_pipe_in_the_place_of_a_file": (POSIX, "requires named pipes"),
+    "generator/test_output.py::test_a_pipe_in_the_place_of_a_file_is_refused": (
+        POSIX,
+        "requires named pipes",
+    ),
     "generator/targets/test_templates.py::test_everything_that_is_wrong_with_files_is_reported": (
         POSIX,
         "requires named pipes",

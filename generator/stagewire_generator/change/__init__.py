@@ -1,9 +1,8 @@
-"""Changes between two specs, each WIRE, SOURCE or DOC.
+"""Compare two specs and classify each change as WIRE, SOURCE or DOC.
 
-``compare`` returns the changes between two checked models, ``compare_specs`` also those of their
-overlays; ``revision`` reads a side from a git repository; ``unvouched`` finds changes on the
-wire without evidence. ``docs/reference/changes.md`` describes each kind of change
-and what counts as evidence.
+``compare`` returns the changes between two checked models, and ``compare_specs`` also those of their
+overlays. ``revision`` reads a spec from a git repository. ``unvouched`` finds changes on the wire without
+evidence. ``docs/reference/changes.md`` describes the kinds of change, and the evidence that counts.
 """
 
 from stagewire_generator.change.changes import KINDS, Change, ChangeClass, Kind, report, worst

@@ -1,8 +1,8 @@
-"""Which kind of change each attribute of the model makes. Every attribute stands here.
+"""The kind of change for each attribute of the model.
 
-An attribute has one of four entries: the kind of its change; a table for what is plain data; ``Elsewhere``,
-when more than its own two values decide; or ``Ignored`` with the reason. A test holds the tables against the
-dataclasses of the model and against the JSON Schemas of the plain data, so that none can be forgotten.
+Every attribute has one of four entries: the kind of its change; a table for plain data; ``Elsewhere``, if the
+result depends on more than its two values; or ``Ignored``, with the reason. Tests compare the tables with the
+dataclasses of the model and the JSON Schemas of the plain data, so that no attribute is forgotten.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stagewire_generator.framing import FRAMINGS, Rules, rules_of
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """A name or names of other things; that they were renamed is no change here."""
+    """Names of other things; renaming one of them is not a change here."""
 
     kind: str
     of: str  # an attribute of Matches: message, enumeration, stage ...
@@ -25,14 +25,14 @@ class Names:
 
 @dataclass(frozen=True, slots=True)
 class Sequence:
-    """A list whose order is a fact, and not only how it is written."""
+    """A list whose order matters."""
 
     kind: str
 
 
 @dataclass(frozen=True, slots=True)
 class Entries:
-    """Entries by name in plain data."""
+    """Named entries in plain data."""
 
     noun: str
     added: str
@@ -41,21 +41,21 @@ class Entries:
 
 @dataclass(frozen=True, slots=True)
 class Elsewhere:
-    """Compared by a function of its own, because more than the two values decides."""
+    """Compared by a separate function, because the result depends on more than the two values."""
 
     module: str
 
 
 @dataclass(frozen=True, slots=True)
 class Ignored:
-    """Not compared, and why."""
+    """Not compared; with the reason."""
 
     why: str
 
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """Plain data: path -> entry, with ``*`` for a name."""
+    """Plain data: path -> entry, where ``*`` matches any name."""
 
     table: Mapping[str, str | Names | Sequence | Entries]
 
@@ -63,9 +63,9 @@ class Data:
 Attribute: TypeAlias = str | Names | Sequence | Elsewhere | Ignored | Data
 
 _PAIRED = Elsewhere("pairing")
-_PLACE = Ignored("where it stands in the files")
+_PLACE = Ignored("the position in the files")
 _FROM_ERRATA = Ignored("follows from the errata, which name their messages and fields")
-_OVERLAY = "document"  # that of the overlay, or of the protocol itself
+_OVERLAY = "document"  # the document of the overlay, or of the protocol itself
 
 _DOCUMENT = Data(
     {
@@ -92,7 +92,7 @@ def _framing(rules: Rules) -> dict[str, str | Names | Sequence | Entries]:
     return {
         **dict.fromkeys(rules.keys, "framing"),
         **{key: Sequence("framing") for key in rules.lists},
-        **{f"{key}/format": "format" for key in rules.formats},  # its size is a fact of its own
+        **{f"{key}/format": "format" for key in rules.formats},  # its size is compared separately
         **{f"{key}/size": "framing" for key in rules.formats},
         **{key: Names("framing", "enumeration") for key in rules.enumerations},
     }
@@ -191,7 +191,7 @@ _UNITS = Data(
         "lists/*/title": "text",
         "lists/*/note": "text",
         "lists/*/page": "page",
-        "lists/*/units": "text",  # what the heading says; a unit names its own list
+        "lists/*/units": "text",  # the text of the heading; a unit names its own list
         "lists/*/messages": Names("list-messages", "message"),
         "lists/*/completes": Names("list-messages", "message"),
         "lists/*/misprinted/*": Entries("message", "text", "text"),
@@ -207,7 +207,7 @@ _UNITS = Data(
         "known_prefixes/*/overlay": _OVERLAY,
         "known_prefixes/*/unit": "unit-prefix",
         "known_prefixes/*/shared_with": "prefix-shared",
-        "known_prefixes/*/like": "unit-messages",  # the resolver makes an alias of it
+        "known_prefixes/*/like": "unit-messages",  # the resolver converts it to an alias
         "known_prefixes/*/note": "text",
         "known_prefixes/*/source": "text",
         "aliases/*": Entries("alias", "alias-added", "alias-removed"),
@@ -236,7 +236,7 @@ SCALE: dict[str, Attribute] = {
     "source": "scale-note",
     "page": "scale-note",
 }
-"""The rule of a scale that is no factor."""
+"""The rule of a scale without a fixed factor."""
 
 ATTRIBUTES: dict[type, dict[str, Attribute]] = {
     model.Protocol: {
@@ -330,7 +330,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "maximum": Elsewhere("fields"),
         "page": "page",
         "place": _PLACE,
-        "ranged": Ignored("where the range comes from; the range is compared"),
+        "ranged": Ignored("the source of the range, which is compared"),
         "open": "field-open",
         "default": "field-default",
         "constant": "field-constant",
@@ -341,7 +341,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "flags_by_unit": Elsewhere("fields"),
         "note": "text",
         "errata": _FROM_ERRATA,
-        "overlay": Ignored("its message says it, or the block of fields that it stands in"),
+        "overlay": Ignored("follows from its message, or from its block of fields"),
     },
     model.Format: {
         "name": Elsewhere("fields"),
@@ -351,7 +351,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
     },
     model.ParameterSet: {
         "name": _PAIRED,
-        "words": Ignored("its messages have the same words, and more"),
+        "words": Ignored("its messages have the same words and more"),
         "members": Elsewhere("sets"),
         "place": _PLACE,
     },

@@ -1,7 +1,7 @@
 """Changes between two registries: their kinds, classes and plain data.
 
-A kind has one class. An attribute that may change in ways of different classes has as many kinds. The
-plain data follow ``spec/schema/changes.schema.json``.
+Each kind has one class. An attribute whose changes can have different classes has several kinds. The plain
+data follow ``spec/schema/changes.schema.json``.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from stagewire_generator.model import Json
 
 
 class ChangeClass(enum.IntEnum):
-    """How grave a change is; the graver one is the greater."""
+    """The severity of a change; a graver class is greater."""
 
     DOC = 1
-    """Texts, pages, errata, examples; no program notices."""
+    """Texts, pages, errata, examples; programs are not affected."""
     SOURCE = 2
     """Generated names or types change; the bytes do not."""
     WIRE = 3
-    """Bytes change or become ambiguous, or are refused where they were sent."""
+    """Bytes change, become ambiguous, or are refused although they were accepted before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +30,12 @@ class Change:
 
     :param kind: slug of the kind, a key of ``KINDS``.
     :param level: the class, which follows from the kind.
-    :param where: what it is about, from the outermost in: ``{"message": …, "form": …, "field": …}``.
-        Where something was renamed, its new name.
-    :param old: as a person reads it; None where there was nothing.
-    :param new: as a person reads it; None where there is nothing any more.
-    :param text: what it means, in a sentence.
-    :param overlay: the overlay of the protocol that changes so; "" for the protocol itself.
+    :param where: the changed thing, outermost part first: ``{"message": …, "form": …, "field": …}``. It has
+        the new names of renamed things.
+    :param old: the old value in readable form; None if there was none.
+    :param new: the new value in readable form; None if there is none.
+    :param text: the meaning of the change, in one sentence.
+    :param overlay: the overlay that changed; "" for the protocol itself.
     """
 
     kind: str
@@ -49,186 +49,186 @@ class Change:
 
     @property
     def title(self) -> str:
-        """What changes: ``PROTOCOL``, or ``PROTOCOL/OVERLAY``."""
+        """The changed protocol or overlay: ``PROTOCOL`` or ``PROTOCOL/OVERLAY``."""
         return f"{self.protocol}/{self.overlay}" if self.overlay else self.protocol
 
 
 def worst(changes: Iterable[Change]) -> ChangeClass | None:
-    """Return the gravest class among the changes; None if there are none."""
+    """Return the gravest class among the changes, or None if there are no changes."""
     return max((change.level for change in changes), default=None)
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of change: its class, and a sentence on what it means."""
+    """A kind of change: its class, and its meaning in one sentence."""
 
     level: ChangeClass
     meaning: str
 
 
 _WIRE = {
-    "protocol-removed": "none of its frames is known any more",
-    "overlay-removed": "what it adds or lays out otherwise can no longer be asked for",
-    "framing": "frames are cut out of the stream otherwise",
-    "message-removed": "its frames are no longer known",
-    "message-id": "the message has other header bytes",
-    "message-direction": "its frames are taken from another side, or from one side only",
-    "message-kind": "other bytes begin it: it was another kind of message or command",
+    "protocol-removed": "frames of this protocol are no longer recognised",
+    "overlay-removed": "the messages and layouts of the overlay are no longer available",
+    "framing": "frames are separated from the stream in a different way",
+    "message-removed": "its frames are no longer recognised",
+    "message-id": "the message has different header bytes",
+    "message-direction": "its frames are accepted from another side, or from one side only",
+    "message-kind": "it begins with other bytes, because it is another kind of message or command",
     "command-size": "another number is sent in the size slot, or the slot is left out",
-    "command-dummy": "commands that were sent are refused as a dummy, or the other way round",
-    "setup-switch": "what follows the setup command is read in another format",
-    "addressee": "in a rack it goes to another address",
-    "call-default": "another value is sent where a caller gives none",
+    "command-dummy": "the command is now refused as a dummy, or no longer refused",
+    "setup-switch": "the bytes after the setup command are read in another format",
+    "addressee": "in a rack, the message is sent to another address",
+    "call-default": "another value is sent if the caller does not give one",
     "exchange": "other messages are sent or waited for, or at another time",
-    "layout-added": "packets that were refused, or read otherwise, are now read by this layout",
-    "layout-removed": "packets of this layout are refused, or read by another one",
-    "layout-context": "another context decides which layout the bytes have",
+    "layout-added": "packets that were refused or read by another layout are now read by this one",
+    "layout-removed": "packets of this layout are refused, or read by another layout",
+    "layout-context": "the layout of the bytes depends on another context",
     "layout-length": "the packet has another length",
-    "layout-only-zero": "a stream takes other headers for this message",
-    "field-added": "bytes of the frame are now this field, and were none or another",
-    "field-removed": "bytes of the frame are no longer this field",
-    "field-offset": "the field stands in another place",
-    "field-format": "the same value makes other bytes",
-    "field-role": "what is sent for the field when it is left out, or must be given, changes",
-    "field-range": "values that were sent are refused, or the other way round",
+    "layout-only-zero": "the headers that are read as this message have changed",
+    "field-added": "these bytes of the frame are a new field, or belonged to another field",
+    "field-removed": "these bytes of the frame no longer belong to this field",
+    "field-offset": "the field is at another position",
+    "field-format": "the same value is encoded as different bytes",
+    "field-role": "the field must now be given, may now be left out, or has another value when left out",
+    "field-range": "values that were accepted are now refused, or the reverse",
     "field-constant": "another value is sent",
-    "field-scale": "the field is converted by another scale: the same value makes other bytes",
-    "value-number": "the same name makes other bytes",
-    "bit-number": "the same name stands for another bit",
-    "quantity-unit": "the same number is taken in another unit",
-    "scale": "the same value in the unit makes other bytes",
-    "scale-removed": "conversions that worked are refused",
-    "setting": "another message, field or value tells what a scale depends on",
-    "controller-unit-removed": "conversions for this unit are refused, or made with another scale",
-    "address": "frames go to another address",
-    "unit-address": "frames for the unit go to another address",
-    "unit-channels": "the unit has other channels or bays to be addressed",
-    "unit-prefix": "a serial number is taken for another unit",
-    "unit-status": "the status of the unit is read by another layout",
-    "unit-keep-alive": "another message keeps the unit awake",
+    "field-scale": "the field is converted with another scale: the same value gives different bytes",
+    "value-number": "the same name is encoded as different bytes",
+    "bit-number": "the same name refers to another bit",
+    "quantity-unit": "the same number is interpreted in another unit",
+    "scale": "the same value in the unit gives different bytes",
+    "scale-removed": "conversions that worked are now refused",
+    "setting": "the value that a scale depends on comes from another message, field or name",
+    "controller-unit-removed": "conversions for this unit are refused, or use another scale",
+    "address": "frames are sent to another address",
+    "unit-address": "frames for the unit are sent to another address",
+    "unit-channels": "the unit has other channels or bays",
+    "unit-prefix": "a serial number identifies another unit",
+    "unit-status": "the status of the unit is read with another layout",
+    "unit-keep-alive": "another message is the keep-alive of the unit",
     "unit-rate": "the unit sends its status at another rate",
-    "unit-baud-rates": "the serial line of the unit has other rates",
-    "unclassified": "the kind of this fact is not known, so that it counts as the gravest",
+    "unit-baud-rates": "the serial line of the unit has other baud rates",
+    "unclassified": "a change of unknown kind, which counts as the gravest class",
 }
 _SOURCE = {
     "protocol-added": "new names; streams of this protocol can now be read",
-    "overlay-added": "new names, for whoever asks for the overlay; for all others nothing changes",
-    "protocol-renamed": "the protocol is found under another name",
+    "overlay-added": "new names when the overlay is selected; otherwise nothing changes",
+    "protocol-renamed": "the protocol has another name",
     "package": "the Python package is imported under another name",
     "module-added": "a new module of messages",
-    "module-removed": "the module of messages is gone",
+    "module-removed": "the module of messages was removed",
     "module-renamed": "the module of messages has another name",
-    "message-added": "new names; frames with this id were unknown and are now framed and read",
+    "message-added": "new names; frames with this id were unknown and can now be read",
     "message-renamed": "the classes have other names; the bytes are the same",
-    "message-id-added": "the message had no id; its frames were unknown and are now framed and read",
-    "message-module": "the classes stand in another module",
-    "message-words": "generated names are made of other words",
+    "message-id-added": "the message had no id; its frames were unknown and can now be read",
+    "message-module": "the classes are in another module",
+    "message-words": "generated names consist of other words",
     "message-set": "the message belongs to another parameter set",
-    "mention-added": "a name is known as that of a message without an id",
-    "mention-removed": "a name is no longer known as that of a message without an id",
+    "mention-added": "a new name of a message without an id",
+    "mention-removed": "the name of a message without an id was removed",
     "set-added": "a new parameter set",
-    "set-removed": "the parameter set is gone; its messages are reported by themselves",
+    "set-removed": "the parameter set was removed; its messages are reported separately",
     "set-renamed": "the parameter set has another name",
     "set-members": "the parameter set has other members",
     "layout-renamed": "the form, and perhaps its class, has another name; the bytes are the same",
     "class-renamed": "the class has another name",
     "call": "methods of device classes have another name",
-    "parameter-named": "a parameter byte that had no name has one, and must now be given",
-    "parameter-unnamed": "a parameter byte has lost its name, and may be left out",
+    "parameter-named": "a parameter byte without a name now has one, and must be given",
+    "parameter-unnamed": "a parameter byte no longer has a name, and may be left out",
     "field-renamed": "the field has another name; the bytes are the same",
-    "field-type": "the same bytes are text in one, bytes in the other",
-    "field-quantity": "the field has gained, lost or renamed its quantity; the scale is not another",
-    "field-target": "travel limits hold for the field, or hold no longer",
-    "field-enumeration": "the field gets its names from another enumeration, or none",
-    "field-flags": "the field gets the names of its bits from another table, or none",
-    "field-flags-by-unit": "on some units the bits get their names from another table",
-    "field-open": "device classes refuse unlisted values or bits of the field, or accept them again",
+    "field-type": "the same bytes were text and are now bytes, or the reverse",
+    "field-quantity": "the quantity of the field was added, removed or renamed; the scale is the same",
+    "field-target": "the travel limits now apply to the field, or no longer apply",
+    "field-enumeration": "the names for the field come from another enumeration, or there are none",
+    "field-flags": "the names for the bits come from another table, or there are none",
+    "field-flags-by-unit": "on some units, the names for the bits come from another table",
+    "field-open": "device classes now refuse unlisted values or bits of the field, or accept them again",
     "enumeration-added": "a new enumeration",
-    "enumeration-removed": "the enumeration is gone",
+    "enumeration-removed": "the enumeration was removed",
     "enumeration-renamed": "the enumeration has another name; its values are the same",
-    "enumeration-open": "device classes refuse unlisted values of the enumeration, or accept them again",
+    "enumeration-open": "device classes now refuse unlisted values of the enumeration, or accept them again",
     "value-added": "a new name for a value that was kept as a number",
-    "value-removed": "the value has no name any more; as a number it is kept",
-    "value-modifier": "device classes take the value together with others, or by itself",
+    "value-removed": "the value no longer has a name and is kept as a number",
+    "value-modifier": "device classes now combine the value with others, or no longer do",
     "value-renamed": "the value has another name; the number is the same",
     "flags-added": "a new flag table",
-    "flags-removed": "the flag table is gone",
+    "flags-removed": "the flag table was removed",
     "flags-renamed": "the flag table has another name; its bits are the same",
-    "flags-open": "device classes refuse unlisted bits of the table, or accept them again",
+    "flags-open": "device classes now refuse unlisted bits of the table, or accept them again",
     "bit-added": "a new name for a bit",
-    "bit-removed": "the bit has no name any more; its value is kept",
-    "bit-motion": "whether something moves is told by other bits",
-    "hindrance": "another state is named as what keeps something from moving",
-    "motion-target": "where a motion is to end is known from another fact",
-    "fault-report": "another message is taken for a fault report, or is read otherwise as one",
-    "effect": "programs that ask before they move something ask for other messages",
+    "bit-removed": "the bit no longer has a name; its value is kept",
+    "bit-motion": "other bits indicate motion",
+    "hindrance": "another state is reported as the reason why nothing moves",
+    "motion-target": "the target of a motion is determined in another way",
+    "fault-report": "another message is a fault report, or its contents are read differently",
+    "effect": "programs that ask for confirmation before a motion ask for other messages",
     "bit-renamed": "the bit has another name; its number is the same",
     "quantity-added": "a new quantity",
-    "quantity-removed": "the quantity is gone; its fields are reported by themselves",
+    "quantity-removed": "the quantity was removed; its fields are reported separately",
     "quantity-renamed": "the quantity has another name; unit and scale are the same",
     "scale-added": "conversions that were refused now work",
-    "setting-added": "a new setting that scales depend on is known",
-    "setting-removed": "what tells the setting is no longer known",
-    "scale-form": "the scale is written the other way round or under another key; it is the same",
-    "scale-refusal": "that the scale is unknown was said with a reason, or without one",
+    "setting-added": "a new setting for scales",
+    "setting-removed": "the fields that give the setting are no longer known",
+    "scale-form": "the scale is written with another key or as its inverse; its value is the same",
+    "scale-refusal": "a reason why the scale is unknown was added or removed",
     "stage-added": "a new stage",
-    "stage-removed": "the stage is gone",
+    "stage-removed": "the stage was removed",
     "stage-renamed": "the stage has another name; its scales are the same",
-    "stage-limit": "calls of device classes are refused beyond another limit of the stage, or no longer",
-    "controller-added": "a new group of units that scale alike",
-    "controller-removed": "the group of units is gone; the scales are reported with the stages",
+    "stage-limit": "device classes enforce another limit of the stage, or no limit",
+    "controller-added": "a new group of units with the same scales",
+    "controller-removed": "the group of units was removed; the scales are reported with the stages",
     "controller-renamed": "the group has another name; its units are the same",
-    "controller-unit-added": "conversions for this unit now work by its own name",
+    "controller-unit-added": "conversions now work with the name of this unit",
     "unit-added": "a new unit",
-    "unit-removed": "the unit is gone",
-    "unit-messages": "the unit is given the messages of another list or family",
-    "unit-stages": "other stages are known on the unit",
-    "unit-pause": "clients leave another pause after what has no reply",
-    "unit-also-at": "other addresses are known that the units answer to besides their own",
+    "unit-removed": "the unit was removed",
+    "unit-messages": "the unit has the messages of another list or family",
+    "unit-stages": "the unit supports other stages",
+    "unit-pause": "clients make another pause after messages without a reply",
+    "unit-also-at": "the units also answer to other addresses",
     "family-added": "a new family of units",
-    "family-removed": "the family of units is gone",
+    "family-removed": "the family of units was removed",
     "list-added": "a new list of messages",
-    "list-removed": "the list of messages is gone",
+    "list-removed": "the list of messages was removed",
     "list-messages": "the units of this list or family have other messages",
-    "alias-added": "a unit newer than the document is known",
-    "alias-removed": "a unit newer than the document is no longer known",
-    "unit-model": "other reported models are taken for the unit",
-    "prefix-added": "serial numbers with this prefix are now known",
-    "prefix-shared": "the prefix is that of other units as well, or no longer; the reported model decides",
-    "prefix-removed": "serial numbers with this prefix are no longer known",
+    "alias-added": "a new name of a unit that is newer than the document",
+    "alias-removed": "the name of a unit that is newer than the document was removed",
+    "unit-model": "other reported models identify the unit",
+    "prefix-added": "serial numbers with this prefix are now recognised",
+    "prefix-shared": "the prefix is now shared with other units, or no longer; the reported model decides",
+    "prefix-removed": "serial numbers with this prefix are no longer recognised",
 }
 _DOC = {
     "text": "another text",
     "page": "another page",
     "order": "the same entries in another order",
     "document": "another document, or other facts about it",
-    "name-prefix": "the document's prefix of names, which the registry drops",
-    "format": "the table of formats; fields whose bytes change are reported by themselves",
-    "context": "a context or its values; layouts that it decides are reported by themselves",
-    "chapter-added": "a chapter without messages",
-    "chapter-removed": "a chapter without messages",
-    "chapter-renamed": "a chapter without messages",
-    "parameter-zero": "that a parameter byte without a name is always zero was said, or is now",
+    "name-prefix": "the prefix of names in the document, which the registry drops",
+    "format": "the table of formats; fields with different bytes are reported separately",
+    "context": "a context or its values; affected layouts are reported separately",
+    "chapter-added": "a new chapter without messages",
+    "chapter-removed": "a chapter without messages was removed",
+    "chapter-renamed": "a chapter without messages has another name",
+    "parameter-zero": "a parameter byte without a name is now documented as zero, or no longer",
     "field-format-name": "the format has another name; size, sign and kind are the same",
-    "field-default": "the default that the document gives; nothing sends it by itself",
-    "flags-format": "the format for which the bits are listed; fields are reported by themselves",
-    "limit-note": "where the limit is from, or why it is unknown",
-    "scale-note": "how the scale is printed, where it is from, or why it is unknown",
-    "keyboard": "what is typed for a byte",
+    "field-default": "the default in the document, which is never sent automatically",
+    "flags-format": "the format in the flag table; fields are reported separately",
+    "limit-note": "the source of the limit, or why it is unknown",
+    "scale-note": "the printed form or source of the scale, or why it is unknown",
+    "keyboard": "the keys to type for a byte",
     "value-reserved": "whether the document reserves the value for future use",
-    "firmware": "what depends on the firmware of the controller",
-    "hardware-type": "what a hardware type stands for",
+    "firmware": "notes on firmware versions",
+    "hardware-type": "the meaning of a hardware type",
     "erratum-added": "a new erratum",
-    "erratum-removed": "the erratum is gone",
+    "erratum-removed": "the erratum was removed",
     "erratum-renamed": "the erratum has another slug",
-    "erratum": "what the erratum says",
-    "rule-added": "a new rule of the document",
-    "rule-removed": "the rule is gone",
+    "erratum": "the contents of the erratum",
+    "rule-added": "a new rule from the document",
+    "rule-removed": "the rule was removed",
     "rule-renamed": "the rule has another slug",
-    "rule": "what the rule says, how strong it is, or whom it binds",
+    "rule": "the text, strength or subject of the rule",
     "example-added": "a new worked example or capture",
-    "example-removed": "the worked example or capture is gone",
-    "example": "what the worked example or capture says",
+    "example-removed": "the worked example or capture was removed",
+    "example": "the contents of the worked example or capture",
 }  # fmt: skip
 
 KINDS: dict[str, Kind] = {
@@ -240,20 +240,24 @@ KINDS: dict[str, Kind] = {
     )
     for kind, meaning in table.items()
 }
-"""Slug -> kind, the gravest first."""
+"""Slug -> kind, gravest class first."""
 
 
 SCHEMA_VERSION = 1
 
 
 def counts(changes: Sequence[Change]) -> dict[ChangeClass, int]:
-    """Return how many changes each class has, the gravest first."""
+    """Return the number of changes in each class, gravest class first."""
     levels = [change.level for change in changes]
     return {level: levels.count(level) for level in sorted(ChangeClass, reverse=True)}
 
 
 def report(old: str, new: str, changes: Sequence[Change]) -> Json:
-    """Return the changes from ``old`` to ``new``, which are named as the user named them."""
+    """Return the changes as plain data.
+
+    :param old: the old side, as the user named it.
+    :param new: the new side, as the user named it.
+    """
     return {
         "schema_version": SCHEMA_VERSION,
         "old": old,

@@ -1,7 +1,7 @@
 """Compare two checked specs, and list every difference with its kind.
 
-A side of the comparison is a spec with its protocols, and each protocol under each of its overlays.
-Documents, errata, rules, worked examples and captures, the evidence for the registry, are compared here.
+Each side of the comparison is a spec with its protocols, and each protocol with each of its overlays applied.
+This module also compares the evidence for the registry: documents, errata, rules, worked examples, captures.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from stagewire_generator.reader import Files
 
 
 def compare_overlays(comparison: Comparison, old: Protocol, new: Protocol) -> None:
-    """Compare which overlays there are, and what each says of its document.
+    """Compare the list of overlays, and the document of each.
 
-    What an overlay adds or replaces is reported where it shows.
+    The entries of overlays are compared with those of the protocol.
     """
     names = ([overlay.name for overlay in protocol.overlays] for protocol in (old, new))
     comparison.attribute(NOWHERE, "overlays", "document", *names)
@@ -69,7 +69,7 @@ def _rule(rule: Rule) -> tuple[object, ...]:
 
 
 def _slugs(comparison: Comparison, noun: str, pairs: Pairs[Erratum] | Pairs[Rule]) -> None:
-    """Note what was added, removed, renamed and changed among things with slugs."""
+    """Record which things with slugs were added, removed, renamed or changed."""
     for thing in pairs.removed:
         comparison.add(f"{noun}-removed", {noun: thing.id}, thing.id, None)
     for thing in pairs.added:
@@ -104,7 +104,7 @@ def _vectors(comparison: Comparison, noun: str, old: Json, new: Json) -> None:
 
 
 def _same(old: Any, new: Any, comparison: Comparison) -> bool:
-    """Whether two parts of an example differ at most in names of messages that were renamed."""
+    """Whether two parts of an example are the same apart from renamed messages."""
     if isinstance(old, dict) and isinstance(new, dict):
         return old.keys() == new.keys() and all(_same(old[k], new[k], comparison) for k in old)
     if isinstance(old, list) and isinstance(new, list):
@@ -117,11 +117,11 @@ def _same(old: Any, new: Any, comparison: Comparison) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """What ``check`` makes of a spec. A title is ``PROTOCOL``, or ``PROTOCOL/OVERLAY``.
+    """A checked spec. A title is ``PROTOCOL`` or ``PROTOCOL/OVERLAY``.
 
-    :param protocols: without overlays.
-    :param files: title -> the files of a protocol, or those that an overlay has of its own.
-    :param overlays: title -> the protocol under this overlay alone.
+    :param protocols: the protocols without overlays.
+    :param files: title -> the files of the protocol, or of the overlay only.
+    :param overlays: title -> the protocol with only this overlay applied.
     """
 
     protocols: Sequence[Protocol]
@@ -130,7 +130,7 @@ class Spec:
 
     @classmethod
     def of(cls, checked: Mapping[str, Checked]) -> Spec:
-        """Return the side that was checked, by titles."""
+        """Return a spec from the results of a check."""
         models = {title: one.protocol for title, one in checked.items()}
         return cls(
             protocols=[model for title, model in models.items() if "/" not in title],
@@ -150,15 +150,15 @@ class Spec:
 
 
 def compare(old: Sequence[Protocol], new: Sequence[Protocol]) -> list[Change]:
-    """Return what changed from the checked models ``old`` to ``new``, the gravest first.
+    """Return the changes from the checked models ``old`` to ``new``, gravest first.
 
-    Within a class the changes stand in the order of the registry. Nothing changed if the list is empty.
+    Within a class the changes are in the order of the registry.
     """
     return compare_specs(Spec(old), Spec(new))
 
 
 def compare_specs(old: Spec, new: Spec) -> list[Change]:
-    """Return what changed in the protocols and in each of their overlays, the gravest first."""
+    """Return the changes in the protocols and in each of their overlays, gravest first."""
     before_by_name, after_by_name = ({p.name: p for p in s.protocols} for s in (old, new))
     pairs = pair(before_by_name, after_by_name, _messages)
     changes: list[Change] = []
@@ -194,10 +194,10 @@ def _protocol(old: Protocol, new: Protocol) -> list[Change]:
 def _overlays(
     old: Spec, new: Spec, before: str, after: str, of_protocol: Sequence[Change]
 ) -> Iterator[Change]:
-    """Yield what changed in the overlays of a protocol, which has perhaps another name.
+    """Yield the changes in the overlays of a protocol, which may have been renamed.
 
-    The protocol under an overlay changes with the protocol. That is told once, unless the thing stands in the
-    overlay: then it was changed there, too, and is a fact of another document.
+    A change in the protocol also changes the protocol with an overlay. It is reported once, unless the
+    overlay itself contains the changed thing: then it also changed there, and concerns another document.
     """
     told = {_facts(change) for change in of_protocol}
     was, is_ = old.overlays_of(before), new.overlays_of(after)

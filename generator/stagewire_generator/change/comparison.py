@@ -1,4 +1,4 @@
-"""Collects the changes of one protocol; compares attributes by the tables."""
+"""Collect the changes of one protocol, and compare attributes as the tables specify."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ def change(
     new: object = None,
     text: str = "",
 ) -> Change:
-    """Return a change of a kind, with its values as a person reads them."""
+    """Return a change of a kind, with its values in readable form."""
     found = KINDS[kind]
     before, after = (_shown(value, _HEX.get(kind, 0)) for value in (old, new))
     return Change(kind, found.level, protocol, dict(where), before, after, text or found.meaning)
 
 
 class Comparison:
-    """The changes of one protocol, as they are found."""
+    """The changes found in one protocol."""
 
     def __init__(self, protocol: str, matches: Matches) -> None:
         self.protocol = protocol
@@ -55,19 +55,19 @@ class Comparison:
     def add(
         self, kind: str, where: Where, old: object = None, new: object = None, text: str = ""
     ) -> None:
-        """Note a change; without a ``text`` of its own it means what its kind means."""
+        """Add a change; the default for ``text`` is the meaning of its kind."""
         self.changes.append(change(kind, self.protocol, where, old, new, text))
 
     def renamed(self, kind: str, name: str) -> str:
-        """Return the new name of what the old registry calls ``name``, or a field of it ``NAME.field``."""
+        """Return the new name for ``name`` or ``NAME.field`` of the old registry."""
         first, dot, field = name.partition(".")
         return self.matches.renamed(kind).get(first, first) + dot + field
 
     def names(self, kind: str, noun: str, pairs: Pairs[Any], where: Where = NOWHERE) -> None:
-        """Note what was added, removed and renamed among the things of a kind.
+        """Add a change for each thing of a kind that was added, removed or renamed.
 
         :param kind: first word of the three kinds of changes.
-        :param noun: what ``where`` calls such a thing.
+        :param noun: the noun for such a thing in ``where``.
         """
         for thing in pairs.removed:
             self.add(f"{kind}-removed", {**where, noun: thing.name}, thing.name, None)
@@ -88,7 +88,7 @@ class Comparison:
     def attribute(
         self, where: Where, name: str, attribute: Attribute | Entries, old: Any, new: Any
     ) -> None:
-        """Compare one value; what is compared elsewhere or ignored is passed over."""
+        """Compare one value, unless it is compared elsewhere or ignored."""
         if isinstance(attribute, Names):
             kind, of = attribute.kind, attribute.of
             expected = self._renamed(of, old)
@@ -113,7 +113,7 @@ class Comparison:
         new: Json,
         path: str = "",
     ) -> None:
-        """Compare plain data by a table of paths. A path that the table lacks counts as WIRE."""
+        """Compare plain data by a table of paths; a path that is not in the table counts as WIRE."""
         for key in (*old, *(key for key in new if key not in old)):
             named = f"{path}{key}"
             inside = named in table or any(known.startswith(f"{named}/") for known in table)
@@ -149,14 +149,14 @@ def _listed(value: object) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Return a thing of the model as its name, and a tuple as the list that stands in the YAML."""
+    """Return the name of a thing in the model, a tuple as the list in the YAML, or the value itself."""
     if isinstance(value, tuple):
         return list(value)
     return getattr(value, "name", value)
 
 
 def _shown(value: Any, digits: int) -> str | None:
-    """Return a value as a person reads it, integers with so many hex digits; None for an empty one."""
+    """Return a value in readable form, with this many hex digits in integers; None if it is empty."""
     value = _plain(value)
     if value is None or value in ("", [], {}):
         return None

@@ -1,9 +1,9 @@
-"""Whether every change on the wire says, in the same change, how anybody knows.
+"""Check that every change on the wire comes with evidence in the same change.
 
-A WIRE change is vouched for when the new side refers to something for the changed thing that the old one did
-not: an erratum, a page, a part of the witness, a worked example; or when the old one explained a difference
-that is gone; or when it is another document. An overlay speaks for what changes in it, from its own document.
-``docs/reference/changes.md`` has the rule in full.
+A WIRE change needs a reference for the changed thing that is new: an erratum, a page, a part of the witness,
+or a worked example. It is also accepted if an erratum for the thing was withdrawn because a difference is
+gone, or if the document is another one. A change in an overlay needs evidence from the document of the
+overlay. ``docs/reference/changes.md`` describes the rules in full.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from stagewire_generator.change.references import Side
 from stagewire_generator.change.subjects import Subject, old_name, place_of, subjects_of
 from stagewire_generator.diagnostics import Diagnostic, Diagnostics, Place
 
-_KEEP = "keep the protocol, or compare with a revision that does not have it"
+_KEEP = "restore the protocol, or compare with a revision that does not have it"
 
 
 def unvouched(changes: Sequence[Change], old: Spec, new: Spec) -> list[Diagnostic]:
-    """Return a diagnostic for each WIRE change that comes without evidence, at its place in the new files.
+    """Return a diagnostic for each WIRE change without evidence, at its position in the new files.
 
-    :param changes: what ``compare_specs`` found from ``old`` to ``new``.
+    :param changes: the changes from ``old`` to ``new``, as returned by ``compare_specs``.
     """
     found = Diagnostics()
     names = {c.new: c.old for c in changes if c.kind == "protocol-renamed"}
@@ -44,12 +44,12 @@ def unvouched(changes: Sequence[Change], old: Spec, new: Spec) -> list[Diagnosti
 
 
 def _side(spec: Spec, change: Change) -> Side:
-    """Return what a change is about, as one of the specs has it."""
+    """Return the side of one of the specs for a change."""
     return Side(spec.model(change.title), spec.files[change.title], overlay=change.overlay)
 
 
 class _Witness:
-    """Both sides of a protocol or of one of its overlays, asked for one change after the other."""
+    """Both sides of a protocol or overlay, for checking one change after the other."""
 
     def __init__(self, old: Side, new: Side) -> None:
         self.matches: Matches = match(old.protocol, new.protocol)
@@ -57,10 +57,10 @@ class _Witness:
         renamed = {o: n for kind in kinds for o, n in self.matches.renamed(kind).items()}
         self.old = replace(old, renamed=renamed)
         self.new = new
-        self._known: dict[tuple[Subject, bool], bool] = {}  # one thing has many changes
+        self._known: dict[tuple[Subject, bool], bool] = {}  # a subject may have many changes
 
     def hear(self, change: Change, found: Diagnostics) -> None:
-        """Note a change that nothing vouches for."""
+        """Add a diagnostic if a change has no evidence."""
         if self.old.document != self.new.document:
             return
         removed = change.new is None and change.old == next(iter(change.where.values()), "")
@@ -71,10 +71,10 @@ class _Witness:
         place = place_of(change, self.new.protocol, self.new.files)
         where = f" in the overlay {change.overlay}" if change.overlay else ""
         if removed:
-            what = f"{_shown(change)}; no new erratum{where} has {subjects[0]} in its subject"
+            what = f"{_shown(change)}; no new erratum{where} names {subjects[0]} in its subject"
             found.add(place, "SW051", what)
             return
-        missing = f"no erratum, page, witness or example of it{where} is new or altered"
+        missing = f"no erratum, page, witness or example for it{where} is new or changed"
         what = f"{_shown(change)}; {missing}"
         found.add(place, "SW050", what, _hint(subjects[0]))
 
@@ -96,7 +96,7 @@ class _Witness:
 
 
 def _shown(change: Change) -> str:
-    """Return where a change is, from the outside, its kind, and both sides of it."""
+    """Return the location of a change, outermost part first, its kind, and both values."""
     noun = next(iter(change.where), "attribute")
     where = " ".join(change.where.values())
     where = where if noun in ("attribute", "message") else f"{noun} {where}"
@@ -104,7 +104,7 @@ def _shown(change: Change) -> str:
 
 
 def _hint(subject: Subject) -> str:
-    """Return how an erratum names what has no place in its lists; nothing where the general cure says all."""
+    """Return a hint on how an erratum names a subject other than a message; empty for messages."""
     if subject.noun in ("message", "set"):
         return ""
     return (

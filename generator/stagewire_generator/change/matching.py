@@ -1,7 +1,7 @@
-"""Pair the entries of the old registry with those of the new one, also under other names.
+"""Pair the entries of the old registry with those of the new one, even if they were renamed.
 
-Entries are paired by name, or by content where the name changed. Scales are compared by their exact
-effect on counts, however they are written.
+Entries are paired by name, or by content if the name changed. Scales are compared by their exact effect on
+counts, whatever their notation.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Pairs(Generic[T]):
-    """Things that are on both sides, and on one only; each in the order of its side."""
+    """Things that are on both sides or on one side only, each in the order of its side."""
 
     kept: tuple[tuple[T, T], ...]
     renamed: Mapping[str, str]  # old name -> new name
     added: tuple[T, ...]
     removed: tuple[T, ...]
-    reordered: bool  # whether those that are kept follow one another otherwise
+    reordered: bool  # whether the order of the kept things changed
 
 
 def pair(
@@ -33,8 +33,8 @@ def pair(
 ) -> Pairs[T]:
     """Pair the things of both sides.
 
-    A thing whose name is gone is the one with the same ``signature`` whose name is new, when there is exactly
-    one of each; a signature of None is like no other.
+    An old name and a new name belong to the same thing if they have the same ``signature`` and no others do.
+    A signature of None matches nothing.
     """
     gone = _by_signature({name: t for name, t in old.items() if name not in new}, signature)
     come = _by_signature({name: t for name, t in new.items() if name not in old}, signature)
@@ -68,18 +68,18 @@ def _by_signature(
 
 
 Scale = Factor | Json | str | None
-"""A factor; a rule (``{"by": …}``, ``{"unknown": why}``); why there is none; nothing at all."""
+"""A factor; a rule (``{"by": …}``, ``{"unknown": why}``); the reason why it is unknown; or nothing."""
 
 _NOTES = ("printed", "source", "page")
 
 
 def known(scale: Scale) -> bool:
-    """Whether counts can be converted by the scale, given what it depends on."""
+    """Whether the scale can convert counts, given the values that it depends on."""
     return isinstance(scale, Factor) or (isinstance(scale, dict) and "by" in scale)
 
 
 def exact(scale: Scale) -> Hashable:
-    """Return what decides a conversion: two scales that convert alike give the same."""
+    """Return a value that is equal for two scales if they convert in the same way."""
     if isinstance(scale, Factor):
         return scale.counts_per_unit
     if not isinstance(scale, dict) or not known(scale):
@@ -94,9 +94,9 @@ def exact(scale: Scale) -> Hashable:
 
 
 def same_scale(old: Quantity, new: Quantity) -> bool:
-    """Whether fields of the one quantity convert as fields of the other.
+    """Whether fields of both quantities are converted in the same way.
 
-    Two quantities by stage do not: each has factors of its own in the stages.
+    Two quantities whose scale depends on the stage never are: each has its own factors in the stages.
     """
     one, other = (quantity.factor or quantity.rule for quantity in (old, new))
     if isinstance(one, dict) and one.get("by") == "stage":
@@ -114,7 +114,7 @@ N = TypeVar("N", bound=_Named)
 
 @dataclass(frozen=True, slots=True)
 class Matches:
-    """The pairs of everything that others refer to by name."""
+    """The pairs of all things that are referred to by name."""
 
     chapter: Pairs[model.Chapter]
     message: Pairs[model.Message]
@@ -126,20 +126,20 @@ class Matches:
     stage: Pairs[model.Stage]
 
     def renamed(self, kind: str) -> Mapping[str, str]:
-        """Return old name -> new name of what was renamed among the things of a kind."""
+        """Return old name -> new name of the renamed things of a kind."""
         pairs: Pairs[Any] = getattr(self, kind)
         return pairs.renamed
 
 
 def match(old: model.Protocol, new: model.Protocol) -> Matches:
-    """Pair what has names in two registries of one protocol."""
+    """Pair the named things in two registries of one protocol."""
     messages = pair(_named(old.messages), _named(new.messages), _message)
     quantities = pair(_named(old.quantities), _named(new.quantities), _quantity)
     controllers = pair(
         _named(old.controllers), _named(new.controllers), lambda c: frozenset(c.members)
     )
 
-    # What is renamed is not in the new registry, so that new names pass through these unchanged.
+    # The old name of a renamed thing is not in the new registry, so new names pass through unchanged.
     def members(found: model.ParameterSet) -> Hashable:
         return frozenset((r, messages.renamed.get(m, m)) for r, m in found.members.items())
 
@@ -171,15 +171,15 @@ def match(old: model.Protocol, new: model.Protocol) -> Matches:
 
 
 def match_layouts(old: model.Message, new: model.Message) -> Pairs[model.Layout]:
-    """Pair the layouts of a message; under another form it is the one with the same bytes.
+    """Pair the layouts of a message by form, or else by their bytes.
 
-    The context is not asked for: a layout that is split in two gets a context and a name at once.
+    The context does not matter: a layout that is split in two gets a context and another name together.
     """
     return pair({x.form: x for x in old.layouts}, {x.form: x for x in new.layouts}, _layout)
 
 
 def match_fields(old: model.Layout, new: model.Layout) -> Pairs[model.Field]:
-    """Pair the fields of a packet; under another name it is the one in the same bytes."""
+    """Pair the fields of a packet by name, or else by their bytes."""
     return pair(_named(old.fields), _named(new.fields), _field)
 
 

@@ -12,7 +12,7 @@ from stagewire_generator.naming import message_classes
 
 
 def compare_field(comparison: Comparison, where: Where, old: Field, new: Field) -> None:
-    """Compare a field that is on both sides; its name is compared by the caller."""
+    """Compare a field that is on both sides; the caller compares its name."""
     comparison.attributes(where, old, new)
     _format(comparison, where, old, new)
     _range(comparison, where, old, new)
@@ -40,7 +40,7 @@ def _format(comparison: Comparison, where: Where, old: Field, new: Field) -> Non
     else:
         kind = "field-format"
     names = [before.name, after.name]
-    if before.name == after.name:  # the table of formats says something else of it now
+    if before.name == after.name:  # its entry in the table of formats changed
         names = [
             f"{f.name} ({f.size} bytes, {'un' * (not f.signed)}signed)" for f in (before, after)
         ]
@@ -61,7 +61,7 @@ def _quantity(comparison: Comparison, where: Where, old: Field, new: Field) -> N
         return
     if before and after:
         if comparison.renamed("quantity", before.name) == after.name:
-            return  # what changed in it is reported with the quantity
+            return  # changes in it are reported with the quantity
         kind = "field-quantity" if same_scale(before, after) else "field-scale"
         comparison.add(kind, where, before.name, after.name)
     else:
@@ -76,7 +76,7 @@ def compare_layouts(comparison: Comparison, where: Where, old: Message, new: Mes
     pairs = match_layouts(old, new)
     for layout in pairs.removed:
         text = (
-            "" if new.documented else "the message has no layout any more; its bytes are kept raw"
+            "" if new.documented else "the message no longer has a layout; its bytes are kept raw"
         )
         comparison.add("layout-removed", {**where, "form": layout.form}, layout.form, None, text)
     for layout in pairs.added:
@@ -104,11 +104,9 @@ def compare_layouts(comparison: Comparison, where: Where, old: Message, new: Mes
 
 
 def _arrival(old: Message, new: Message, layout: Layout) -> str:
-    """Return what a new layout does to bytes that could be read before."""
+    """Return the effect of a new layout on bytes that could be read before."""
     if not old.documented:
-        return (
-            "the message had no layout, and its bytes were kept raw; now they are read by this one"
-        )
+        return "the message had no layout and its bytes were kept raw; this layout now reads them"
     return _ambiguity(new, layout) if layout.when else ""
 
 
@@ -116,7 +114,7 @@ def _context(new: Message, before: Layout, after: Layout) -> str:
     if before.when and after.when:
         return ""
     if before.when:
-        return f"no context is needed any more: {_packet(after)} can only be this layout"
+        return f"a context is no longer needed: {_packet(after)} can only be this layout"
     return _ambiguity(new, after)
 
 
@@ -124,13 +122,13 @@ def _ambiguity(message: Message, layout: Layout) -> str:
     rivals = " or ".join(other.form for other in _rivals(message, layout))
     said = ", ".join(f"{context}: {value}" for context, value in layout.when.items())
     return (
-        f"bytes alone are ambiguous: {_packet(layout)} may be {rivals}, too, and only the context "
+        f"the bytes alone are ambiguous: {_packet(layout)} may also be {rivals}, and only the context "
         f"({said}) decides"
     )
 
 
 def _rivals(message: Message, layout: Layout) -> list[Layout]:
-    """Return the other layouts of the message that the same bytes could have."""
+    """Return the other layouts of the message that match the same bytes."""
     header = layout.form == "header"
     return [
         other
@@ -146,7 +144,7 @@ def _packet(layout: Layout) -> str:
 
 
 def _parameters(comparison: Comparison, where: Where, old: Layout, new: Layout) -> None:
-    """Compare the parameter bytes. One without a name may hold any value, and is zero when left out."""
+    """Compare the parameter bytes; one without a name may have any value, and is zero when left out."""
     pairs = pair(_slots(old), _slots(new), lambda slot: slot[0])
     for _, gone in pairs.removed:
         if gone:
@@ -177,13 +175,13 @@ def _parameters(comparison: Comparison, where: Where, old: Layout, new: Layout) 
 
 
 def _slots(layout: Layout) -> dict[str, tuple[str, Field | None]]:
-    """Return the two parameter bytes by the names that code has for them."""
+    """Return the two parameter bytes by their names in code."""
     slots = (("param1", layout.param1), ("param2", layout.param2))
     return {field.name if field else slot: (slot, field) for slot, field in slots}
 
 
 def _nameless(key: str, named: Field) -> Field:
-    """Return a parameter byte without a name, which says as little as possible otherwise than ``named``."""
+    """Return a parameter byte without a name that otherwise differs from ``named`` as little as possible."""
     return replace(
         named,
         name=key,
@@ -222,7 +220,7 @@ def compare_messages(comparison: Comparison, old: Protocol, new: Protocol) -> No
         text = ""
         owner = ids.get((message.kind, message.id))
         if owner:
-            text = f"new names; frames with this id were {owner} and are now read as this message"
+            text = f"new names; frames with this id were {owner} and are now this message"
         kind = "mention-added" if message.id is None else "message-added"
         comparison.add(kind, {"message": message.name}, None, message.name, text)
     for before, after in pairs.kept:
@@ -242,7 +240,7 @@ def _message(comparison: Comparison, old: Message, new: Message) -> None:
         text = (
             ""
             if new.id is not None
-            else "the message has no id any more; its frames are no longer known"
+            else "the message no longer has an id; its frames are no longer recognised"
         )
         comparison.add("message-id", where, old.id, new.id, text)
     comparison.attributes(where, old, new)
@@ -257,7 +255,7 @@ def _message(comparison: Comparison, old: Message, new: Message) -> None:
 def compare_firmware(
     comparison: Comparison, where: Where, old: Sequence[Firmware], new: Sequence[Firmware]
 ) -> None:
-    """Compare what depends on the firmware of the controller."""
+    """Compare the notes on firmware versions."""
     if old != new:
         before, after = (
             [
@@ -271,12 +269,12 @@ def compare_firmware(
 
 def _class_names(old: Message, new: Message) -> str:
     if old.class_name == new.class_name:
-        return "names in other languages may change; the Python class has the same"
+        return "names in other languages may change; the Python class keeps its name"
     return f"the class {old.class_name} is now {new.class_name}"
 
 
 def compare_sets(comparison: Comparison) -> None:
-    """Compare the parameter sets and who belongs to them."""
+    """Compare the parameter sets and their members."""
     pairs = comparison.matches.set
     comparison.names("set", "set", pairs)
     for old, new in pairs.kept:
@@ -286,7 +284,7 @@ def compare_sets(comparison: Comparison) -> None:
 
 
 def compare_chapters(comparison: Comparison, old: Protocol, new: Protocol) -> None:
-    """Compare the chapters, and the modules that those with messages become."""
+    """Compare the chapters, and the modules generated for chapters with messages."""
     pairs = comparison.matches.chapter
     modules, new_modules = _modules(old), _modules(new)
     for chapter in pairs.removed:
@@ -308,5 +306,5 @@ def compare_chapters(comparison: Comparison, old: Protocol, new: Protocol) -> No
 
 
 def _modules(protocol: Protocol) -> set[str]:
-    """Return the chapters that become modules: those with a message that has an id."""
+    """Return the chapters that become modules: those that contain a message with an id."""
     return {message.chapter for message in protocol.messages if message.id is not None}

@@ -1,6 +1,6 @@
 """Compare tables of values, quantities, stages and controllers.
 
-A value in a unit should make the same bytes in both registries.
+The same value in a unit should give the same bytes in both registries.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def _compare(
     members: Callable[[Table], tuple[Member, ...]],
     number: Callable[[Member], int],
 ) -> None:
-    """Compare tables of one kind; a member under another name is the one with the same number."""
+    """Compare tables of one kind; members are paired by name, or else by number."""
     comparison.names(noun, noun, tables)
     for old, new in tables.kept:
         where = {noun: new.name}
@@ -60,7 +60,7 @@ def _compare(
 
 
 def compare_scales(comparison: Comparison) -> None:
-    """Compare everything that turns counts into engineering units."""
+    """Compare everything that converts counts to engineering units."""
     matches = comparison.matches
     comparison.names("quantity", "quantity", matches.quantity)
     for old, new in matches.quantity.kept:
@@ -111,7 +111,7 @@ def _stage(comparison: Comparison, where: Where, old: Stage, new: Stage) -> None
 def _limit(
     comparison: Comparison, where: Where, old: Limit | str | None, new: Limit | str | None
 ) -> None:
-    """Compare two limits of a stage; of one that is unknown there is a reason, or nothing at all."""
+    """Compare two limits of a stage; an unknown limit is a reason, or None."""
     if isinstance(old, Limit) and isinstance(new, Limit):
         comparison.attributes(where, old, new)
         return
@@ -124,7 +124,7 @@ def _limit(
 
 
 def _scale(comparison: Comparison, where: Where, old: Scale, new: Scale) -> None:
-    """Compare two scales, or a scale with none."""
+    """Compare two scales, one or both of which may be missing."""
     if not known(old) and not known(new):
         _unknown(comparison, where, old, new)
     elif not known(new):

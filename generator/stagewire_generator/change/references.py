@@ -1,7 +1,7 @@
 """The references of one side for a subject: errata, pages, the transcription and worked examples.
 
-References are compared as sets: a reference that only the new side has is the evidence that came with the
-change. So a text that is reworded, or a page that did not change, is not evidence.
+References are compared as sets: a reference that only the new side has is evidence for a change. A reworded
+text or an unchanged page is not evidence.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from stagewire_generator.model import (
 )
 from stagewire_generator.reader import Files
 
-# Integers of the witness that say something; all others are lines in the text of the document.
+# Integers of the witness with a meaning; all others are line numbers in the text of the document.
 _NUMBERS = frozenset({"page", "structure", "packet", "last_offset"})
 _BLANKS = re.compile(r"[ _]+")
-# Keys of the chapters: rows that may be about a message, what is about the framing, and rows about others.
+# Keys of the chapters: rows that may concern a message, parts about the framing, and rows about others.
 _ROWS_OF_MESSAGES = ("rows", "mentions")
 _OF_THE_FRAMING = ("prefix", "length", "bytes", "groups", "sizes", "terminator", "addresses")
 _ROWS_OF_OTHERS = {
@@ -41,9 +41,9 @@ _ROWS_OF_OTHERS = {
 
 
 def witnessed(subject: Subject, protocol: Protocol, printed: Iterable[Any]) -> set[str]:
-    """Return every part of the witness that is about a thing, as canonical JSON.
+    """Return every part of the witness that concerns a subject, as canonical JSON.
 
-    :param printed: the data of the files of the witness.
+    :param printed: the data of the witness files.
     """
     return {
         json.dumps(_bare(part), sort_keys=True)
@@ -69,7 +69,7 @@ def _parts(subject: Subject, protocol: Protocol, data: Any) -> Iterator[Any]:
 
 
 def _sections(message: Message, data: Any) -> Iterator[Any]:
-    """Yield what is printed under the heading of a message or command."""
+    """Yield the sections under the heading of a message or command."""
     if message.name in data.get("messages", {}):
         yield data["messages"][message.name]
     for section in data.get("commands", []):
@@ -89,7 +89,7 @@ def _named_rows(message: Message, protocol: Protocol, data: Any) -> Iterator[Any
 
 
 def _tables(subject: Subject, protocol: Protocol, data: Any) -> Iterator[Any]:
-    """Yield the printed lists of values and bits of the fields that have a table, and of the axes."""
+    """Yield the printed lists of values and bits for the fields with a table, and of the axes."""
     if subject.noun == "enumeration" and subject.name == protocol.framing.get("axes"):
         yield from data.get("axes", [])
     for message in protocol.messages:
@@ -109,7 +109,7 @@ def _fields_with(subject: Subject, message: Message) -> Iterator[Field]:
 
 
 def _bare(part: Any) -> Any:
-    """Return a part of the witness without lines: a text that moves in the document says the same."""
+    """Return a part of the witness without line numbers, which change when a text only moves."""
     if isinstance(part, Mapping):
         return {
             key: _bare(value) if not _is_line(value) or key in _NUMBERS else None
@@ -121,7 +121,7 @@ def _bare(part: Any) -> Any:
 
 
 def squeezed(text: str) -> str:
-    """Return a text with single blanks: who adds another one has not looked at the document again."""
+    """Return a text with single spaces: a different number of spaces is not evidence."""
     return " ".join(text.split())
 
 
@@ -129,7 +129,7 @@ def _is_line(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-# What an example takes from the document; the rest follows from the registry or is our own text.
+# The parts of an example that come from the document; the rest follows from the registry or is our own text.
 _PRINTED = ("printed", "typed", "shown", "claim", "arithmetic", "equals", "printed_value")
 _STATED = ("value", "unit")
 _IN_UNITS = {
@@ -142,12 +142,12 @@ _IN_UNITS = {
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """A checked protocol and its files; or one of its overlays, which refers to its own document only.
+    """A checked protocol and its files, or one of its overlays, which only refers to its own document.
 
-    :param protocol: under the overlay, if it is one.
-    :param files: those of the protocol, or of the overlay.
-    :param renamed: name -> the name of the other side, for what is compared with names in it.
-    :param overlay: its name; "" for the protocol itself.
+    :param protocol: the protocol, with the overlay applied if there is one.
+    :param files: the files of the protocol or overlay.
+    :param renamed: name -> the name on the other side, for comparing things that contain names.
+    :param overlay: the name of the overlay; "" for the protocol itself.
     """
 
     protocol: Protocol
@@ -157,7 +157,7 @@ class Side:
 
     @property
     def document(self) -> tuple[object, ...]:
-        """Which document it is: title, issue and date."""
+        """The identity of the document: title, issue and date."""
         return tuple(squeezed(self._document[key]) for key in ("title", "issue", "date"))
 
     @property
@@ -165,7 +165,7 @@ class Side:
         return self.protocol.document_of(self.overlay)
 
     def references(self, subject: Subject) -> set[Hashable]:
-        """Return everything that is referred to for a thing, in a form that can be compared."""
+        """Return all references for a subject, in a form that can be compared."""
         return {
             *(("page", self._page(number)) for number in self._numbers(subject)),
             *(("factor", factor) for factor in self._factors(subject)),
@@ -175,7 +175,7 @@ class Side:
         }
 
     def errata(self, subject: Subject) -> set[tuple[Hashable, ...]]:
-        """Return what the errata say that name a thing, which may be gone; without cosmetic ones."""
+        """Return the contents of the errata that name a subject, without cosmetic ones."""
         return {
             (
                 tuple(map(self._page, erratum.pages)),
@@ -188,7 +188,7 @@ class Side:
         }
 
     def explained(self, subject: Subject | None = None) -> set[str]:
-        """Return the places where errata explain a difference; of a thing, without cosmetic ones, or all."""
+        """Return the places of all errata, or those of the errata for a subject, without cosmetic ones."""
         return {
             self._place(place)
             for erratum in self._errata()
@@ -197,7 +197,7 @@ class Side:
         }
 
     def tells_of(self, subject: Subject) -> bool:
-        """Whether it has something of a thing: a protocol of all its things, an overlay of its own."""
+        """Whether it has information on a subject; an overlay must have its own."""
         own = any(True for _ in self._numbers(subject)) or self._witnessed(subject)
         return not self.overlay or bool(own)
 
@@ -209,7 +209,7 @@ class Side:
         return witnessed(subject, self.protocol, printed)
 
     def _numbers(self, subject: Subject) -> Iterator[int]:
-        """Yield the numbers of the pages of a thing, and of what belongs to it."""
+        """Yield the page numbers of a subject and its parts."""
         found: list[Any] = [self.protocol.framing.get("page")] if subject == FRAMING else []
         for message in messages_of(subject, self.protocol):
             if message.overlay == self.overlay:
@@ -222,7 +222,7 @@ class Side:
         yield from (number for number in found if number is not None)
 
     def _entry(self, subject: Subject) -> Json:
-        """Return the entry of a format, or of what stands among the units; empty where it has none."""
+        """Return the entry of a format, or of a subject in the file of units; otherwise an empty one."""
         if subject.noun == "format":
             head = self.files["overlay" if self.overlay else "protocol"][0]
             found: Json = head.data.get("formats", {}).get(subject.name, {})
@@ -232,12 +232,12 @@ class Side:
         return entry if entry.get("overlay", "") == self.overlay else {}
 
     def _factors(self, subject: Subject) -> Iterator[str]:
-        """Yield the factors of a thing as the document prints them."""
+        """Yield the factors of a subject as printed in the document."""
         for thing in self._things(subject):
             yield from (squeezed(printed) for _, printed in _factors(thing) if printed)
 
     def _things(self, subject: Subject) -> Iterator[Enumeration | FlagTable | Quantity | Stage]:
-        """Yield the table, quantity or stage that a thing is."""
+        """Yield the table, quantity or stage for a subject."""
         protocol = self.protocol
         kinds: dict[str, Sequence[Enumeration | FlagTable | Quantity | Stage]] = {
             "enumeration": protocol.enumerations,
@@ -250,7 +250,7 @@ class Side:
                 yield thing
 
     def _page(self, number: int) -> Hashable:
-        """Return a page, or the title of a section: an inserted section renumbers all behind it."""
+        """Return a page, or the title of a section, because inserting a section renumbers those after it."""
         sections = self._document.get("sections", [])
         return squeezed(sections[number - 1]) if 0 < number <= len(sections) else number
 
@@ -273,7 +273,7 @@ class Side:
                 yield (self._plain(facts),)
 
     def _names(self, erratum: Erratum, subject: Subject) -> bool:
-        """Whether an erratum names a thing: in its lists, or as a whole word of its subject."""
+        """Whether an erratum names a subject, in its lists or as a whole word in its own subject."""
         messages = {message.name for message in messages_of(subject, self.protocol)}
         words = messages | {str(subject)}
         if subject.noun in ("message", "set"):
@@ -303,7 +303,7 @@ class Side:
         return "/".join(self.renamed.get(part, part) for part in place.split("/"))
 
     def _plain(self, value: Any) -> Hashable:
-        """Return plain data in a form that can be compared, with the names of the other side."""
+        """Return plain data in a form that can be compared, with the names on the other side."""
         if isinstance(value, dict):
             return tuple(sorted((key, self._plain(item)) for key, item in value.items()))
         if isinstance(value, list):
@@ -315,7 +315,7 @@ class Side:
 
 
 def _factors(value: Any) -> Iterator[tuple[int | None, str | None]]:
-    """Yield the page of each factor in a quantity or stage, and the factor as printed."""
+    """Yield the page and the printed form of each factor in a quantity or stage."""
     if isinstance(value, Factor):
         yield value.page, value.printed
     elif isinstance(value, Quantity | Stage):
@@ -334,7 +334,7 @@ def _stated(example: Json) -> list[Json]:
 
 
 def _texts(value: Any) -> Iterator[str]:
-    """Yield every text in plain data."""
+    """Yield all texts in plain data."""
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict):

@@ -1,7 +1,8 @@
-"""A spec out of a git repository, as a revision has it.
+"""Read a spec from a revision in a git repository.
 
-Nothing is checked out: the files are read from the object store, byte for byte, into a temporary folder.
-Only what the pipeline reads is taken: the spec, and worked examples and captures in their places of 0.1.
+Nothing is checked out: the files are copied byte for byte from the object store into a temporary directory.
+Only files that the pipeline reads are copied: the spec, and worked examples and captures in the places of
+0.1.
 """
 
 from __future__ import annotations
@@ -21,25 +22,25 @@ from stagewire_generator.diagnostics import Diagnostic, Place
 from stagewire_generator.reader import OF_WIRE, OLD_FOLDER, find_spec
 
 _REVISION = re.compile(r"((?:[^:{}]|\{[^{}]*\})+)(?::(.*))?", re.DOTALL)  # HEAD@{12:30}:path
-_LINKS = {"120000": "a symbolic link", "160000": "a submodule"}  # by the mode of a file in git
-_HEAD = 200  # bytes that hold the line before a file's contents: id, kind, size
-_DEPTH = ("in", "side")  # folders above the extracted ones: the reader looks beside the spec
+_LINKS = {"120000": "a symbolic link", "160000": "a submodule"}  # by file mode in git
+_HEAD = 200  # enough bytes for the line before a file's contents: id, kind, size
+_DEPTH = ("in", "side")  # directories above the extracted ones: the reader looks next to the spec
 
 
 class RevisionError(Exception):
-    """The spec of a revision cannot be read; the text is a sentence for the user."""
+    """The spec of a revision cannot be read; the text is a message for the user."""
 
 
 @dataclass(frozen=True, slots=True)
 class Revision:
-    """The spec of a revision, for as long as it is extracted."""
+    """The spec of a revision while it is extracted."""
 
     name: str  # as the user wrote it, without a path
     spec: Path
-    top: Path  # what stands for the top folder of the repository
+    top: Path  # the directory that represents the top of the repository
 
     def named(self, diagnostic: Diagnostic) -> Diagnostic:
-        """Return a diagnostic with its file as ``REVISION:path``, whichever way the reader names it."""
+        """Return a diagnostic with its file as ``REVISION:path``."""
         place = diagnostic.place
         found = find_spec(self.spec).locate(place.file)
         if not found.is_relative_to(self.top):
@@ -50,17 +51,17 @@ class Revision:
 
 @contextmanager
 def revision(name: str, spec: str = "spec") -> Iterator[Revision]:
-    """Give the spec that a revision of the repository of the current folder has.
+    """Extract the spec of a revision in the repository of the current directory.
 
-    :param name: a revision; ``REVISION:path`` names another folder, as git does: from the top of the
-        repository, or from the current folder if it begins with ``./`` or ``../``.
-    :param spec: the folder, from the current one.
-    Raises :class:`RevisionError` when there is no such thing, and for what would not be extracted
-    safely: symbolic links, submodules, paths that lead out of the folder.
+    :param name: a revision. ``REVISION:path`` names another directory, as in git: relative to the top of the
+        repository, or to the current directory if it begins with ``./`` or ``../``.
+    :param spec: the directory of the spec, relative to the current one.
+    Raises :class:`RevisionError` if the revision or directory does not exist, or if it contains anything that
+    cannot be extracted safely: symbolic links, submodules, or paths that lead out of the directory.
     """
     match = _REVISION.fullmatch(name)
     if match is None or name.startswith("-") or not name.isprintable():
-        raise RevisionError(f"{name!r} is no revision")
+        raise RevisionError(f"{name!r} is not a revision")
     rev, path = match.groups()
     if path is None:
         path = spec if os.path.isabs(spec) else f"./{spec}"
@@ -75,35 +76,33 @@ def revision(name: str, spec: str = "spec") -> Iterator[Revision]:
     commit = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{rev}^{{commit}}")
     if commit is None:
         shallow = (_git("rev-parse", "--is-shallow-repository") or b"").strip() == b"true"
-        why = (
-            "; this clone is shallow: fetch the revision, or all of the history" if shallow else ""
-        )
+        why = "; this clone is shallow: fetch the revision, or the whole history" if shallow else ""
         raise RevisionError(f"the repository has no revision {rev}{why}")
     sha = commit.decode("ascii").strip()
     with tempfile.TemporaryDirectory(prefix="stagewire-") as temporary:
         root = Path(temporary, *_DEPTH).resolve()
         root.mkdir(parents=True)
         _extract(sha, rev, folder, root)
-        with warnings.catch_warnings():  # nobody can move a file of the past
+        with warnings.catch_warnings():  # files of an old revision cannot be moved
             warnings.simplefilter("ignore", FutureWarning)
             yield Revision(rev, root / folder, root)
 
 
 def _repository() -> tuple[str, str]:
-    """Return the top folder ("" in a bare repository) and the way from there to the current folder."""
+    """Return the top directory ("" in a bare repository) and the path from there to the current one."""
     if shutil.which("git") is None:
-        raise RevisionError("git is not installed, so that no revision can be read")
+        raise RevisionError("reading a revision requires git, which is not installed")
     found = _run("rev-parse", "--git-dir")
     if found.returncode:
         said = found.stderr.decode("utf-8", "replace").partition("\n")[0].strip()
-        raise RevisionError(f"the current folder is in no git repository ({said})")
+        raise RevisionError(f"the current directory is not in a git repository ({said})")
     prefix = _git("rev-parse", "--show-prefix") or b""
     top = _git("rev-parse", "--show-toplevel") or b""
     return os.fsdecode(top).rstrip("\n"), os.fsdecode(prefix).rstrip("\n")
 
 
 def _extract(sha: str, rev: str, folder: PurePosixPath, root: Path) -> None:
-    """Write what the pipeline reads: the files in ``folder``, and those of 0.1 beside it."""
+    """Write the files that the pipeline reads: those in ``folder``, and those of 0.1 next to it."""
     parents = list(folder.parents)[:2]  # of the spec, or of a single protocol
     wanted = [folder, *(parent / OLD_FOLDER / kind for parent in parents for kind in OF_WIRE)]
     files: dict[PurePosixPath, str] = {}
@@ -112,16 +111,16 @@ def _extract(sha: str, rev: str, folder: PurePosixPath, root: Path) -> None:
         path = PurePosixPath(name)
         inside = any(path.is_relative_to(room) for room in wanted)
         if mode in _LINKS and (inside or any(room.is_relative_to(path) for room in wanted)):
-            raise RevisionError(f"{rev}:{name} is {_LINKS[mode]}; a spec is read from files only")
+            raise RevisionError(f"{rev}:{name} is {_LINKS[mode]}; a spec must consist of files")
         if not inside:
             continue
         if {"", ".", ".."} & set(name.split("/")) or "\\" in name or ":" in name:
-            raise RevisionError(f"{rev}:{name!r} would leave the folder")
+            raise RevisionError(f"{rev}:{name!r} leads out of the directory")
         exists = exists or folder in path.parents
         if path.suffix == ".yaml":
             files[path] = id
     if not exists:
-        raise RevisionError(f"the revision {rev} has no folder {folder}")
+        raise RevisionError(f"the revision {rev} has no directory {folder}")
     (root / folder).mkdir(parents=True, exist_ok=True)
     for path, data in zip(files, _blobs(list(files.values())), strict=True):
         target = root / path
@@ -130,7 +129,7 @@ def _extract(sha: str, rev: str, folder: PurePosixPath, root: Path) -> None:
 
 
 def _listed(sha: str) -> Iterator[tuple[str, str, str]]:
-    """Yield mode, id and path of everything that a commit holds."""
+    """Yield mode, id and path of each file in a commit."""
     for line in (_git("ls-tree", "-r", "-z", "--full-tree", sha) or b"").split(b"\0")[:-1]:
         facts, _, name = line.partition(b"\t")
         mode, _, id = facts.decode("ascii").split(" ")
@@ -146,7 +145,7 @@ def _blobs(ids: Sequence[str]) -> Iterator[bytes]:
         head = output[at : at + _HEAD].partition(b"\n")[0]
         words = head.decode("ascii", "replace").split(" ")
         if words[1:2] != ["blob"]:
-            raise RevisionError(f"the object {id} is missing in the repository")
+            raise RevisionError(f"the object {id} is missing from the repository")
         start = at + len(head) + 1
         end = start + int(words[2])
         yield output[start:end]
@@ -154,7 +153,7 @@ def _blobs(ids: Sequence[str]) -> Iterator[bytes]:
 
 
 def _git(*arguments: str, input: bytes = b"") -> bytes | None:
-    """Return what git prints; None if it fails."""
+    """Return the output of git, or None if it fails."""
     done = _run(*arguments, input=input)
     return done.stdout if done.returncode == 0 else None
 
@@ -170,4 +169,4 @@ def _run(*arguments: str, input: bytes = b"") -> subprocess.CompletedProcess[byt
             env={**os.environ, **quiet},
         )
     except OSError as error:
-        raise RevisionError(f"git cannot be run: {error.strerror}") from None
+        raise RevisionError(f"cannot run git: {error.strerror}") from None

@@ -1,4 +1,4 @@
-"""The subject of a change: what errata and references name, and its location in the files of the new side."""
+"""The subject of a change, as errata and references name it, and its position in the new files."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ _RENAMED = ("message", "set", "enumeration", "flags", "quantity", "controller", 
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """A thing of the registry: the noun that ``where`` has for it, and its name."""
+    """A thing in the registry: its noun in ``where``, and its name."""
 
     noun: str
     name: str
 
     def __str__(self) -> str:
-        """Return how an erratum names it: a message by its name, all else with the noun in front."""
+        """Return the form for errata: the name of a message, or noun and name of anything else."""
         if self.noun in ("message", "set") or not self.name:
             return self.name or self.noun
         return f"{self.noun} {self.name}"
 
 
 FRAMING = Subject("framing", "")
-"""How frames are cut out of the stream; there is one."""
+"""The way to separate frames from the stream; each protocol has one."""
 
 
 def subject_of(change: Change, protocol: Protocol) -> Subject:
-    """Return what a change is about; the messages of a parameter set are one thing.
+    """Return the subject of a change; the messages of a parameter set are one subject.
 
-    :param protocol: the side on which it stands: the old one of what was removed.
+    :param protocol: the side that has the subject: the old one if it was removed.
     """
     noun, name = next(iter(change.where.items()), ("attribute", ""))
     if noun == "attribute":
@@ -48,18 +48,18 @@ def subject_of(change: Change, protocol: Protocol) -> Subject:
 
 
 def subjects_of(change: Change, protocol: Protocol) -> list[Subject]:
-    """Return the thing that changed, and the format that changed it if the table of formats did."""
+    """Return the changed thing, and also the format if the table of formats caused the change."""
     found = [subject_of(change, protocol)]
     if change.kind == "field-format":
         field = _field(change, protocol)
         name = field.format.name if field else ""
-        if str(change.old).startswith(f"{name} ("):  # what the table says is shown with the name
+        if str(change.old).startswith(f"{name} ("):  # the entry of the table follows the name
             found.append(Subject("format", name.partition("[")[0]))
     return found
 
 
 def related(field: Field) -> list[Subject]:
-    """Return what a field stands for, besides its message: its tables, its quantity, its format."""
+    """Return the subjects related to a field, without its message: its tables, quantity and format."""
     tables = [field.flags, *field.flags_by_unit.values()]
     found = [Subject("flags", table.name) for table in tables if table]
     if field.enum:
@@ -70,12 +70,12 @@ def related(field: Field) -> list[Subject]:
 
 
 def messages_of(subject: Subject, protocol: Protocol) -> list[Message]:
-    """Return the messages that a thing is: one, those of a set, or none."""
+    """Return the messages of a subject: one, those of a set, or none."""
     return [m for m in protocol.messages if _of_message(m) == subject]
 
 
 def old_name(subject: Subject, matches: Matches) -> Subject:
-    """Return a thing of the new side as the old side names it."""
+    """Return a subject of the new side with its name on the old side."""
     if subject.noun not in _RENAMED:
         return subject
     renamed = _inverse(matches.renamed(subject.noun))
@@ -123,9 +123,9 @@ class _Placed(Structural):
 
 
 def place_of(change: Change, protocol: Protocol, files: Files) -> Place:
-    """Return the place of the changed thing, or of the nearest thing around it.
+    """Return the position of the changed thing, or of the nearest thing around it.
 
-    What is no longer there is placed in the file of the protocol, or in that of the overlay.
+    A removed thing gets a position in the file of the protocol or overlay.
     """
     found = find_place(change, protocol, files)
     if found:
@@ -137,10 +137,10 @@ def place_of(change: Change, protocol: Protocol, files: Files) -> Place:
 
 
 def find_place(change: Change, protocol: Protocol, files: Files) -> Place | None:
-    """Return the place of the changed thing, or None where it stands in none of these files.
+    """Return the position of the changed thing, or None if it is not in any of these files.
 
-    :param protocol: with overlays, of one of which the files are; then what the overlay leaves as the
-        protocol has it stands in none of them.
+    :param protocol: may have overlays applied. If the files are those of an overlay, they do not contain the
+        entries that it leaves unchanged.
     """
     place = _place(change, protocol, files)
     names = {document.name for documents in files.values() for document in documents}

@@ -1,22 +1,22 @@
-# stagewire_generate(): generate from a spec while a project is built. docs/how-to/build-systems.md explains it.
+# stagewire_generate(): generate code from a spec as part of a build. See docs/how-to/build-systems.md.
 #
 #   stagewire_generate(
-#     TARGET name               # a target of this name is added, and built with the others
-#     SPEC folder...            # folders that hold protocols
-#     OUT folder                # a folder of its own; nothing else may stand in it
-#     [TEMPLATES folder]        # templates that stand in for those of stagewire
-#     [OPTIONS option...]       # further options of `stagewire generate`, such as --target python
+#     TARGET name               # the name of the new target, which is part of the default build
+#     SPEC directory...         # directories that contain protocols
+#     OUT directory             # an output directory for generated files only
+#     [TEMPLATES directory]     # templates that replace built-in ones
+#     [OPTIONS option...]       # more options of `stagewire generate`, such as --target python
 #   )
 #
-# Relative folders are below the current source folder; OUT is below the current binary folder.
-# Afterwards <name>_OUTPUTS holds all files that are generated. STAGEWIRE_COMMAND is the command to run.
+# Paths are relative to the current source directory; OUT is relative to the current binary directory.
+# <name>_OUTPUTS is set to the list of generated files. STAGEWIRE_COMMAND is the command to run.
 
 cmake_policy(VERSION 3.20)
 
 function(stagewire_generate)
   cmake_parse_arguments(PARSE_ARGV 0 arg "" "TARGET;OUT;TEMPLATES" "SPEC;OPTIONS")
   if(DEFINED arg_UNPARSED_ARGUMENTS)
-    message(FATAL_ERROR "stagewire_generate: what is ${arg_UNPARSED_ARGUMENTS}?")
+    message(FATAL_ERROR "stagewire_generate: unknown arguments: ${arg_UNPARSED_ARGUMENTS}")
   endif()
   foreach(name IN ITEMS TARGET SPEC OUT)
     if("${arg_${name}}" STREQUAL "")
@@ -31,8 +31,8 @@ function(stagewire_generate)
   foreach(spec IN LISTS arg_SPEC)
     get_filename_component(spec "${spec}" ABSOLUTE)
     list(APPEND command --spec "${spec}")
-    # What is added or removed later is not among the inputs of today. Examples and captures may stand
-    # in the spec, beside it, or, where the spec is a single protocol, beside the folder around it.
+    # The list of inputs does not include files that are added later. Examples and captures may be in the
+    # spec, next to it, or, if the spec is a single protocol, next to its parent directory.
     list(APPEND watched "${spec}/*.yaml" "${spec}/../conformance/*.yaml" "${spec}/../../conformance/*.yaml")
   endforeach()
   if(NOT "${arg_TEMPLATES}" STREQUAL "")
@@ -43,14 +43,14 @@ function(stagewire_generate)
   list(APPEND command ${arg_OPTIONS})
   file(GLOB_RECURSE ignored CONFIGURE_DEPENDS ${watched})
 
-  # Any edit can change the names of the outputs, so each one configures the project anew. The inputs come
-  # first: they are known of a spec that is wrong, too, and its mending must be noticed.
+  # Any edit can change the names of the outputs, so every edit configures the project again. List the
+  # inputs first: they are also known for an invalid spec, and fixing it must trigger a build.
   _stagewire_list(inputs ${command} --list-inputs)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${inputs})
   _stagewire_list(outputs ${command} --list-outputs)
 
-  # Generated files that did not change keep their time: a stamp tells when the generator ran. It stands
-  # outside OUT, which belongs to the generator.
+  # Unchanged generated files keep their modification time, so a stamp records when the generator ran. It is
+  # outside OUT, which is for generated files only.
   set(stamp "${CMAKE_CURRENT_BINARY_DIR}/${arg_TARGET}.stamp")
   add_custom_command(
     OUTPUT "${stamp}"
@@ -65,7 +65,7 @@ function(stagewire_generate)
   set("${arg_TARGET}_OUTPUTS" "${outputs}" PARENT_SCOPE)
 endfunction()
 
-# Runs a command that lists paths, one a line, and puts them into a list. Diagnostics come as they are.
+# Run a command that prints one path per line, and return the paths as a list. Diagnostics are passed through.
 function(_stagewire_list variable)
   execute_process(
     COMMAND "${CMAKE_COMMAND}" -E env PYTHONUTF8=1 ${ARGN}
@@ -75,7 +75,7 @@ function(_stagewire_list variable)
     ENCODING UTF-8
   )
   if(NOT result EQUAL 0)
-    message(FATAL_ERROR "stagewire_generate: what is to be generated is wrong; see above")
+    message(FATAL_ERROR "stagewire_generate: the command failed; see the messages above")
   endif()
   string(REPLACE ";" "\\;" listed "${listed}")
   string(REGEX REPLACE "\r?\n" ";" listed "${listed}")

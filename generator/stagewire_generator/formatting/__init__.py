@@ -1,8 +1,8 @@
-"""The canonical form of the YAML of a spec, which keeps every comment (``docs/how-to/formatting.md``).
+"""Format the YAML of a spec in canonical form, keeping all comments (``docs/how-to/formatting.md``).
 
-``find`` lists the files of a folder, ``format_file`` formats one of them. ``tree`` parses a file, ``rules``
-makes its keys, quotes and numbers canonical by its schema, and ``layout`` prints the tree. ``canonical`` does
-all of this for one text, and proves that the result has the same meaning.
+``find`` lists the files in a directory, and ``format_file`` formats one of them. ``tree`` parses a file,
+``rules`` makes its keys, quotes and numbers canonical according to its schema, and ``layout`` prints the
+tree. ``canonical`` does all of this for one text, and verifies that the result has the same meaning.
 """
 
 from stagewire_generator.formatting.files import (

@@ -1,4 +1,4 @@
-"""Format the files of a spec: find them, bring them into canonical form, prove that nothing is lost."""
+"""Find the files of a spec, format them, and verify that nothing is lost."""
 
 from __future__ import annotations
 
@@ -24,11 +24,14 @@ from stagewire_generator.schemas import KINDS
 from stagewire_generator.strict_yaml import parse, text_of
 
 SCHEMA_LINE = re.compile(r"#\s*yaml-language-server:\s*\$schema=(\S+)\s*")
-_HEADS = ("protocol.yaml", "overlay.yaml")  # of the folder of a protocol, or of an overlay of it
+_HEADS = (
+    "protocol.yaml",
+    "overlay.yaml",
+)  # in the directory of a protocol, or of one of its overlays
 
 
 def kind_of(path: Path, text: str) -> str | None:
-    """Return the kind of a file by where it stands, else by the schema that it names."""
+    """Return the kind of a file, from its location or else from the schema that it names."""
     folder = path.absolute().parent
     if path.name in _HEADS:
         return path.stem
@@ -43,16 +46,16 @@ def kind_of(path: Path, text: str) -> str | None:
 
 
 def schema_named(text: str) -> str | None:
-    """Return the schema that a comment of the file names."""
+    """Return the schema named in a comment of the file."""
     found = next(filter(None, map(SCHEMA_LINE.fullmatch, text.splitlines())), None)
     return found[1] if found else None
 
 
 def schema_for(path: Path, kind: str, named: str | None) -> str:
-    """Return what the first line of a file names as its schema: a path from the file, or an address.
+    """Return the schema for the first line of a file: a path relative to the file, or a URL.
 
-    That is the schema which it names already, if it is there; else the one in the nearest folder ``schema``
-    or ``spec/schema`` above it; else the place for it beside the folder of the protocol.
+    This is the schema that it already names, if that exists; or else the one in the nearest directory
+    ``schema`` or ``spec/schema`` above it; or else its place next to the directory of the protocol.
     """
     name = f"{kind}.schema.json"
     folder = Path(os.path.abspath(path)).parent
@@ -73,7 +76,7 @@ def _is_headed(folder: Path) -> bool:
 
 
 def _spec(folder: Path, kind: str) -> Path:
-    """Return the folder of the spec that a file in ``folder`` belongs to."""
+    """Return the directory of the spec that a file in ``folder`` belongs to."""
     if kind in OF_WIRE and folder.parent.name == OLD_FOLDER:
         beside = folder.parent.parent
         return beside / "spec" if (beside / "spec").is_dir() else beside
@@ -88,25 +91,25 @@ def _relative(path: Path, folder: Path) -> str:
 
 
 class NotFormattedError(Exception):
-    """A file whose canonical form cannot be given; the text says why."""
+    """A file cannot be formatted; the text states why."""
 
 
 def canonical(text: str, data: Any, shape: Shape, schema: str) -> str:
     """Return the canonical form of a file.
 
-    :param text: what the strict loader takes.
-    :param data: what the strict loader makes of it.
-    :param shape: what its schema says.
-    :param schema: where its schema lies, for the first line.
-    Raises :class:`NotFormattedError` rather than to change data or to lose a comment.
+    :param text: text that the strict loader accepts.
+    :param data: the data that the strict loader returns for it.
+    :param shape: the shape from its schema.
+    :param schema: the path or URL of its schema, for the first line.
+    Raises :class:`NotFormattedError` if the result would have other data or lose a comment.
     """
     text = text.replace("\r\n", "\n").rstrip() + "\n"
     try:
         root = read(text)
     except YAMLError as error:
-        raise NotFormattedError(f"readers of YAML disagree on it: {_first_line(error)}") from None
+        raise NotFormattedError(f"YAML parsers disagree on it: {_first_line(error)}") from None
     if not (isinstance(root, Collection) and root.mapping and root.entries):
-        raise NotFormattedError("it is no mapping with entries")
+        raise NotFormattedError("it is not a mapping with entries")
     header = [f"# yaml-language-server: $schema={schema}", *_header(root)]
     canonicalise(root, shape)
     made = "\n".join(lay_out(root, header)) + "\n"
@@ -119,9 +122,9 @@ def _first_line(error: YAMLError) -> str:
 
 
 def _header(root: Collection) -> list[str]:
-    """Take the comments that are about the file from above its first entry.
+    """Remove the comments about the file from its first entry, and return them.
 
-    They end at the last blank line; where there is none, all are about the file.
+    They end at the last blank line; without a blank line, all comments are about the file.
     """
     first = root.entries[0]
     lines = [line for line in first.before if not SCHEMA_LINE.fullmatch(line)]
@@ -131,13 +134,13 @@ def _header(root: Collection) -> list[str]:
 
 
 def _prove(made: str, text: str, data: Any) -> None:
-    """Make sure that the canonical form says the same, in data and in comments."""
+    """Verify that the canonical form has the same data and comments."""
     diagnostics = Diagnostics()
     document = parse(made, "", diagnostics, any_byte=True)
     if document is None or diagnostics or not _same(document.data, data):
-        raise NotFormattedError("its canonical form would not say the same; please report this")
+        raise NotFormattedError("its canonical form would change the data; please report this bug")
     if made != text and _said(made) != _said(text):
-        raise NotFormattedError("its canonical form would lose a comment; please report this")
+        raise NotFormattedError("its canonical form would lose a comment; please report this bug")
 
 
 def _said(text: str) -> Counter[str]:
@@ -145,7 +148,7 @@ def _said(text: str) -> Counter[str]:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Whether two values are the same; unlike ``==``, 1 is not true. The order of keys may differ."""
+    """Whether two values are equal, where 1 and true differ; the order of keys does not matter."""
     if type(one) is not type(other):
         return False
     if isinstance(one, dict):
@@ -160,12 +163,13 @@ _DIFF_LINES = 40
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What becomes of a file.
+    """The result of formatting a file.
 
-    :ivar state: ``kept`` as it is; ``formatted``, or to be; ``left`` alone, because it cannot be.
-    :ivar diff: from the file to its canonical form.
-    :ivar reason: why it is left alone, where no diagnostic says it.
-    :ivar no_schemas: the folder in which its first line names a schema that is not there.
+    :ivar state: ``kept`` if it is canonical; ``formatted`` if it was or would be changed; ``left`` if it
+        cannot be formatted.
+    :ivar diff: the difference between the file and its canonical form.
+    :ivar reason: why it cannot be formatted, if no diagnostic explains it.
+    :ivar no_schemas: the directory of the schema in its first line, if that schema is missing.
     """
 
     state: str
@@ -176,9 +180,9 @@ class Outcome:
 
 
 def find(folder: Path) -> list[Path]:
-    """Return the files of specs in a folder, and their worked examples and captures beside it.
+    """Return the files of specs in a directory, and their worked examples and captures next to it.
 
-    Hidden folders and links are passed over.
+    Hidden directories and links are skipped.
     """
     found = set()
     for above, folders, names in os.walk(folder):
@@ -197,22 +201,20 @@ def _is_of_a_spec(path: Path) -> bool:
 
 
 def format_file(path: Path, *, write: bool) -> Outcome:
-    """Bring a file into canonical form, or say what that would change.
+    """Format a file, or report how that would change it.
 
-    A file that the strict loader does not take is left alone; so is a link. Raises ``OSError`` when the
-    file cannot be written.
+    A link, or a file that the strict loader rejects, is left unchanged. Raises ``OSError`` if the file cannot
+    be written.
     """
     if path.is_symlink():
-        return Outcome("left", reason="is a link; name the file that it leads to")
+        return Outcome("left", reason="is a link; give the file that it points to")
     diagnostics = Diagnostics()
     text = text_of(path, str(path), diagnostics)
     if text is None:
         return Outcome("left", diagnostics=list(diagnostics))
     kind = kind_of(path, text)
     if kind is None:
-        reason = (
-            "is no file of a spec, neither by its place nor by a schema that its first line names"
-        )
+        reason = "is not a file of a spec: neither its location nor a schema in its first line identifies it"
         return Outcome("left", reason=reason)
     document = parse(text, str(path), diagnostics, any_byte=kind in ("examples", "captures"))
     if document is None or diagnostics:
@@ -221,7 +223,7 @@ def format_file(path: Path, *, write: bool) -> Outcome:
         schema = schema_for(path, kind, schema_named(text))
         made = canonical(text, document.data, shape(kind), schema)
     except NotFormattedError as error:
-        return Outcome("left", reason=f"is left as it is: {error}")
+        return Outcome("left", reason=f"was not formatted: {error}")
     lacking = _lacking(path.parent, schema)
     if made == text:
         return Outcome("kept", no_schemas=lacking)
@@ -231,7 +233,7 @@ def format_file(path: Path, *, write: bool) -> Outcome:
 
 
 def _lacking(folder: Path, schema: str) -> Path | None:
-    """Return the folder of a schema that is named by its path and is not there."""
+    """Return the directory of a schema that is given by its path but does not exist."""
     if "://" in schema or (folder / schema).is_file():
         return None
     return Path(os.path.normpath(folder / schema)).parent
@@ -240,8 +242,8 @@ def _lacking(folder: Path, schema: str) -> Path | None:
 def _diff(name: str, old: str, new: str) -> str:
     lines = list(_unified(name, old, new))
     if len(lines) > _DIFF_LINES:
-        lines[_DIFF_LINES:] = [f"... {len(lines) - _DIFF_LINES} more lines of difference"]
-    return "\n".join(lines) or f"--- {name}\n(only line ends differ)"
+        lines[_DIFF_LINES:] = [f"... {len(lines) - _DIFF_LINES} more diff lines"]
+    return "\n".join(lines) or f"--- {name}\n(only line endings differ)"
 
 
 def _unified(name: str, old: str, new: str) -> Iterator[str]:

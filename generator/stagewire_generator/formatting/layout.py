@@ -1,4 +1,4 @@
-"""From a tree to the lines of a file."""
+"""Convert a tree to the lines of a file."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from itertools import groupby
 from stagewire_generator.formatting.tree import BLANK, Collection, Entry, Node, Scalar
 
 _LONGEST = 140
-"""Characters of a line; a comment at its end is not counted."""
+"""Maximum length of a line, without a comment at its end."""
 _FILLED = 120
-"""Characters of the lines of a text or list that is broken anew."""
+"""Maximum length of the lines in a rewrapped text or list."""
 _STEP = 2
 _GAP = re.compile(r"(?<=\S) (?=\S)")
 
 
 @dataclass(slots=True)
 class _Piece:
-    """An entry, laid out: the comments above it, and its lines."""
+    """A printed entry: the comments above it, and its lines."""
 
     above: list[str]
     lines: list[str]
@@ -28,13 +28,13 @@ class _Piece:
 def lay_out(root: Collection, header: list[str]) -> list[str]:
     """Return the lines of a file.
 
-    :param header: comments and blank lines above its first entry that are about the file.
+    :param header: comments and blank lines about the file, above its first entry.
     """
     return _joined([_Piece(header, []), *_entries(root, 0)], root.tail, 0)
 
 
 def _joined(pieces: Iterable[_Piece], tail: list[str], indent: int) -> list[str]:
-    """Return the lines of a block; it does not begin with a blank one, and has no two in a row."""
+    """Return the lines of a block, without a blank line at the beginning or two in a row."""
     lines: list[str] = []
     for piece in pieces:
         lines += _loose(piece.above, indent, first=not lines)
@@ -58,7 +58,7 @@ def _entries(collection: Collection, indent: int) -> Iterator[_Piece]:
 
 
 def _keyed(entry: Entry, indent: int) -> _Piece:
-    assert entry.key is not None  # it is that of a mapping
+    assert entry.key is not None  # entries of a mapping have keys
     lead = f"{'':{indent}}{entry.key.source}:"
     if (short := _short(entry, lead, indent)) is not None:
         return _Piece(entry.before, short)
@@ -79,7 +79,7 @@ def _item(entry: Entry, indent: int) -> _Piece:
     lines = _broken(entry.value, inner)
     if lines is None:
         pieces = list(_entries(entry.value, inner))
-        above = [*above, *filter(None, pieces[0].above)]  # nothing can stand behind the dash
+        above = [*above, *filter(None, pieces[0].above)]  # no comment fits after the dash
         pieces[0].above = []
         lines = _joined(pieces, entry.value.tail, inner)
     return _Piece(above, [f"{lead} {lines[0][inner:]}", *lines[1:]])
@@ -90,7 +90,7 @@ def _with(line: str, comment: str) -> str:
 
 
 def _short(entry: Entry, lead: str, indent: int) -> list[str] | None:
-    """Return an entry with its value on its line, or its text on the lines below; None if it must not."""
+    """Return an entry with its value on the same line, or its text below; None if neither is possible."""
     value = entry.value
     if isinstance(value, Collection):
         if not value.flow or value.commented:
@@ -124,15 +124,15 @@ def _plain_list(node: Collection) -> bool:
 
 
 def _rows(node: Collection) -> list[list[str]]:
-    """Return the items of a list as they stand on the lines of the file."""
+    """Return the items of a list, grouped by their lines in the file."""
     rows = groupby(node.entries, key=lambda entry: entry.line)
     return [[_flow(entry.value) for entry in row] for _, row in rows]
 
 
 def _broken(node: Collection, indent: int) -> list[str] | None:
-    """Return a list of words or numbers in brackets over several lines; None for any other value.
+    """Return a list of words or numbers in brackets over several lines, or None for any other value.
 
-    The lines keep the items that they have, which often belong together, unless one is too long.
+    Each line keeps its items, which often belong together, unless a line is too long.
     """
     if not node.flow or node.commented or not _plain_list(node):
         return None
@@ -147,7 +147,7 @@ def _broken(node: Collection, indent: int) -> list[str] | None:
 
 
 def _filled(words: Iterable[str], separator: str, indent: int) -> list[list[str]]:
-    """Return words by lines, as many on each as fit."""
+    """Return the words divided into lines, with as many on each line as fit."""
     rows: list[list[str]] = [[]]
     width = indent
     for word in words:
@@ -160,20 +160,20 @@ def _filled(words: Iterable[str], separator: str, indent: int) -> list[list[str]
 
 
 def _folded(text: str, indent: int) -> list[str]:
-    """Return the lines of a text below ``>-``; none if it cannot be written so."""
+    """Return the lines of a text below ``>-``, or nothing if it cannot be written in this way."""
     if not text.isprintable() or text != text.strip() or not _GAP.search(text):
         return []
     return [f"{'':{indent}}{' '.join(row)}" for row in _filled(_GAP.split(text), " ", indent)]
 
 
 def _block(scalar: Scalar, indent: int) -> list[str]:
-    """Return what stands for a block on the line of its key, and the lines below.
+    """Return the header of a block, which goes on the line of its key, and the lines below.
 
-    Its lines stay as they are, unless one of a paragraph is too long.
+    The lines are kept, unless a line of a paragraph is too long.
     """
     header, *lines = scalar.source.split("\n")
     if next(filter(None, lines), "").startswith(" "):
-        header = f"{header[0]}{_STEP}{header[1:]}"  # its first line does not tell the indentation
+        header = f"{header[0]}{_STEP}{header[1:]}"  # the first line does not show the indentation
     if header == ">-" and any(indent + len(line) > _LONGEST for line in lines):
         paragraph = all(line and not line.startswith(" ") for line in lines)
         if paragraph and (folded := _folded(scalar.value, indent)):

@@ -1,6 +1,6 @@
 """The rules of the canonical form: order of keys, quotes, hexadecimal numbers.
 
-The schema of a file gives the order of its keys, and says which numbers are written in hex.
+The schema of a file determines the order of its keys, and which numbers are written in hex.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _ALTERNATIVES = ("allOf", "anyOf", "oneOf")
 
 
 class Shape:
-    """What the schema says of one place of a file; where it has alternatives, what all of them say."""
+    """The form of one value in a file according to its schema; alternatives are merged."""
 
     def __init__(self, schemas: Iterable[dict[str, Any]], definitions: dict[str, Any]) -> None:
         self._definitions = definitions
@@ -29,12 +29,12 @@ class Shape:
         self._inside: dict[str | None, Shape] = {}
         names = [name for schema in self._schemas for name in schema.get("properties", ())]
         self.order = {name: place for place, name in enumerate(dict.fromkeys(names))}
-        """Place of each key that the schema names; entries under keys of a pattern keep theirs."""
+        """Position of each key in the schema; entries under keys from a pattern keep their order."""
         self.in_hex = any(schema.get(_IN_HEX) is True for schema in self._schemas)
-        """Whether a number is written in hex; else it is written as its author likes."""
+        """Whether a number is written in hex; otherwise its author chooses the notation."""
 
     def inside(self, key: str | None) -> Shape:
-        """Return the shape of the value of a key; of the items of a list for None."""
+        """Return the shape of the value of a key, or of the items of a list for None."""
         if key not in self._inside:
             found = self._items() if key is None else self._values(key)
             self._inside[key] = Shape(found, self._definitions)
@@ -55,7 +55,7 @@ class Shape:
                     yield found
 
     def _parts(self, schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
-        """Yield a schema and those that hold for the same place."""
+        """Yield a schema and all schemas in it that apply to the same value."""
         yield schema
         if reference := schema.get("$ref"):
             yield from self._parts(self._definitions[reference.rpartition("/")[2]])
@@ -79,7 +79,7 @@ def shape(kind: str) -> Shape:
     return Shape([schema], schema.get("$defs", {}))
 
 
-_OBVIOUS = re.compile(  # a name, or prose: what nobody takes for a number, bytes or signs
+_OBVIOUS = re.compile(  # a name or prose, which cannot be mistaken for a number, bytes or symbols
     r"""[a-z][a-z0-9]*(_[a-z0-9]+)* | [A-Z][A-Z0-9]*(_[A-Z0-9]+)+
     | (?=.*[a-z])[^\W\d_](?:[^\W\d]|[\x20.;/()'-])*(?<!\x20)""",
     re.VERBOSE,
@@ -97,7 +97,7 @@ def needs_quotes(scalar: Scalar) -> bool:
 
 
 def spell_key(key: Scalar) -> None:
-    """Give a key its spelling; it is a name, so that less is mistaken for something else."""
+    """Set the canonical spelling of a key, which is a name and needs quotes less often."""
     if _KEY.fullmatch(key.value) and is_plain_text(key.value):
         key.source, key.style = key.value, ""
     else:
@@ -105,10 +105,10 @@ def spell_key(key: Scalar) -> None:
 
 
 def spell(scalar: Scalar, *, in_hex: bool = False, keep_quotes: bool = False) -> None:
-    """Give a scalar its spelling on one line; the lines of a block are left as they are.
+    """Set the canonical spelling of a scalar on one line; leave blocks unchanged.
 
     :param in_hex: write a decimal number in hex.
-    :param keep_quotes: leave the quotes where they are not needed.
+    :param keep_quotes: keep quotes that are not needed.
     """
     if scalar.block:
         return
@@ -123,7 +123,7 @@ def spell(scalar: Scalar, *, in_hex: bool = False, keep_quotes: bool = False) ->
 
 
 def _plain(value: str, in_hex: bool) -> str:
-    """Return a number with whole bytes of upper-case hex digits, null as a word, a text as it is."""
+    """Return a hex number in whole bytes of upper-case digits, null as a word, any other text unchanged."""
     if found := _HEX.match(value):
         digits = found[1].upper()
         return f"0x{digits.rjust(len(digits) + len(digits) % 2, '0')}"
@@ -133,7 +133,7 @@ def _plain(value: str, in_hex: bool) -> str:
 
 
 def _escaped(value: str) -> str:
-    """Return a text in quotes on one line."""
+    """Return a text on one line in quotes."""
     escapes = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
     return f'"{"".join(escapes.get(c) or _visible(c) for c in value)}"'
 
@@ -145,10 +145,10 @@ def _visible(char: str) -> str:
 
 
 def canonicalise(node: Node, shape: Shape, *, keep_quotes: bool = False) -> None:
-    """Change a tree in place.
+    """Make a tree canonical, in place.
 
-    :param shape: what the schema says of this node.
-    :param keep_quotes: leave the quotes where they are not needed.
+    :param shape: the shape of this node in the schema.
+    :param keep_quotes: keep quotes that are not needed.
     """
     if not isinstance(node, Collection):
         spell(node, in_hex=shape.in_hex, keep_quotes=keep_quotes)
@@ -156,7 +156,7 @@ def canonicalise(node: Node, shape: Shape, *, keep_quotes: bool = False) -> None
     if node.mapping:
         node.entries = _ordered(node.entries, shape)
         keep_quotes = False
-    else:  # the items of a list look alike: all of them keep their quotes, or none
+    else:  # the items of a list look alike: either all or none keep their quotes
         keep_quotes = keep_quotes or any(map(needs_quotes, node.scalars()))
     for entry in node.entries:
         key = entry.key
@@ -167,7 +167,7 @@ def canonicalise(node: Node, shape: Shape, *, keep_quotes: bool = False) -> None
 
 
 def _ordered(entries: list[Entry], shape: Shape) -> list[Entry]:
-    """Return entries in the order of the schema; one that it does not know stays behind its neighbour."""
+    """Return entries in the order of the schema; an unknown key stays after the key before it."""
     places: list[tuple[int, Entry]] = []
     place = -1
     for entry in entries:

@@ -1,12 +1,12 @@
 """The tree of a YAML file for the formatter: values, comments and blank lines.
 
-ruamel.yaml parses the text and reports where everything begins and ends. Between scalars there is only white
-space, indicators and comments, so that no comment is missed. (ruamel.yaml keeps comments itself, but not
-those within brackets, nor one between a key and its value.)
+ruamel.yaml parses the text and reports the position of every value. Between scalars there are only white
+space, indicators and comments, so no comment is missed. (ruamel.yaml can keep comments itself, but not those
+in brackets, nor one between a key and its value.)
 
-A comment at the end of a line belongs to the entry before it. One on a line of its own belongs to the
-entry below; but if it is indented further than that entry, it ends the mapping or list above that is as
-deep as the comment.
+A comment at the end of a line belongs to the entry before it. A comment on its own line belongs to the entry
+below. But if it is indented further than that entry, it ends the mapping or list above that has the same
+depth as the comment.
 
 :mod:`.rules` changes a tree, and :mod:`.layout` writes it.
 """
@@ -36,9 +36,9 @@ BLANK = ""
 
 @dataclass(slots=True)
 class Scalar:
-    """A text, a number or a word; ``source`` is how it is spelled in the file.
+    """A text, a number or a word; ``source`` is its spelling in the file.
 
-    ``style`` is ``'"'``, ``"'"``, ``"|"`` or ``">"``, and empty for a plain one.
+    ``style`` is ``'"'``, ``"'"``, ``"|"`` or ``">"``, or empty for a plain scalar.
     """
 
     value: str
@@ -47,17 +47,17 @@ class Scalar:
 
     @property
     def block(self) -> bool:
-        """Whether its lines stand below a ``|`` or ``>``."""
+        """Whether its lines are below a ``|`` or ``>``."""
         return self.style in ("|", ">")
 
 
 @dataclass(slots=True)
 class Entry:
-    """A key with its value, or an item of a list (which has no key), and the comments that are its own.
+    """A key with its value, or an item of a list (without a key), and its comments.
 
-    :ivar before: comments on lines of their own above it, and blank lines.
+    :ivar before: comments on the lines above it, and blank lines.
     :ivar after: the comment at the end of its line.
-    :ivar line: where it begins in the file, counted from zero.
+    :ivar line: its first line in the file, counted from zero.
     """
 
     key: Scalar | None
@@ -71,9 +71,9 @@ class Entry:
 class Collection:
     """A mapping or a list.
 
-    :ivar flow: whether it stands in brackets.
-    :ivar column: where its entries begin, counted from zero; of a block only.
-    :ivar tail: comments behind its last entry.
+    :ivar flow: whether it is in brackets.
+    :ivar column: the column of its entries, counted from zero; for a block only.
+    :ivar tail: comments after its last entry.
     """
 
     mapping: bool
@@ -83,7 +83,7 @@ class Collection:
     tail: list[str] = field(default_factory=list)
 
     def scalars(self) -> Iterator[Scalar]:
-        """Yield the scalars of a list, those of the lists in it included."""
+        """Yield the scalars of a list, including those of nested lists."""
         for entry in self.entries:
             if isinstance(entry.value, Scalar):
                 yield entry.value
@@ -92,7 +92,7 @@ class Collection:
 
     @property
     def commented(self) -> bool:
-        """Whether comments stand in it; brackets on one line have no place for them."""
+        """Whether it contains comments, which brackets on one line cannot hold."""
         return bool(self.tail) or any(
             entry.before
             or entry.after
@@ -106,11 +106,11 @@ Node = Scalar | Collection
 
 @dataclass(frozen=True, slots=True)
 class Comment:
-    """A comment, or a blank line (an empty ``text``), where it stands in the file.
+    """A comment, or a blank line (an empty ``text``), with its position in the file.
 
     :ivar start: index of its first character.
-    :ivar column: counted from zero.
-    :ivar own_line: whether nothing stands before it on its line.
+    :ivar column: its column, counted from zero.
+    :ivar own_line: whether it is the only thing on its line.
     """
 
     start: int
@@ -121,12 +121,12 @@ class Comment:
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """Where something begins or ends that comments can belong to.
+    """The beginning or end of something that comments can belong to.
 
     :ivar start: index of its first character.
-    :ivar inside: the collections around it, from the outermost in.
-    :ivar entry: the entry that begins here, has its value here, or has the brackets that close here.
-    :ivar closed: the collection that ends here: that of the brackets, or the whole of the file.
+    :ivar inside: the collections around it, outermost first.
+    :ivar entry: the entry that begins here, whose value is here, or whose brackets close here.
+    :ivar closed: the collection that ends here: the one in brackets, or the whole file.
     """
 
     start: int
@@ -137,18 +137,18 @@ class Anchor:
 
     @property
     def column(self) -> int:
-        """The column of the entry that begins here in a block; -1 for anything else."""
+        """The column of the entry that begins here in a block, or -1 for anything else."""
         return self.inside[-1].column if self.begins and not self.inside[-1].flow else -1
 
     def above(self) -> list[str]:
-        """Return the list that takes comments above this place."""
+        """Return the list for comments above this position."""
         if self.closed is not None:
             return self.closed.tail
-        assert self.entry is not None  # what closes nothing is an entry or its value
+        assert self.entry is not None  # otherwise this is an entry or its value
         return self.entry.before
 
     def beside(self, text: str) -> None:
-        """Take a comment at the end of the line; of several, the others stand above the entry."""
+        """Add a comment at the end of the line; put any further comments above the entry."""
         if self.entry is None:
             self.above().append(text)
         elif self.entry.after:
@@ -158,9 +158,9 @@ class Anchor:
 
 
 def attach(comments: Iterable[Comment], anchors: Sequence[Anchor]) -> None:
-    """Give each comment and blank line to the entry or collection that it belongs to.
+    """Attach each comment and blank line to the entry or collection that it belongs to.
 
-    Both are in the order of the file; the last anchor is the end of the file, behind all comments.
+    Both arguments are in the order of the file; the last anchor is the end of the file.
     """
     starts = [anchor.start for anchor in anchors]
     for index, group in groupby(comments, lambda comment: bisect_right(starts, comment.start)):
@@ -168,7 +168,7 @@ def attach(comments: Iterable[Comment], anchors: Sequence[Anchor]) -> None:
 
 
 def _between(comments: Iterable[Comment], before: Anchor | None, after: Anchor) -> None:
-    """Give away the comments between two neighbouring anchors."""
+    """Attach the comments between two neighbouring anchors."""
     closed = [
         collection
         for collection in (before.inside if before else ())
@@ -192,9 +192,9 @@ def _between(comments: Iterable[Comment], before: Anchor | None, after: Anchor) 
 
 
 def _around(comment: Comment, closed: list[Collection]) -> list[Collection]:
-    """Return those of the collections above a comment that it is not less indented than.
+    """Return the collections above a comment that are not indented further than the comment.
 
-    A list may stand in the column of its key; then a comment there belongs to what is around it.
+    A list may begin in the column of its key; a comment in that column belongs to the outer collection.
     """
     fitting = [collection for collection in closed if collection.column <= comment.column]
     while len(fitting) > 1 and fitting[-2].column == fitting[-1].column:
@@ -210,8 +210,8 @@ _LOOSE = re.compile(r"#[^\n]*|(?<=\n)[ \t]*(?=\n)")  # a comment, or a blank lin
 def read(text: str) -> Node:
     """Return the tree of a file, with its comments and blank lines.
 
-    :param text: YAML that the strict loader takes, with line feeds as line ends.
-    Raises :class:`ruamel.yaml.error.YAMLError` where ruamel.yaml does not take it.
+    :param text: YAML that the strict loader accepts, with line feeds as line endings.
+    Raises :class:`ruamel.yaml.error.YAMLError` if ruamel.yaml rejects it.
     """
     reader = _Reader(text)
     root = reader.document()
@@ -222,16 +222,16 @@ def read(text: str) -> Node:
 
 
 def comments(text: str) -> list[str]:
-    """Return the comments of a file in their order."""
+    """Return the comments of a file in order."""
     reader = _Reader(text)
     reader.document()
     return [comment.text for comment in _comments(text, reader.texts) if comment.text]
 
 
 def _comments(text: str, texts: list[tuple[int, int]]) -> Iterator[Comment]:
-    """Yield the comments and blank lines of a file, which stand between its scalars.
+    """Yield the comments and blank lines of a file, which are between its scalars.
 
-    :param texts: where the scalars begin and end, in the order of the file.
+    :param texts: the beginning and end of each scalar, in the order of the file.
     """
     end = 0
     for begins, ends in [*texts, (len(text), len(text))]:
@@ -243,9 +243,9 @@ def _comments(text: str, texts: list[tuple[int, int]]) -> Iterator[Comment]:
 
 
 def _has_place(event: Event) -> bool:
-    """Whether a value has a first character of its own.
+    """Whether a value has its own first character.
 
-    A block begins with its first entry, and null may be written as nothing.
+    A block begins with its first entry, and null may be written as an empty text.
     """
     if isinstance(event, MappingStartEvent | SequenceStartEvent):
         return bool(event.flow_style)
@@ -253,9 +253,9 @@ def _has_place(event: Event) -> bool:
 
 
 class _Reader:
-    """Makes the tree from the events of the parser, and remembers what comments can belong to.
+    """Builds the tree from the events of the parser, and records the anchors for comments.
 
-    :ivar texts: where the scalars begin and end.
+    :ivar texts: the beginning and end of each scalar.
     """
 
     def __init__(self, text: str) -> None:
@@ -297,7 +297,7 @@ class _Reader:
         entry = Entry(None, Scalar("", ""), event.start_mark.line)
         self.anchors.append(Anchor(start, self.inside, entry, begins=True))
         if collection.mapping:
-            assert isinstance(event, ScalarEvent)  # the strict loader takes no other key
+            assert isinstance(event, ScalarEvent)  # the strict loader rejects any other key
             entry.key = self.scalar(event)
             event = next(self.events)
             if _has_place(event):
@@ -306,7 +306,7 @@ class _Reader:
         return entry
 
     def dash(self, start: int) -> int:
-        """Return where the dash of the item stands whose value begins at ``start``."""
+        """Return the position of the dash for the item whose value begins at ``start``."""
         end = self.texts[-1][1] if self.texts else 0
         gap = _COMMENT.sub(lambda found: " " * len(found.group()), self.text[end:start])
         return end + gap.rindex("-")
@@ -321,13 +321,13 @@ class _Reader:
         return Scalar(event.value, self.block(start, source), style)
 
     def block(self, start: int, source: str) -> str:
-        """Return a block with its lines as they are without indentation, and without comment.
+        """Return the source of a block without indentation and comment.
 
-        The comment behind ``|`` or ``>`` and the blank lines below the text are none of it.
+        The comment after ``|`` or ``>`` and the blank lines below the text do not belong to the block.
         """
         header, *lines = source.split("\n")
         found = _HEADER.match(header)
-        assert found  # the parser took it for a block
+        assert found  # the parser recognised a block
         chomping = found[2] + found[4]
         if found[3]:
             indent = (self.inside[-1].column if self.inside else 0) + int(found[3])

@@ -1,1 +1,1 @@
-"""Rules that the resolved registry must keep; each rule is a function of one module here."""
+"""Rules for the resolved registry; each rule is a function in one of these modules."""

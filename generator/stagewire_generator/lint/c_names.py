@@ -1,8 +1,8 @@
-"""Names in C: each name of a package is defined once, and none is reserved.
+"""Check names in C: each name of a package is defined once, and none is reserved.
 
-C has one namespace for types, functions and values, and another, without scopes, for macros; a
-compiler need not look further than 63 characters. Reserved words, and names that standard headers
-define, cannot be names of members.
+C has one namespace for types, functions and values, and another one, without scopes, for macros. A compiler
+may ignore everything after the first 63 characters. Members cannot have reserved words or names from standard
+headers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CPP_KEYWORDS = frozenset({  # C++20, beyond those of C
     "reinterpret_cast", "requires", "static_cast", "template", "this", "throw", "try", "typeid",
     "typename", "using", "virtual", "wchar_t", "xor", "xor_eq"
 })  # fmt: skip
-C_NAMES = frozenset({  # macros in small letters, some of them of compilers; types of stddef.h and stdint.h
+C_NAMES = frozenset({  # lower-case macros, some from compilers; types from stddef.h and stdint.h
     "complex", "errno", "i386", "imaginary", "intmax_t", "intptr_t", "linux", "max_align_t", "noreturn",
     "nullptr_t", "ptrdiff_t", "size_t", "stderr", "stdin", "stdout", "uintmax_t", "uintptr_t", "unix",
     *(
@@ -41,12 +41,12 @@ C_NAMES = frozenset({  # macros in small letters, some of them of compilers; typ
 })  # fmt: skip
 
 
-_SIGNIFICANT = 63  # characters of a name that is not linked: C99 5.2.4.1
+_SIGNIFICANT = 63  # significant characters of an internal name: C99 5.2.4.1
 _OF_A_LAYOUT = (
     "", "_encode", "_encode_unchecked", "_decode", "_write_fields", "_holds_its_packet",
 )  # fmt: skip
 _MACROS = ("LENGTH", "SIZE", "INIT")
-# Macros of every package, without the prefix.
+# Macros that every package defines, without the prefix.
 OUR_MACROS = frozenset({
     "ALLOW_DUMMIES", "BRACED", "DAMAGED", "DATA_FLAG", "DUMMY", "END_DEVICE", "END_HOST",
     "END_NONE", "ENTRY_HEADER", "ENTRY_ONLY_ZERO", "ENTRY_SHORTER", "ENTRY_TO_BOTH",
@@ -58,7 +58,7 @@ OUR_MACROS = frozenset({
     "OUTSTANDING", "OUT_OF_RANGE", "OVERHEAD", "PAYLOAD", "POISONED", "PREFIX", "REMEMBERED",
     "SLOTS", "STATIC_ASSERT", "TERMINATOR", "TOO_SHORT", "TRAILING", "WRONG_ID", "WRONG_LENGTH",
 })  # fmt: skip
-_STANDARD = re.compile(  # stddef.h, stdbool.h and stdint.h, and what may be added to the last
+_STANDARD = re.compile(  # stddef.h, stdbool.h, stdint.h and its future extensions
     r"u?int\w*_t|(size|ptrdiff|max_align|nullptr|wchar|wint|sig_atomic)_t|"
     r"U?INT\w*_(MIN|MAX|WIDTH|C)|(SIZE|PTRDIFF|SIG_ATOMIC|WCHAR|WINT)_(MIN|MAX|WIDTH)"
 )
@@ -77,30 +77,30 @@ def check_c_names(protocol: Protocol, diagnostics: Diagnostics) -> None:
             code, what = "SW023", f"{owner}: in C, {name} is reserved"
         elif other != name:
             whose = owner if owner == its_owner else f"{owner} and {its_owner}"
-            what = f"{whose}: {name} and {other} in C do not differ in the first {_SIGNIFICANT} characters"
+            what = f"{whose}: the first {_SIGNIFICANT} characters of {name} and {other} are the same in C"
         elif its_owner != owner:
-            what = f"{owner} and {its_owner} would both be {name} in C"
+            what = f"{owner} and {its_owner} would both be named {name} in C"
         else:
             continue
-        if (code, owner, its_owner) not in noted:  # one of its names says enough
+        if (code, owner, its_owner) not in noted:  # report one name of each thing
             diagnostics.add(place, code, what)
             noted.add((code, owner, its_owner))
 
 
 def why_no_prefix(protocol: Protocol, package: str) -> str:
-    """Return why the names of a protocol cannot begin with those of another package; empty if they can."""
+    """Return why a protocol cannot use the C prefix of this package, or an empty text if it can."""
     diagnostics = Diagnostics()
     check_c_names(replace(protocol, package=package), diagnostics)
     return next((found.message for found in diagnostics), "")
 
 
 def _is_kept(name: str) -> bool:
-    """Whether C, C++ or their headers keep a name for themselves."""
+    """Whether a name is reserved in C, C++ or their headers."""
     return name in C_KEYWORDS or name in CPP_KEYWORDS or _STANDARD.fullmatch(name) is not None
 
 
 def defined(protocol: Protocol) -> Iterator[tuple[str, str, Place]]:
-    """Yield every name that depends on the spec, whose it is, and where that stands."""
+    """Yield every name that depends on the spec, its owner, and the position of the owner."""
     prefix = c_prefix(protocol.package)
     for message in protocol.messages:
         if message.id is not None:

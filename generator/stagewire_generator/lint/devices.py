@@ -1,6 +1,6 @@
-"""Facts for device classes: effects, halts, ends, defaults and settings.
+"""Check the facts for device classes: effects, halts, ends of actions, defaults and settings.
 
-Every message that moves something has to declare it.
+Every message that moves something must declare it.
 """
 
 from __future__ import annotations
@@ -15,38 +15,41 @@ from stagewire_generator.strict_yaml import Document
 
 
 def check_effects(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    """Check that every message to a controller has an effect, and one that fits its exchange.
+    """Check that every message to a controller has an effect that fits its exchange.
 
-    Of a parameter set it is that of the SET: a REQ asks, and a GET has none.
+    The effect of a parameter set applies to SET; REQ has the effect ``none``, and GET has no effect.
     """
     messages = {message.name: message for message in protocol.messages}
     for message in protocol.messages:
         if message.direction == "to_host" and message.effect:
-            what = f"{message.name} has an effect, and only the controller sends it"
-            diagnostics.add(message.place, "SW070", what, "remove it")
+            what = f"{message.name} declares an effect, but only the controller sends it"
+            diagnostics.add(message.place, "SW070", what, "remove the effect")
         elif message.direction != "to_host" and not message.effect:
-            diagnostics.add(message.place, "SW070", f"{message.name} does not say its effect")
+            diagnostics.add(message.place, "SW070", f"the effect of {message.name} is missing")
         _halt_effects(message, messages, diagnostics)
 
 
 def _halt_effects(message: Message, messages: dict[str, Message], diagnostics: Diagnostics) -> None:
-    """Check that what is halted moves something, and that what halts it stops."""
+    """Check that a halted message has the effect ``motion``, and the halting one ``stop``."""
     halts = [messages[name] for name in message.exchange.get("halted_by", ()) if name in messages]
     if halts and message.effect not in ("", "motion"):
-        what = f"{message.name} is halted by {halts[0].name}, and its effect is {message.effect}"
+        what = (
+            f"{message.name} is halted by {halts[0].name}, but has the effect {message.effect}, "
+            "not motion"
+        )
         diagnostics.add(message.place, "SW071", what)
     for halt in halts:
         if halt.effect not in ("", "stop"):
-            what = f"{halt.name} halts {message.name}, and its effect is {halt.effect}"
+            what = f"{halt.name} halts {message.name}, but has the effect {halt.effect}, not stop"
             diagnostics.add(halt.place, "SW071", what)
 
 
 def check_devices(
     protocol: Protocol, quantities: Iterable[Document], diagnostics: Diagnostics
 ) -> None:
-    """Check the facts that device classes are made of.
+    """Check the facts from which device classes are generated.
 
-    :param quantities: the files with the settings, for the places of what is wrong in them.
+    :param quantities: the files with the settings, for the positions of errors.
     """
     messages = {message.name: message for message in protocol.messages}
     for message in protocol.messages:
@@ -66,12 +69,12 @@ def check_devices(
 
 
 def _sent(message: Message) -> list[Field]:
-    """Return the fields of what a host sends of a message."""
+    """Return the fields of a message that a host sends."""
     return [f for x in message.layouts if x.form != "reply" for f in x.all_fields]
 
 
 def _answer(message: Message, messages: dict[str, Message]) -> list[Field]:
-    """Return the fields of the one thing that answers a message; none where nothing does, or several."""
+    """Return the fields of the reply to a message; none if there is not exactly one reply."""
     replies = [layout for layout in message.layouts if layout.form == "reply"]
     for name in message.exchange.get("answered_by", ()):
         replies += messages[name].layouts if name in messages else ()
@@ -81,17 +84,18 @@ def _answer(message: Message, messages: dict[str, Message]) -> list[Field]:
 def _defaults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
     name = message.call.get("name", "")
     if keyword.iskeyword(name):
-        diagnostics.add(message.place, "SW023", f"{message.name}: call {name} is reserved")
+        what = f"{message.name}: the method name {name} is reserved"
+        diagnostics.add(message.place, "SW023", what)
     fields = {field.name: field for field in _sent(message)}
     for key, value in message.call.get("defaults", {}).items():
         field = fields.get(key)
         where = f"{message.name}: the default of {key}"
         if field is None:
-            diagnostics.add(message.place, "SW021", f"{where}: there is no such field")
+            diagnostics.add(message.place, "SW021", f"{where}: unknown field")
         elif isinstance(value, str) and value not in _names(field.enum):
-            diagnostics.add(message.place, "SW021", f"{where}: no value is named {value}")
+            diagnostics.add(message.place, "SW021", f"{where}: unknown value {value}")
         elif isinstance(value, int) and not field.minimum <= value <= field.maximum:
-            what = f"{where}: {value} is outside {field.minimum} to {field.maximum}"
+            what = f"{where}: {value} is not between {field.minimum} and {field.maximum}"
             diagnostics.add(message.place, "SW033", what)
 
 
@@ -102,62 +106,64 @@ def _names(table: Enumeration | None) -> list[str]:
 def _halts(
     protocol: Protocol, message: Message, messages: dict[str, Message], diagnostics: Diagnostics
 ) -> None:
-    """Check that what ends a motion can be sent by itself, without asking the user for a value."""
+    """Check that a message that halts a motion can be sent on its own, without a value from the user."""
     for name in message.exchange.get("halted_by", ()):
         halt = messages.get(name)
         if halt is None:
             continue  # reported with all exchanges
         if halt.set or halt.direction == "to_host" or not halt.layouts or halt.id is None:
-            what = f"{message.name}: {name} cannot halt it, since a host does not send it by itself"
+            what = (
+                f"{message.name}: {name} cannot halt it, because a host cannot send it on its own"
+            )
             diagnostics.add(message.place, "SW035", what)
         for field in _sent(halt):
             chosen = field.name in halt.call.get("defaults", {})
             channel = field.name == protocol.framing.get("channel")
             if field.role == "value" and not channel and not chosen:
-                what = f"{message.name}: {name} halts it, and its {field.name} has no default"
-                diagnostics.add(halt.place, "SW035", what, "give one in `call`")
+                what = f"{message.name}: {name} halts it, but its {field.name} has no default"
+                diagnostics.add(halt.place, "SW035", what, "add a default under `call`")
 
 
 def _asked(
     protocol: Protocol, message: Message, messages: dict[str, Message], diagnostics: Diagnostics
 ) -> None:
-    """Check what is asked for the end of an action, and for the target that a controller has stored."""
+    """Check the request for the end of an action, and for a target that a controller has stored."""
     for key in ("ends_when", "stored"):
         asked = message.exchange.get(key)
         if asked is None:
             continue
         if key == "ends_when" and not rules_of(protocol.framing["kind"]).polls:
-            what = f"{message.name}: ends_when is for commands; here a message tells the end"
+            what = f"{message.name}: ends_when is for commands; here a message reports the end"
             diagnostics.add(message.place, "SW038", what)
         read = messages.get(asked["read"])
         fields = {f.name: f for f in _answer(read, messages)} if read else {}
         if read is None:
-            what = f"{message.name}: {key} names no message {asked['read']}"
+            what = f"{message.name}: {key}: unknown message {asked['read']}"
             diagnostics.add(message.place, "SW021", what)
         elif asked["field"] not in fields:
-            what = f"{message.name}: {key}: no answer to {read.name} has a field {asked['field']}"
+            what = f"{message.name}: {key}: the reply to {read.name} has no field {asked['field']}"
             diagnostics.add(message.place, "SW021", what)
         elif "value" in asked and asked["value"] not in _names(fields[asked["field"]].enum):
-            what = f"{message.name}: {key}: no value of {asked['field']} is named {asked['value']}"
+            what = f"{message.name}: {key}: {asked['field']} has no value {asked['value']}"
             diagnostics.add(message.place, "SW021", what)
         elif "when" in asked:
             state = fields.get(asked["when"]["field"])
             if state is None or asked["when"]["value"] not in _names(state.enum):
-                what = "{}: {}: no answer to {} has a field {} with a value {}".format(
+                what = "{}: {}: the reply to {} has no field {} with a value {}".format(
                     message.name, key, read.name, asked["when"]["field"], asked["when"]["value"]
                 )
                 diagnostics.add(message.place, "SW021", what)
 
 
 def _faults(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
-    """Check that a message that reports a fault comes from a controller, in a frame of its own."""
+    """Check that a fault report is a message from a controller, in a frame with a header."""
     if "reports_fault" not in message.exchange:
         return
     if not rules_of(protocol.framing["kind"]).reports_faults:
-        what = f"{message.name}: reports_fault is for frames with a header"
+        what = f"{message.name}: reports_fault requires frames with a header"
         diagnostics.add(message.place, "SW038", what)
     elif message.direction == "to_controller" or message.id is None:
-        what = f"{message.name}: reports_fault, and no controller sends it"
+        what = f"{message.name} has reports_fault, but no controller sends it"
         diagnostics.add(message.place, "SW035", what)
 
 
@@ -167,22 +173,22 @@ def _tells(protocol: Protocol, diagnostics: Diagnostics) -> None:
         members = [m for m in protocol.messages if m.set and m.set[0] == owner.name and m.tells]
         for tells in {member.tells for member in members}:
             if tells in told:
-                what = f"{owner.name} tells the {tells}, and so does {told[tells]}"
+                what = f"{owner.name} and {told[tells]} both have `tells: {tells}`"
                 diagnostics.add(owner.place, "SW020", what)
             told[tells] = owner.name
             if not {"req", "get"} <= owner.members.keys():
-                what = f"{owner.name} tells the {tells}, and has no REQ and GET"
+                what = f"{owner.name} has `tells: {tells}`, which requires a REQ and a GET"
                 diagnostics.add(owner.place, "SW035", what)
 
 
 def _wrong(
     protocol: Protocol, where: str, unit: str, owner: str, teller: Json
 ) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with a set that tells a setting: code and text."""
+    """Yield code and text of each error in a set that gives the value of a setting."""
     members = [m for m in protocol.messages if m.set == (owner, "get")]
     members += [m for m in protocol.messages if m.set == (owner, "set")]
     if not members:
-        yield "SW021", f"{where}: no parameter set with content is named {owner}"
+        yield "SW021", f"{where}: unknown parameter set {owner}, or it has no content"
         return
     fields = {f.name: f for x in members[0].layouts for f in x.all_fields}
     field = fields.get(teller["field"])
@@ -192,10 +198,13 @@ def _wrong(
     values = teller.get("values", {})
     for name in values:
         if name not in _names(field.enum):
-            yield "SW021", f"{where}: no value of {field.name} is named {name}"
+            yield "SW021", f"{where}: {field.name} has no value {name}"
     if not field.enum and not unit:
-        yield "SW037", f"{where} has no unit, so that {field.name} needs an enumeration"
+        yield "SW037", f"{where} has no unit, so {field.name} requires an enumeration"
     elif field.enum and unit and not values:
-        yield "SW037", f"{where} is in {unit}; what the names of {field.name} stand for is missing"
+        yield (
+            "SW037",
+            f"{where} is in {unit}: give the numbers for the names of {field.name} in `values`",
+        )
     elif not field.enum and not (field.unit == unit and field.quantity and field.quantity.factor):
-        yield "SW037", f"{where} is in {unit}, and {field.name} has no exact factor in it"
+        yield "SW037", f"{where} is in {unit}, but {field.name} has no exact factor for that unit"

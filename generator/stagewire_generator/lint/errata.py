@@ -1,7 +1,6 @@
-"""Mismatch if and only if erratum.
+"""Check that there is an erratum for every difference, and a reason for every erratum.
 
-A difference between witness and registry without an erratum is an error, and so is an erratum that no
-difference and no worked example bears out.
+A difference between witness and registry needs an erratum. An erratum needs a difference or a worked example.
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ def check_errata(
     diagnostics: Diagnostics,
     overlay: str = "",
 ) -> Comparison:
-    """Hold witness, registry, errata and examples against each other.
+    """Compare witness, registry, errata and examples with each other.
 
-    :param files: of the protocol, or of the overlay.
-    :param overlay: whose document is looked at, with the errata that it has; without it that of the protocol
-        itself. An overlay may have a witness, and then has all its messages there.
+    :param files: the files of the protocol, or of the overlay.
+    :param overlay: the overlay whose document and errata are checked; empty for the protocol itself. A
+        witness is optional for an overlay; if it has one, all its messages must be in it.
     """
     printed = files.get("printed", [])
     witness = bool(printed) if overlay else files["protocol"][0].data.get("witness", True)
     for document in () if witness else printed:
-        what = "protocol.yaml has `witness: false`: nothing is printed"
+        what = "a witness is not allowed, because protocol.yaml has `witness: false`"
         diagnostics.add(document.place(), "SW046", what)
     comparison = compare_witness(protocol, printed if witness else [], overlay)
     errata = [erratum for erratum in protocol.errata if erratum.overlay == overlay]
@@ -44,22 +43,22 @@ def check_errata(
                 )
             claimed[place] = erratum.id
             if place not in comparison.differences:
-                what = f"{erratum.id}: document and registry agree at {place}"
+                what = f"{erratum.id}: document and registry do not differ at {place}"
                 diagnostics.add(erratum.place, "SW042", what)
     for place, difference in sorted(comparison.differences.items()):
         if place not in claimed:
             diagnostics.add(
                 difference.at,
                 "SW040",
-                f"{place}: printed {difference.printed!r}, registry {difference.encoded!r}",
+                f"{place}: the document has {difference.printed!r}, the registry {difference.encoded!r}",
             )
     referred = _referred(protocol, files, diagnostics)
     unborne = [e for e in errata if not e.places and e.id not in referred]
     if unborne and not files.get("examples"):
-        what = f"{len(unborne)} errata rest on worked examples, and there are none"
-        hint = f"put examples.yaml into the folder {protocol.name}"
+        what = f"{len(unborne)} errata refer to worked examples, but examples.yaml is missing"
+        hint = f"add examples.yaml to the directory {protocol.name}"
         if overlay:
-            hint = f"put examples.yaml into the folder of the overlay {overlay}"
+            hint = f"add examples.yaml to the directory of the overlay {overlay}"
         diagnostics.add(unborne[0].place, "SW006", what, hint)
         unborne = []
     for erratum in unborne:
@@ -67,18 +66,18 @@ def check_errata(
         diagnostics.add(erratum.place, "SW041", what)
     _known(protocol, errata, diagnostics)
     for at, name in comparison.unknown:
-        diagnostics.add(at, "SW044", f"{name} is in no chapter of the registry")
+        diagnostics.add(at, "SW044", f"{name} is in the witness but not in the registry")
     for at, part in comparison.misplaced:
-        hint = "this framing has nothing to compare it with; remove it"
+        hint = "remove it: with this framing it cannot be compared with anything"
         diagnostics.add(at, "SW038", part, hint)
     for message in protocol.messages if witness else ():
         if message.overlay == overlay and message.name not in comparison.witnessed:
-            diagnostics.add(message.place, "SW043", f"{message.name} is nowhere in printed/")
+            diagnostics.add(message.place, "SW043", f"{message.name} does not occur in printed/")
     return comparison
 
 
 def _known(protocol: Protocol, errata: Iterable[Erratum], diagnostics: Diagnostics) -> None:
-    """Look for the messages and fields that errata name."""
+    """Check that the messages and fields named by errata exist."""
     messages = {message.name for message in protocol.messages}
     fields = {
         f"{owner}.{field.name}"
@@ -90,11 +89,11 @@ def _known(protocol: Protocol, errata: Iterable[Erratum], diagnostics: Diagnosti
     for erratum in errata:
         for name in erratum.messages:
             if name not in messages:
-                what = f"{erratum.id}: no message is named {name}"
+                what = f"{erratum.id}: unknown message {name}"
                 diagnostics.add(erratum.place, "SW021", what)
         for name in erratum.fields:
             if name not in fields:
-                what = f"{erratum.id}: no field is named {name}"
+                what = f"{erratum.id}: unknown field {name}"
                 diagnostics.add(erratum.place, "SW021", what)
 
 
@@ -111,7 +110,7 @@ def _referred(
                     found.add(erratum)
                     if erratum not in known:
                         place = document.place(kind, id, "errata")
-                        diagnostics.add(place, "SW021", f"{id}: no erratum is named {erratum}")
+                        diagnostics.add(place, "SW021", f"{id}: unknown erratum {erratum}")
     return found
 
 

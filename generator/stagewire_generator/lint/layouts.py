@@ -1,4 +1,4 @@
-"""Layouts: ids, ranges, values, pages, what a framing demands, and whether bytes alone tell forms apart."""
+"""Check layouts: ids, ranges, values, pages, framing rules, and whether bytes distinguish the forms."""
 
 from __future__ import annotations
 
@@ -15,15 +15,17 @@ _SHOWN = {"message": "a message", "command": "a command", "setup": "a setup comm
 
 
 def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
-    """Check the kind of every message, and what a framing asks of itself and of the messages.
+    """Check the kind of every message, and the rules of the framing.
 
-    :param head: the file of the protocol, for the places of what is wrong in it.
+    :param head: the file of the protocol, for the positions of errors.
     """
     kind = protocol.framing["kind"]
     rules = rules_of(kind)
     for message in protocol.messages:
         if message.kind not in rules.kinds:
-            what = f"{message.name} is {_SHOWN[message.kind]}, and the framing has kind {kind}"
+            what = (
+                f"{message.name} is {_SHOWN[message.kind]}, which {kind} framing does not support"
+            )
             diagnostics.add(message.place, "SW038", what)
     rules.check(protocol, head, diagnostics)
 
@@ -43,13 +45,15 @@ def check_pages(
     noun = "section" if "sections" in document else "page"
     for file in (file for kind in _KINDS for file in files.get(kind, ())):
         for path, page in _pages(file.data, ()):
-            if page > last and path[0] != "document":  # whose pages are their number
-                what = f"{'.'.join(map(str, path))}: {noun} {page}; the last is {last}"
+            if page > last and path[0] != "document":  # there, `pages` is a count
+                what = (
+                    f"{'.'.join(map(str, path))}: {noun} {page} does not exist (the last is {last})"
+                )
                 diagnostics.add(file.place(*path), "SW039", what)
 
 
 def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
-    """Yield every page in a part of a file; ``page`` may be the name of something else, too."""
+    """Yield every page in a part of a file; ``page`` may also be the name of something else."""
     for key, part in node.items() if isinstance(node, dict) else enumerate(node):
         at = (*path, key)
         if key == "page" and isinstance(part, int):
@@ -64,8 +68,8 @@ def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
 
 _SIZES = (1, 2, 3, 4, 8)
 _REPLACE = (
-    "to replace the message of the protocol, give the new one its name and list it under `overrides` in "
-    "overlay.yaml; else one of the ids is wrong"
+    "to replace the message of the protocol, give the new one the same name and list it under `overrides` in "
+    "overlay.yaml; otherwise one of the ids is wrong"
 )
 
 
@@ -74,21 +78,22 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
     _ids(protocol, diagnostics)
     for message in protocol.messages:
         _undocumented(message, diagnostics)
-        if message.kind == "message":  # of a command, one layout is sent and the other comes back
+        if message.kind == "message":  # a command has one layout in each direction
             _distinguishable(message, protocol, diagnostics)
         for layout in message.layouts:
             longest = protocol.framing["maximum_length"]
             if layout.length > longest:
-                what = (
-                    f"{message.name} ({layout.form}): {layout.length} bytes, packets have {longest}"
-                )
+                what = f"{message.name} ({layout.form}): {layout.length} bytes; the maximum is {longest}"
                 hint = "correct the length of the layout, or maximum_length in protocol.yaml"
                 diagnostics.add(layout.place, "SW033", what, hint)
             for field in layout.all_fields:
                 _field(message, field, diagnostics)
             for param in (layout.param1, layout.param2):
                 if param and param.format.size != 1:
-                    what = f"{message.name}.{param.name}: a {param.format.name} in a header"
+                    what = (
+                        f"{message.name}.{param.name}: the format {param.format.name} has "
+                        f"{param.format.size} bytes, but a header parameter has 1"
+                    )
                     diagnostics.add(param.place, "SW033", what)
     for enumeration in protocol.enumerations:
         values = [value.value for value in enumeration.values]
@@ -103,7 +108,7 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
                     diagnostics.add(enumeration.place, "SW034", what)
         if len(enumeration.modifiers) == len(enumeration.values):
             what = f"{enumeration.name}: every value is a modifier"
-            hint = "list the values that they modify"
+            hint = "add the values that they modify"
             diagnostics.add(enumeration.place, "SW034", what, hint)
     for table in protocol.flags:
         bits = [bit.bit for bit in table.bits]
@@ -114,19 +119,20 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 diagnostics.add(
                     table.place,
                     "SW033",
-                    f"{table.name}.{bit.name}: bit {bit.bit} in a {table.format.name}",
+                    f"{table.name}.{bit.name}: a {table.format.name} has no bit {bit.bit}",
                 )
 
 
 def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    seen: dict[tuple[str, int], Message] = {}  # setup commands have bytes of their own
+    seen: dict[tuple[str, int], Message] = {}  # setup commands have their own set of bytes
     for message in protocol.messages:
         if message.id is None:
             continue
         key = message.kind, message.id
         if other := seen.get(key):
             what = (
-                f"{message.name} and {other.name} have the id 0x{message.id:0{protocol.id_digits}x}"
+                f"{message.name} and {other.name} both have the id "
+                f"0x{message.id:0{protocol.id_digits}x}"
             )
             one_is_laid_over = bool(message.overlay) is not bool(other.overlay)
             diagnostics.add(message.place, "SW030", what, _REPLACE if one_is_laid_over else "")
@@ -135,7 +141,7 @@ def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
 
 def _undocumented(message: Message, diagnostics: Diagnostics) -> None:
     if not message.documented and not message.errata:
-        diagnostics.add(message.place, "SW036", f"{message.name} has no layout")
+        diagnostics.add(message.place, "SW036", f"{message.name} has no layout and no erratum")
 
 
 def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnostics) -> None:
@@ -150,12 +156,12 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
                     diagnostics.add(
                         layout.place,
                         "SW021",
-                        f"{message.name} ({layout.form}): no context {context}: {value}",
+                        f"{message.name} ({layout.form}): unknown context {context}: {value}",
                     )
         if len(layouts) == 1:
             if layouts[0].when:
                 form = layouts[0].form
-                what = f"{message.name}: {form} has a `when`, though its length decides"
+                what = f"{message.name}: {form} has a `when`, but its length already identifies it"
                 diagnostics.add(layouts[0].place, "SW032", what, "remove the `when`")
             continue
         contexts = [tuple(sorted(layout.when.items())) for layout in layouts]
@@ -164,7 +170,7 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
             diagnostics.add(
                 layouts[-1].place,
                 "SW032",
-                f"{message.name}: {forms} have {length} bytes each and no context decides",
+                f"{message.name}: {forms} all have {length} bytes, and no context distinguishes them",
                 rules_of(protocol.framing["kind"]).same_length,
             )
 
@@ -174,16 +180,18 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
     format = field.format
     if format.kind != "integer":
         if field.ranged or field.enum or field.flags or field.quantity:
-            diagnostics.add(field.place, "SW033", f"{where}: a {format.name} has no range or unit")
+            diagnostics.add(
+                field.place, "SW033", f"{where}: a {format.name} cannot have a range or unit"
+            )
         return
     if format.size not in _SIZES:
-        what = f"{where}: no target has integers of {format.size} bytes"
+        what = f"{where}: integers of {format.size} bytes are not supported"
         diagnostics.add(field.place, "SW033", what)
     if not format.minimum <= field.minimum <= field.maximum <= format.maximum:
         diagnostics.add(
             field.place,
             "SW033",
-            f"{where}: {field.minimum} to {field.maximum} in a {format.name} "
+            f"{where}: the range {field.minimum} to {field.maximum} is invalid for a {format.name} "
             f"({format.minimum} to {format.maximum})",
         )
     for name, value in (("default", field.default), ("constant", field.constant)):
@@ -195,12 +203,13 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
                 diagnostics.add(
                     field.place,
                     "SW033",
-                    f"{where}: {field.enum.name}.{entry.name} = {entry.value:#x} in a {format.name}",
+                    f"{where}: {field.enum.name}.{entry.name} ({entry.value:#x}) does not fit a "
+                    f"{format.name}",
                 )
     if field.flags and field.flags.format.size != format.size:
         diagnostics.add(
             field.place,
             "SW033",
-            f"{where}: the bits of {field.flags.name} are those of a {field.flags.format.name}, "
-            f"not of a {format.name}",
+            f"{where}: a {format.name} cannot hold {field.flags.name}, whose bits are those of a "
+            f"{field.flags.format.name}",
         )

@@ -1,4 +1,4 @@
-"""Names: references that point nowhere, and names that generated code cannot keep apart."""
+"""Check names: undefined references, and names that clash in generated code."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stagewire_generator.model import Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
 
-# What generated classes keep for themselves.
+# Attributes that generated classes define themselves.
 _MEMBERS = frozenset({
     "layout", "unpack", "pack", "values", "replace", "keep", "shared", "mro", "data", "param1",
     "param2", "reply", "marks", "shape"
 })  # fmt: skip
-# What the modules of a generated package import, beside what Python keeps.
+# Names that the modules of a generated package import, and names reserved in Python.
 _KEPT = frozenset({"False", "None", "True"})
 _IN_CHAPTERS = _KEPT | frozenset({
     "Command", "Direction", "FramedMessage", "Layout", "PacketMessage", "Reply", "Self",
@@ -33,8 +33,8 @@ _IN_UNITS = _KEPT | frozenset({
     "AxesDevice", "Axis", "Bay", "Channel", "ChannelsBay", "ChannelsDevice", "FACTS", "ModuleDevice",
     "PROTOCOL", "RackDevice", "SingleChannelDevice", "SingleChannelModule", "UNITS"
 })  # fmt: skip
-_PARTS_OF_UNITS = ("Axis", "Bay", "Channel")  # what the classes of their parts end with
-# What the methods of a generated message call, or give a value to.
+_PARTS_OF_UNITS = ("Axis", "Bay", "Channel")  # suffixes of the classes for parts of units
+# Names that the methods of a generated message call or assign.
 _IN_METHODS = frozenset({
     "self", "cls", "raw", "draft", "bytes", "classmethod", "property", "check_addresses",
     "check_bytes", "check_integer", "check_text"
@@ -46,7 +46,7 @@ _TO_HOST = frozenset({"answered_by", "completes_with", "stops_with", "announces"
 def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnostics) -> None:
     """Check every name of the protocol.
 
-    :param units: the file of the units, for the places of what is wrong in it.
+    :param units: the file of the units, for the positions of errors.
     """
     before = len(diagnostics.found)
     _fields(protocol, diagnostics)
@@ -56,7 +56,7 @@ def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnos
     _members(protocol, diagnostics)
     if units is not None:
         _units(protocol, units, diagnostics)
-    if len(diagnostics.found) == before:  # else C would only say the same of the same names
+    if len(diagnostics.found) == before:  # otherwise C would repeat the errors for the same names
         check_c_names(protocol, diagnostics)
 
 
@@ -69,19 +69,21 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 unnamed = field.role == "constant" and field.name in ("param1", "param2")
                 if (field.name in _RESERVED or field.name in _MEMBERS) and not unnamed:
                     diagnostics.add(
-                        field.place, "SW023", f"{message.name}: the field {field.name} is reserved"
+                        field.place,
+                        "SW023",
+                        f"{message.name}: the field name {field.name} is reserved",
                     )
                 folded = field.name.replace("_", "").lower()
                 if folded in seen:
                     diagnostics.add(
                         field.place,
                         "SW022",
-                        f"{message.name}: {field.name} and {seen[folded]} are too alike",
+                        f"{message.name}: {field.name} and {seen[folded]} differ only in case or underscores",
                     )
                 seen[folded] = field.name
                 flags = field.name.removesuffix("_flags")
                 if flags != field.name and flags in with_flags:
-                    what = f"{message.name}: {field.name} is what the bits of {flags} are called"
+                    what = f"{message.name}: {field.name} is the name for the bits of {flags}"
                     diagnostics.add(field.place, "SW022", what)
     for enumeration in protocol.enumerations:
         names = [value.name for value in enumeration.values]
@@ -89,7 +91,9 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
         for name in names:
             if name in _RESERVED or name == "mro":
                 diagnostics.add(
-                    enumeration.place, "SW023", f"{enumeration.name}: the value {name} is reserved"
+                    enumeration.place,
+                    "SW023",
+                    f"{enumeration.name}: the value name {name} is reserved",
                 )
     for table in protocol.flags:
         names = [bit.name for bit in table.bits]
@@ -100,7 +104,8 @@ def _fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 or hasattr(int, name)
                 or name in ("bits", "of", "names", "unnamed")
             ):
-                diagnostics.add(table.place, "SW023", f"{table.name}: the bit {name} is reserved")
+                what = f"{table.name}: the bit name {name} is reserved"
+                diagnostics.add(table.place, "SW023", what)
 
 
 def _distinct(names: Iterable[str], what: str, place: Place, diagnostics: Diagnostics) -> None:
@@ -108,12 +113,16 @@ def _distinct(names: Iterable[str], what: str, place: Place, diagnostics: Diagno
     for name in names:
         folded = name.replace("_", "").lower()
         if folded in seen:
-            diagnostics.add(place, "SW022", f"{what}: {name} and {seen[folded]} are too alike")
+            diagnostics.add(
+                place,
+                "SW022",
+                f"{what}: {name} and {seen[folded]} differ only in case or underscores",
+            )
         seen[folded] = name
 
 
 def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    """Names that become classes must differ even where a file system or a language folds case."""
+    """Check that names of classes differ even if a file system or a language ignores case."""
     seen: dict[str, str] = {}
     for name, place in (
         *((m.name, m.place) for m in protocol.messages),
@@ -122,45 +131,50 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
     ):
         folded = name.replace("_", "").lower()
         if folded in seen and seen[folded] != name:
-            diagnostics.add(place, "SW022", f"{name} and {seen[folded]} are too alike")
+            diagnostics.add(
+                place, "SW022", f"{name} and {seen[folded]} differ only in case or underscores"
+            )
         seen[folded] = name
     classes: dict[str, str] = {}
     for table in protocol.flags:
         name = camel(table.name)
-        classes[name] = table.name  # its users import it beside the messages
+        classes[name] = table.name  # modules import it together with the messages
         if name in _IN_FLAGS:
-            diagnostics.add(table.place, "SW023", f"{table.name}: the class {name} is reserved")
+            what = f"{table.name}: the class name {name} is reserved"
+            diagnostics.add(table.place, "SW023", what)
     for enumeration in protocol.enumerations:
         name = camel(enumeration.name)
         if name in _IN_ENUMERATIONS:
             diagnostics.add(
-                enumeration.place, "SW023", f"{enumeration.name}: the class {name} is reserved"
+                enumeration.place, "SW023", f"{enumeration.name}: the class name {name} is reserved"
             )
     for message in protocol.messages:
         for name in _class_names(message):
             if name in _IN_MESSAGES:
                 diagnostics.add(
-                    message.place, "SW023", f"{message.name}: the class {name} is reserved"
+                    message.place, "SW023", f"{message.name}: the class name {name} is reserved"
                 )
             if name in classes:
-                what = f"{message.name} and {classes[name]} would both be the class {name}"
+                what = f"{message.name} and {classes[name]} would both become the class {name}"
                 if classes[name] == message.name:
-                    what = f"{message.name}: two of its forms are the class {name}"
+                    what = f"{message.name}: two of its forms would become the class {name}"
                 diagnostics.add(message.place, "SW022", what)
             classes[name] = message.name
     for stage in protocol.stages:
         if stage.name in _IN_STAGES:
-            diagnostics.add(stage.place, "SW023", f"the stage {stage.name} is reserved")
+            diagnostics.add(stage.place, "SW023", f"the stage name {stage.name} is reserved")
     _apart([(stage.name, stage.place) for stage in protocol.stages], diagnostics)
 
 
 def _apart(named: Iterable[tuple[str, Place]], diagnostics: Diagnostics) -> None:
-    """Names in capitals and small letters must differ where a language or a reader folds case."""
+    """Check that names in mixed case differ even if a language or a reader ignores case."""
     seen: dict[str, str] = {}
     for name, place in named:
         folded = name.lower()
         if folded in seen:
-            diagnostics.add(place, "SW022", f"{name} and {seen[folded]} are too alike")
+            diagnostics.add(
+                place, "SW022", f"{name} and {seen[folded]} differ only in case or underscores"
+            )
         seen[folded] = name
 
 
@@ -184,18 +198,18 @@ def _exchanges(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 other = names.get(name)
                 if other is None:
                     diagnostics.add(
-                        message.place, "SW021", f"{message.name}: {key} names no message {name}"
+                        message.place, "SW021", f"{message.name}: {key}: unknown message {name}"
                     )
                 elif key in _TO_HOST and other.direction == "to_controller":
                     diagnostics.add(
                         message.place,
                         "SW035",
-                        f"{message.name}: {key} {name}, which only the host sends",
+                        f"{message.name}: {key}: only the host sends {name}",
                     )
 
 
 def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    """Check that newer units are listed under `aliases`, and that a unit has one scale for a stage."""
+    """Check that newer units are listed under `aliases`, and that a unit has one scale per stage."""
     aliases = protocol.units.get("aliases", {})
     known = {*protocol.units.get("units", ()), *aliases}
     groups = {controller.name: controller for controller in protocol.controllers}
@@ -205,11 +219,11 @@ def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 what = (
                     f"controllers.{controller.name}: {name} is an alias, not a unit of the document"
                 )
-                hint = "list it under `aliases`, with the source of its scales"
+                hint = "list it under `aliases` with the source of its scales"
                 diagnostics.add(controller.place, "SW021", what, hint)
         for name in controller.aliases:
             if name not in known:
-                what = f"controllers.{controller.name}: no alias is named {name}"
+                what = f"controllers.{controller.name}: unknown alias {name}"
                 diagnostics.add(controller.place, "SW021", what)
     for stage in protocol.stages:
         seen: dict[str, str] = {}
@@ -217,7 +231,7 @@ def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
             for name in dict.fromkeys(groups[group].members):
                 if name in seen:
                     what = f"{stage.name}: {name} has scales in {seen[name]} and in {group}"
-                    diagnostics.add(stage.place, "SW037", what, "give it scales in one of them")
+                    diagnostics.add(stage.place, "SW037", what, "remove it from one of them")
                 seen[name] = group
 
 
@@ -232,16 +246,16 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         for index, name in enumerate(names):
             if name not in table:
                 place = document.place(*path, index)
-                what = f"{path[0]}.{path[1]}: no {kind} is named {name}"
+                what = f"{path[0]}.{path[1]}: unknown {kind} {name}"
                 diagnostics.add(place, "SW021", what)
 
     for name in data["units"]:
         if name in _IN_UNITS:
             place = document.place("units", name)
-            diagnostics.add(place, "SW023", f"the unit {name} is reserved")
+            diagnostics.add(place, "SW023", f"the unit name {name} is reserved")
         for part in _PARTS_OF_UNITS:
             if name.removesuffix(part) in data["units"] and name.endswith(part):
-                what = f"the unit {name} is what a class of {name.removesuffix(part)} is called"
+                what = f"the unit {name} has the name of a class for {name.removesuffix(part)}"
                 diagnostics.add(document.place("units", name), "SW022", what)
     names = data.get("lists", {})
     _apart([(name, document.place("lists", name)) for name in names], diagnostics)
@@ -252,7 +266,7 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         known(entry.get("messages", ()), messages, "message", "families", key, "messages")
         if "like" in entry:
             listed = [name for name, unit in data["units"].items() if "list" in unit]
-            known([entry["like"]], listed, "unit with a list", "families", key, "like")
+            known([entry["like"]], listed, "unit with a list:", "families", key, "like")
     for key, entry in data["units"].items():
         known(entry["stages"], stages, "stage", "units", key, "stages")
         known([entry["family"]], families, "family", "units", key, "family")
@@ -261,14 +275,14 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         keeper = entry.get("keep_alive", "none")
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")
-    written = document.data  # in which a prefix may make an alias in short
+    written = document.data  # here a prefix may define an alias
     for section in ("units", "aliases"):
         for key, entry in data.get(section, {}).items():
             for model in entry.get("reported_as", ()):
                 if model in data["units"] or model in data.get("aliases", {}):
                     whose = "the unit itself" if model == key else "another unit"
                     what = f"{section}.{key}: reported_as lists {model}, the name of {whose}"
-                    hint = f"remove it; a controller that reports {model} is identified as {model}"
+                    hint = f"remove it: a controller that reports {model} is identified as {model}"
                     place = document.place(section, key, "reported_as", model)
                     diagnostics.add(place, "SW022", what, hint)
     places = [(name, document.place("units", name)) for name in data["units"]]

@@ -1,1 +1,1 @@
-"""Overlays: later issues of a document, which add to a protocol and override parts of it by name."""
+"""Overlays: later issues of a document that add to a protocol or replace entries of it by name."""

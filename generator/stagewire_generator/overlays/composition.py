@@ -1,8 +1,8 @@
-"""The files of a protocol with those of overlays laid over them.
+"""Merge the files of overlays into those of a protocol.
 
-An entry of an overlay whose name the protocol has replaces the whole entry, if the overlay says so in its
-``overrides``; any other entry is added. What comes out are files again, so that they are resolved and
-checked as those of a protocol without overlays are.
+An entry of an overlay replaces the whole entry of the protocol with the same name, if the overlay lists it in
+its ``overrides``. All other entries are added. The result is again a set of files, which is resolved and
+checked like a protocol without overlays.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     "examples": ("examples",),
     "captures": ("captures",),
 }
-"""Kind of a file of an overlay -> its sections of entries by name; each name of a section occurs once."""
+"""Kind of file -> its sections of named entries; a name is unique in a section."""
 
-_HEADS = {"overlay": "protocol"}  # what an overlay has in its head stands in that of the protocol
-_LISTED = ("quantities", "stages", "messages", "errata", "rules")  # kinds whose files stay apart
-_ONE = ("units", "examples", "captures")  # kinds of which a protocol has one file
+_HEADS = {"overlay": "protocol"}  # sections of overlay.yaml are merged into protocol.yaml
+_LISTED = ("quantities", "stages", "messages", "errata", "rules")  # kinds whose files stay separate
+_ONE = ("units", "examples", "captures")  # kinds with one file per protocol
 
 Key: TypeAlias = tuple[str, str]  # section and name
 
 
 def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) -> Files | None:
-    """Return the files of a protocol under overlays, in the order in which they are given.
+    """Return the files of a protocol with overlays applied in the given order.
 
-    The witness is not among them: what a document prints is compared with what is registered from it.
-    Returns None, with diagnostics, where an overlay replaces what it does not name, names what it does not
-    replace, or defines what another one defines.
+    The witness is left out, because a document is only compared with the entries transcribed from it. Returns
+    None, with diagnostics, if an overlay replaces an entry that it does not list, lists an entry that it does
+    not replace, or defines an entry that another overlay also defines.
     """
     before = len(diagnostics.found)
     known = dict(_entries(base, "protocol"))
@@ -69,7 +69,7 @@ def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) ->
         for key, place in own.items():
             if key in defined:
                 what = f"{key[0]}.{key[1]} would replace the entry of the overlay {defined[key]}"
-                hint = "lay one of the two over, or write an overlay that says what holds"
+                hint = "apply only one of the two overlays, or write one that combines them"
                 diagnostics.add(place, "SW060", what, hint)
             defined[key] = head.overlay
     if len(diagnostics.found) > before:
@@ -83,15 +83,15 @@ def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) ->
         parts = [document for files in overlays for document in files.get(kind, ())]
         whole = [_merged(kind, document, parts) for document in base.get(kind, parts)[:1]]
         if kind == "units" and parts and not fits_schema(whole[0], kind, diagnostics):
-            return None  # each part may be right, and what they give together not
+            return None  # parts that are valid on their own may be invalid together
         composed[kind] = [_marked(kind, document, parts) for document in whole]
     return composed
 
 
 def _entries(files: Files, head: str) -> Iterator[tuple[Key, Place]]:
-    """Yield section and name of every entry, and where it stands.
+    """Yield the section, name and position of every entry.
 
-    :param head: the kind of the file that has formats and contexts.
+    :param head: the kind of file that contains formats and contexts.
     """
     for kind, sections in SECTIONS.items():
         for document in files.get(head if kind in _HEADS else kind, ()):
@@ -103,7 +103,7 @@ def _entries(files: Files, head: str) -> Iterator[tuple[Key, Place]]:
 def _check_overrides(
     head: Document, own: Mapping[Key, Place], known: Collection[Key], diagnostics: Diagnostics
 ) -> None:
-    """Check that what replaces is listed as replacing, and the reverse; a slip must not add an entry."""
+    """Check that exactly the replaced entries are listed in ``overrides``."""
     listed = {
         (section, name): head.place("overrides", section, index)
         for section, names in head.data.get("overrides", {}).items()
@@ -115,13 +115,13 @@ def _check_overrides(
             diagnostics.add(place, "SW060", what)
     for key, place in listed.items():
         if key not in own:
-            diagnostics.add(place, "SW061", f"{key[0]}.{key[1]} is not in the overlay")
+            diagnostics.add(place, "SW061", f"the overlay does not define {key[0]}.{key[1]}")
         elif key not in known:
-            diagnostics.add(place, "SW061", f"{key[0]}.{key[1]} is not in the protocol")
+            diagnostics.add(place, "SW061", f"the protocol does not define {key[0]}.{key[1]}")
 
 
 def _head(head: Document, overlays: Sequence[Document]) -> Document:
-    """Return the file of the protocol with the formats, contexts and groups of overlays."""
+    """Return the file of the protocol with the formats, contexts and groups of overlays added."""
     data = dict(head.data)
     for document in overlays:
         for section in SECTIONS["overlay"]:
@@ -146,7 +146,7 @@ def _without(document: Document, kind: str, replaced: Collection[Key]) -> Docume
 
 
 def _merged(kind: str, document: Document, parts: Sequence[Document]) -> Document:
-    """Return the only file of a kind with the entries of overlays in it, each with its own place."""
+    """Return the only file of a kind with the entries of overlays added, each with its own position."""
     data, places = dict(document.data), dict(document.places)
     for part in parts:
         if part is document:
@@ -161,7 +161,7 @@ def _merged(kind: str, document: Document, parts: Sequence[Document]) -> Documen
 
 
 def _marked(kind: str, document: Document, parts: Sequence[Document]) -> Document:
-    """Return the file with the name of its overlay in every entry that comes from one."""
+    """Return the file with the name of the overlay in every entry that an overlay defines."""
     data: dict[str, Any] = dict(document.data)
     for part in parts:
         for section in SECTIONS[kind]:

@@ -1,5 +1,5 @@
-"""From loaded YAML to the frozen model: references followed, sets opened, offsets counted.
+"""Resolve loaded YAML into the frozen model: follow references, expand sets, compute offsets.
 
-Whatever cannot be resolved becomes a diagnostic and is left out of the model, so that one error does
-not hide the next.
+An entry that cannot be resolved becomes a diagnostic and is left out of the model, so that one error does not
+hide the next.
 """

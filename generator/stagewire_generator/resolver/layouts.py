@@ -1,4 +1,4 @@
-"""Resolve layouts and fields: count offsets, find the tables that fields refer to."""
+"""Resolve layouts and fields: compute offsets, look up the tables that fields refer to."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 def resolve_fields(
     tables: Tables, document: Document, path: KeyPath, entries: Json, page: int
 ) -> tuple[tuple[Field, ...], bool]:
-    """Return the fields, one after the other, and whether all could be made.
+    """Return the fields in order, and whether all could be resolved.
 
-    :param path: where ``entries`` stand in ``document``.
-    :param page: the page of a field that names none.
+    :param path: the path of ``entries`` in ``document``.
+    :param page: the page for fields that do not give one.
     """
     made: list[Field] = []
     offset = 0
@@ -35,9 +35,9 @@ def resolve_field(
     offset: int,
     page: int,
 ) -> Field | None:
-    """Return the field; None where its format is unknown.
+    """Return the field, or None if its format is unknown.
 
-    :param offset: bytes before the field, in the payload or in the header.
+    :param offset: number of bytes before the field, in the payload or in the header.
     """
     place = document.place(*path)
     format = tables.format(entry["format"], place)
@@ -80,7 +80,7 @@ def resolve_field(
 def resolve_layouts(
     tables: Tables, document: Document, path: KeyPath, entry: Json
 ) -> tuple[Layout, ...]:
-    """Return the layouts of a message or of a parameter set, in whichever way they are written."""
+    """Return the layouts of a message or parameter set, in any of the ways to write them."""
     page, name = entry["page"], str(path[-1])
     if "layouts" in entry:
         found = []
@@ -104,14 +104,15 @@ def resolve_layouts(
 def header_layout(
     tables: Tables, document: Document, path: KeyPath, entry: Json, page: int
 ) -> Layout:
-    """Return the layout of a message that is a header alone; its two parameters may be fields."""
+    """Return the layout of a header-only message; its two parameters may be fields."""
     params: list[Field | None] = []
     for offset, key in enumerate(("param1", "param2"), 2):
         param = entry.get(key)
         at = (*path, key)
         if param is not None and not rules_of(tables.head.data["framing"]["kind"]).has_parameters:
-            hint = "a field of the payload says it instead"
-            tables.diagnostics.add(document.place(*at), "SW038", f"{key} of a header", hint)
+            hint = "use a field of the payload instead"
+            what = f"{key}: headers of this framing have no parameter bytes"
+            tables.diagnostics.add(document.place(*at), "SW038", what, hint)
             param = None
         if param is None:
             params.append(None)
@@ -135,10 +136,9 @@ def _data_layout(
     page: int,
     message: str,
 ) -> Layout:
-    """Return a layout with data, its fields its own or those of a block.
+    """Return a layout with data, with its own fields or those of a block.
 
-    The length is written, so that it can be held against the fields; that is not done where some of
-    them could not be made.
+    Its stated length is compared with the fields, unless some of them could not be resolved.
     """
     place = document.place(*path)
     length = entry.get("length")
@@ -157,7 +157,7 @@ def _data_layout(
     fields, all_made = resolve_fields(tables, document, fields_path, entries or {}, page)
     taken = sum(field.format.size for field in fields)
     if whole and all_made and taken != length:
-        what = f"{message}: the fields take {taken} bytes, the length is {length}"
+        what = f"{message}: the fields take {taken} bytes, but the length is {length}"
         tables.diagnostics.add(place, "SW031", what)
     when, note = entry.get("when", {}), entry.get("note", "")
     return Layout(form, when, None, None, length or 0, fields, note, place)

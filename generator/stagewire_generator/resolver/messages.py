@@ -1,8 +1,8 @@
 """Resolve messages, commands and errata.
 
-A parameter set opens into the messages SET, REQ and GET, which share one content. A command is a byte, a
-request and a reply, whose sizes are compared with the data. An erratum is attached to the messages and
-fields that it names.
+A parameter set expands into the messages SET, REQ and GET, which share their content. A command is a byte, a
+request and a reply, whose sizes are compared with the data. An erratum is attached to the messages and fields
+that it names.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 
 
 def define_errata(tables: Tables) -> None:
-    """Fill the table of errata, and that of the messages and fields that they name."""
+    """Fill the table of errata, and the table of the messages and fields that they name."""
     for document, id, entry, place in tables.entries("errata", "errata", tables.errata):
         erratum = _erratum(id, entry, place, document.overlay)
         tables.errata[id] = erratum
@@ -34,10 +34,9 @@ def define_errata(tables: Tables) -> None:
 
 
 def with_errata(tables: Tables, message: Message) -> Message:
-    """Return the message with its errata and those of its fields, which name it or its set.
+    """Return the message with the errata that name it, its set or its fields.
 
-    What the document of the protocol says wrongly of a message that an overlay replaces is not said
-    of the message that takes its place.
+    Errata of the protocol do not apply to a message of an overlay that replaces theirs.
     """
     owners = {message.name} | ({message.set[0]} if message.set else set())
 
@@ -88,7 +87,7 @@ def define_messages(tables: Tables, document: Document) -> None:
 
 
 def add_message(tables: Tables, message: Message) -> None:
-    """Add a message with its errata; a name counts once."""
+    """Add a message with its errata; report a duplicate name."""
     if message.name in tables.messages:
         tables.diagnostics.add(message.place, "SW020", f"{message.name} is defined twice")
     else:
@@ -127,7 +126,7 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
 
 
 _ROLES = ("set", "req", "get")
-_EFFECTS = {"set": "settings", "req": "none", "get": ""}  # where a set does not say otherwise
+_EFFECTS = {"set": "settings", "req": "none", "get": ""}  # defaults for a parameter set
 
 
 def define_parameter_sets(tables: Tables, document: Document) -> None:
@@ -147,8 +146,8 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
         found = ParameterSet(name, words, members, place)
         tables.sets[name] = found
         if "effect" in entry and "set" not in members:
-            what = f"{name} has an effect, which is that of a SET, and no SET"
-            tables.diagnostics.add(place, "SW070", what, "remove it")
+            what = f"{name} declares an effect, which applies to SET only, but has no SET"
+            tables.diagnostics.add(place, "SW070", what, "remove the effect")
         for role in members:
             _define_member(tables, document, entry, found, group, role)
 
@@ -156,7 +155,7 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
 def _define_member(
     tables: Tables, document: Document, entry: Json, owner: ParameterSet, group: str, role: str
 ) -> None:
-    """Add the message of one role; REQ has no content, and is answered by GET."""
+    """Add the message for one role; REQ has no content, and GET is its reply."""
     path = ("parameter_sets", owner.name)
     name, page = owner.members[role], entry["page"]
     spelling = spelling_of(entry, split_group(tables, owner.name)[1])
@@ -250,7 +249,7 @@ def _define_command(
 def _request_or_reply(
     tables: Tables, document: Document, path: KeyPath, command: Json, form: str
 ) -> tuple[Layout, bool]:
-    """Return the request or the reply of a command, and whether all its fields could be made.
+    """Return the request or reply of a command, and whether all its fields could be resolved.
 
     Its length is the sum of its fields.
     """
@@ -264,12 +263,12 @@ def _request_or_reply(
 def _check_size(
     tables: Tables, name: str, size: int | None, lengths: Mapping[str, int], place: Place
 ) -> None:
-    """Check that a size is that of the data of the request, or else of the reply."""
+    """Check that a size matches the data of the request, or else of the reply."""
     request, data = lengths["request"], lengths["request"] or lengths.get("reply", 0)
     if size is None and request:
-        what = f"{name} has no size slot, and {request} bytes of data"
-        hint = "only a command without data may lack it"
+        what = f"{name} has {request} bytes of data but no size slot"
+        hint = "give its `size`; only a command without data may omit it"
         tables.diagnostics.add(place, "SW031", what, hint)
     elif size not in (None, data):
-        what = f"{name}: the size is {size}, the fields take {data} bytes"
+        what = f"{name}: the fields take {data} bytes, but the size is {size}"
         tables.diagnostics.add(place, "SW031", what, "correct the size or the fields")

@@ -1,4 +1,4 @@
-"""Resolve a whole protocol: framing, units, rules, and the model that contains everything."""
+"""Resolve a whole protocol: framing, units, rules, and the model that contains them."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from stagewire_generator.strict_yaml import Document
 
 
 def resolve_framing(tables: Tables) -> Json:
-    """Return the framing, with the ``size`` in bytes beside every name of a format, and no default.
+    """Return the framing with the ``size`` in bytes added to every format, and defaults filled in.
 
-    Where a format is unknown, a diagnostic says so and the size is left out.
+    For an unknown format, add a diagnostic and leave the size out.
     """
     framing: Json = dict(tables.head.data["framing"])
     for part in rules_of(framing["kind"]).formats:
@@ -44,7 +44,7 @@ def resolve_framing(tables: Tables) -> Json:
 
 
 def define_rules(tables: Tables) -> None:
-    """Fill the table of rules; the messages and errata that they name are looked up."""
+    """Fill the table of rules, and look up the messages and errata that they name."""
     for document, id, entry, place in tables.entries("rules", "rules", tables.rules):
         at = ("rules", id)
         for index, name in enumerate(entry.get("messages", ())):
@@ -68,14 +68,14 @@ def define_rules(tables: Tables) -> None:
 
 
 _OF_ALIASES = {"like": "like", "note": "title", "overlay": "overlay"}
-"""Key of a prefix -> key of the alias that it makes in short."""
+"""Key of a prefix -> key of the alias that it defines."""
 
 
 def resolve_units(files: Mapping[str, list[Document]]) -> Json:
-    """Return the data about units, in which every name that a prefix leads to is a unit or an alias.
+    """Return the data about units, with a unit or an alias for every name that a prefix refers to.
 
-    A prefix may make an alias in short, by ``like``, or name a unit of which no more is known. A unit takes
-    the place of an alias of its name: what an overlay describes is no longer newer than the document.
+    A prefix may define an alias by ``like``, or name a unit that is not described further. A unit replaces an
+    alias of the same name: once an overlay describes it, it is no longer newer than the document.
     """
     units: Json = files["units"][0].data if files.get("units") else {}
     if not units.keys() & {"aliases", "known_prefixes"}:
@@ -95,7 +95,7 @@ def resolve_units(files: Mapping[str, list[Document]]) -> Json:
 
 
 def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Protocol:
-    """Make the model of one protocol from its files, sorted by kind."""
+    """Return the model of one protocol, made from its files by kind."""
     tables = Tables(files, diagnostics)
     _check_names(tables)
     define_errata(tables)
@@ -151,29 +151,30 @@ def _overlay(document: Document) -> Overlay:
 
 
 def _check_names(tables: Tables) -> None:
-    """Check that protocol and package can be the names of a file and of a Python package."""
+    """Check that the protocol is a possible file name and the package a possible package name."""
     head = tables.head
     protocol, package = head.data["protocol"], head.data["python"]["package"]
     if not can_name_file(protocol):
         place = head.place("protocol")
-        tables.diagnostics.add(place, "SW023", f"{protocol} is reserved as the name of a file")
+        tables.diagnostics.add(place, "SW023", f"{protocol} is a reserved file name")
     else:
         _check_owner(tables, protocol)
     if not can_name_package(package):
         place = head.place("python", "package")
-        tables.diagnostics.add(place, "SW023", f"{package} is reserved as the name of a package")
+        tables.diagnostics.add(place, "SW023", f"{package} is a reserved package name")
 
 
 def _check_owner(tables: Tables, protocol: str) -> None:
-    """Check that the worked examples and captures that were found name this protocol as theirs."""
+    """Check that the worked examples and captures name this protocol."""
     for kind in ("examples", "captures"):
         for document in tables.files.get(kind, ()):
             if (named := document.data["protocol"]) != protocol:
-                what, hint = f"{kind} of {named}, beside {protocol}", f"write {protocol}"
+                what = f"the {kind} of {protocol} name the protocol {named}"
+                hint = f"write {protocol}"
                 tables.diagnostics.add(document.place("protocol"), "SW021", what, hint)
 
 
 def _data(files: Mapping[str, list[Document]], kind: str) -> Json:
-    """Return what the only file of a kind holds; nothing where it is missing."""
+    """Return the contents of the only file of a kind, or nothing if it is missing."""
     found: Json = files[kind][0].data if files.get(kind) else {}
     return found

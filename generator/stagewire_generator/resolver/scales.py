@@ -1,4 +1,4 @@
-"""Scales made exact: factors, the quantities that have them, the stages that decide them."""
+"""Resolve scales to exact factors, and the quantities and stages that have them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stagewire_generator.strict_yaml import Document
 _FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 _LIMIT_UNITS = {"mm": "mm", "mm_per_s": "mm/s", "mm_per_s2": "mm/s^2"}
 _WITHOUT_SOURCE = (
-    "give the scale a `source` or a `page`; the page of the stage counts only for controllers that have "
+    "give the scale a `source` or a `page`; the page of the stage only counts for controllers with "
     "`units` and a `page`"
 )
 _RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
@@ -33,7 +33,7 @@ def define_quantities(tables: Tables) -> None:
 
 
 def resolve_settings(tables: Tables) -> Json:
-    """Return the settings that decide on scales, sorted by name; each with the overlay that it comes from."""
+    """Return the settings that scales depend on, sorted by name, each with the overlay that defines it."""
     settings: dict[str, Json] = {}
     for document, name, entry, _ in tables.entries("quantities", "settings", settings):
         settings[name] = {**entry, **({"overlay": document.overlay} if document.overlay else {})}
@@ -61,7 +61,7 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
     with_scales = dict(stages)
     for document, name, entry in alike:
         place = document.place("stages", name)
-        what = "stage with scales of its own"
+        what = "stage with its own scales:"
         other = tables.look_up(
             with_scales, entry["like"], what, document.place("stages", name, "like")
         )
@@ -93,7 +93,7 @@ def _stage(
             if factor:
                 scales.setdefault(controller, {})[quantity] = factor
             if isinstance(factor, Factor) and not (printed or factor.source or factor.page):
-                what = f"{name}: {quantity} on {controller} has neither a source nor a page"
+                what = f"{name}: the scale of {quantity} on {controller} has no source and no page"
                 tables.diagnostics.add(place, "SW037", what, _WITHOUT_SOURCE)
     place = document.place(*path)
     limits = _limits(entry)
@@ -101,13 +101,13 @@ def _stage(
 
 
 def _limits(entry: Json) -> dict[str, Limit | str]:
-    """Return the limits of a stage; of one that is unknown, the reason."""
+    """Return the limits of a stage; for an unknown limit, the reason."""
     limits: dict[str, Limit | str] = {}
     for name, limit in entry.get("limits", {}).items():
         if "unknown" in limit:
             limits[name] = limit["unknown"]
             continue
-        [key] = limit.keys() & _LIMIT_UNITS.keys()  # as the schema demands
+        [key] = limit.keys() & _LIMIT_UNITS.keys()  # the schema requires exactly one
         source, note = limit.get("source", ""), limit.get("note", "")
         unit = _LIMIT_UNITS[key]
         limits[name] = Limit(Fraction(str(limit[key])), unit, source, limit.get("page"), note)
@@ -115,31 +115,32 @@ def _limits(entry: Json) -> dict[str, Limit | str]:
 
 
 def _factor(tables: Tables, entry: Json, unit: str, place: Place) -> Factor | None:
-    """Return the exact factor of a scale; None, and a diagnostic, where it has none or several.
+    """Return the exact factor of a scale, or None, with a diagnostic, if it has none or several.
 
-    :param unit: which its key has to name; empty where it is not known.
+    :param unit: the unit that its key must name; empty if unknown.
     """
     keys = [key for key in entry if _FACTOR.match(key)]
     if len(keys) != 1:
-        what = "a scale has one factor, counts_per_UNIT or UNIT_per_count"
+        what = f"expected one factor, counts_per_UNIT or UNIT_per_count, found {len(keys)}"
         tables.diagnostics.add(place, "SW037", what)
         return None
     text = str(entry[keys[0]])
     if not _RATIONAL.match(text):
-        what = f"{keys[0]}: {text} is no exact positive rational"
+        what = f"{keys[0]}: {text} is not an exact positive rational"
         tables.diagnostics.add(place, "SW037", what)
         return None
     spelled = unit.lower().replace("/", "_per_").replace("^", "")
     if unit and keys[0] not in (f"counts_per_{spelled}", f"{spelled}_per_count"):
         hint = f"write counts_per_{spelled} or {spelled}_per_count, or correct the unit"
-        tables.diagnostics.add(place, "SW037", f"{keys[0]}: the unit is {unit}", hint)
+        what = f"{keys[0]} does not match the unit {unit}"
+        tables.diagnostics.add(place, "SW037", what, hint)
         return None
     printed = str(entry.get("printed", ""))
     return Factor(keys[0], Fraction(text), printed, entry.get("source", ""), entry.get("page"))
 
 
 def _scale(tables: Tables, scale: Json, unit: str, place: Place) -> Factor | Json:
-    """Return an exact factor, or a scale that depends on something with its factors made exact."""
+    """Return an exact factor, or the rule of a dependent scale with exact factors."""
     if "by" not in scale and "unknown" not in scale:
         return _factor(tables, scale, unit, place) or {}
     rule = dict(scale)

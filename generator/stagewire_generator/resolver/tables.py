@@ -1,7 +1,7 @@
-"""Tables of resolved definitions, by name, and the look-ups in them.
+"""Tables of resolved definitions by name, with look-ups.
 
-Messages refer to chapters, enumerations, flag tables, blocks and versions of the firmware. A name divides
-into its group and the words as the document spells them.
+Messages refer to chapters, enumerations, flag tables, blocks and firmware versions. A name consists of its
+group and the words as the document spells them.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ T = TypeVar("T")
 
 
 class Tables:
-    """The files of one protocol, and a table for each kind of thing that is made from them.
+    """The files of one protocol, and a table for each kind of definition in them.
 
-    :param files: the files, sorted by kind.
-    :param diagnostics: where whatever cannot be resolved is noted.
+    :param files: the files by kind.
+    :param diagnostics: receives an error for each entry that cannot be resolved.
     """
 
     def __init__(self, files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> None:
@@ -61,9 +61,9 @@ class Tables:
     def entries(
         self, kind: str, section: str, table: Mapping[str, object]
     ) -> Iterator[tuple[Document, str, Json, Place]]:
-        """Yield each entry of ``section`` in the files of a kind; a name counts once.
+        """Yield each entry of ``section`` in the files of a kind; report duplicate names.
 
-        :param table: what is made of the entries; whoever asks fills it in between.
+        :param table: the resolved entries, which the caller fills during the iteration.
         """
         for document in self.files.get(kind, []):
             for name, entry in document.data.get(section, {}).items():
@@ -74,21 +74,21 @@ class Tables:
                     yield document, name, entry, place
 
     def look_up(self, table: Mapping[str, T], name: str, kind: str, place: Place) -> T | None:
-        """Return what a name stands for; None, and a diagnostic, where nothing defines it."""
+        """Return the definition of a name, or None, with a diagnostic, if it is undefined."""
         found = table.get(name)
         if found is None:
             close = difflib.get_close_matches(name, table, cutoff=0.5)
             hint = f"did you mean {' or '.join(close)}?" if close else ""
-            self.diagnostics.add(place, "SW021", f"no {kind} is named {name}", hint)
+            self.diagnostics.add(place, "SW021", f"unknown {kind} {name}", hint)
         return found
 
     def format(self, text: str, place: Place) -> Format | None:
-        """Return the format that is written ``word`` or ``char[8]``; None where there is none."""
+        """Return the format written as ``word`` or ``char[8]``, or None if it is unknown."""
         match = _FORMAT.match(text)
         entry = self.formats.get(match[1]) if match else None
         if match is None or entry is None:
             known = ", ".join(self.formats)
-            self.diagnostics.add(place, "SW021", f"no format is named {text} (there are: {known})")
+            self.diagnostics.add(place, "SW021", f"unknown format {text} (known formats: {known})")
             return None
         count = int(match[2]) if match[2] else None
         if count is None:
@@ -98,34 +98,32 @@ class Tables:
 
 
 def split_group(tables: Tables, name: str) -> tuple[str, str]:
-    """Return the group that a name begins with, or an empty text, and the rest of the name."""
+    """Return the group at the beginning of a name, or an empty text, and the rest of the name."""
     group, _, rest = name.partition("_")
     return (group, rest) if group in tables.head.data.get("groups", ()) else ("", name)
 
 
 def spelling_of(entry: Json, rest: str) -> str:
-    """Return the words of a name without its group: as the entry spells them, or divided by underscores."""
+    """Return the words of a name without its group: its ``spelling``, or split at underscores."""
     spelling: str = entry.get("spelling", rest.lower().replace("_", " "))
     return spelling
 
 
 def joined(group: str, verb: str, spelling: str) -> tuple[str, ...]:
-    """Return the words of a name: its group, SET, REQ or GET, and what the entry spells."""
+    """Return the words of a name: its group, SET, REQ or GET, and its spelling."""
     return tuple(w for w in (group.lower(), verb, *spelling.split()) if w)
 
 
 def spelled_words(
     tables: Tables, group: str, spelling: str, name: str, place: Place
 ) -> tuple[str, ...]:
-    """Return the words of a name as it stands in a file; a diagnostic where, joined, they do not give it."""
+    """Return the words of a name in a file; report words that, when joined, do not equal the name."""
     words = joined(group, "", spelling)
     if not _spell(words, name):
         first, _, rest = name.partition("_")
         hint = ""
         if not group and rest and _spell(words, rest):
-            hint = (
-                f"list {first} under `groups`, in protocol.yaml or overlay.yaml, or spell it, too"
-            )
+            hint = f"list {first} under `groups` in protocol.yaml or overlay.yaml, or add it to the spelling"
         tables.diagnostics.add(place, "SW024", f"{' '.join(words)} does not spell {name}", hint)
     return words
 
@@ -135,23 +133,23 @@ def _spell(words: tuple[str, ...], name: str) -> bool:
 
 
 def define_chapters(tables: Tables) -> None:
-    """Fill the table of chapters; files that share one describe it alike, or leave it to another."""
+    """Fill the table of chapters; files of the same chapter must agree, or only one describes it."""
     for document in tables.files.get("messages", []):
         data, place = document.data, document.place("chapter")
         name = data["chapter"]
         if not can_name_chapter(name):
-            tables.diagnostics.add(place, "SW023", f"{name} is reserved as the name of a module")
+            tables.diagnostics.add(place, "SW023", f"{name} is a reserved module name")
         if "title" not in data:
             continue
         summary, overlay = data.get("summary", ""), document.overlay
         chapter = Chapter(name, data["title"], data["page"], data["order"], summary, overlay)
         if tables.chapters.setdefault(name, chapter) != chapter:
-            what = f"the chapter {name} is described otherwise in another file"
+            what = f"the chapter {name} is described differently in another file"
             tables.diagnostics.add(place, "SW020", what)
     for document in tables.files.get("messages", []):
         name, place = document.data["chapter"], document.place("chapter")
         if name not in tables.chapters:
-            what, hint = f"no file describes the chapter {name}", "give its title, page and order"
+            what, hint = f"no file describes the chapter {name}", "add its title, page and order"
             tables.diagnostics.add(place, "SW021", what, hint)
 
 
@@ -184,7 +182,7 @@ def define_enumerations(tables: Tables) -> None:
 
 
 def define_flags(tables: Tables) -> None:
-    """Fill the table of flag tables; one of an unknown format is left out."""
+    """Fill the table of flag tables, without those of an unknown format."""
     for document, name, entry, place in tables.entries("messages", "flags", tables.flags):
         format = tables.format(entry["format"], place)
         if format is None:
@@ -213,13 +211,13 @@ def define_flags(tables: Tables) -> None:
 
 
 def define_blocks(tables: Tables) -> None:
-    """Fill the table of blocks: lists of fields that layouts share, each with where it stands."""
+    """Fill the table of blocks, which are lists of fields that layouts share, each with its position."""
     for document, name, entry, _ in tables.entries("messages", "blocks", tables.blocks):
         tables.blocks[name] = (document, ("blocks", name), entry)
 
 
 def firmware(entry: Json) -> tuple[Firmware, ...]:
-    """Return what a protocol or a command says of versions of the firmware."""
+    """Return the notes on firmware versions of a protocol or command."""
     return tuple(
         Firmware(fact["version"], fact["note"], fact.get("page"))
         for fact in entry.get("firmware", ())

@@ -27,7 +27,7 @@ def load(text: str) -> Any:
 
 
 def form(text: str, shape: Shape = UNKNOWN) -> str:
-    """Return the canonical form of a text without the first line, having seen that it is its own."""
+    """Return the canonical form of a text without the first line, and check that it is stable."""
     made = canonical(text, load(text), shape, "x.json")
     assert canonical(made, load(made), shape, "x.json") == made
     assert made.startswith(FIRST)
@@ -35,7 +35,7 @@ def form(text: str, shape: Shape = UNKNOWN) -> str:
 
 
 def rows(*sizes: int) -> str:
-    """Return the twelve names in brackets below a key, so many on each line."""
+    """Return the twelve names in brackets below a key, with the given number on each line."""
     lines, start = [], 0
     for size in sizes:
         lines.append(", ".join(NAMES[start : start + size]))
@@ -114,7 +114,7 @@ TEXTS = [
 @pytest.mark.parametrize(
     ("before", "after"), [*LAYOUT, *BRACKETS, *COMMENTS, *QUOTES, *NUMBERS, *TEXTS]
 )
-def test_rule(before: str, after: str) -> None:
+def test_formatting_follows_the_rules(before: str, after: str) -> None:
     assert form(before) == after
 
 
@@ -137,13 +137,13 @@ def test_a_long_text_is_folded(before: str) -> None:
     assert all(len(line) > 100 for line in lines[:-1])
 
 
-def test_a_long_text_without_blanks_stays() -> None:
+def test_a_long_text_without_spaces_is_unchanged() -> None:
     text = f'a: "{"x" * 200}:"\n'
     assert form(text) == text
 
 
-def test_keys_come_in_the_order_of_the_schema() -> None:
-    """Fields keep theirs: it is that of the bytes. So does what the schema does not know."""
+def test_keys_follow_the_order_of_the_schema() -> None:
+    """Fields keep their order, which is that of the bytes, and so do unknown keys."""
     made = form(
         "messages:\n"
         "  # about A\n"
@@ -179,8 +179,8 @@ def test_keys_come_in_the_order_of_the_schema() -> None:
         ("# file\n\n\ntitle: t\nchapter: c\n", "# file\n\nchapter: c\ntitle: t\n"),
     ],
 )
-def test_comments_of_the_file_stay_on_top(before: str, after: str) -> None:
-    """They end at the last blank line; what stands below it moves with its key."""
+def test_comments_about_the_file_stay_at_the_top(before: str, after: str) -> None:
+    """They end at the last blank line; a comment below it moves with its key."""
     assert form(before, shape("messages")) == after
 
 
@@ -188,7 +188,7 @@ def test_comments_of_the_file_stay_on_top(before: str, after: str) -> None:
     "line",
     ["", "# yaml-language-server: $schema=y.json\n", "# x\n#yaml-language-server:  $schema=y\n"],
 )
-def test_the_schema_stands_in_the_first_line(line: str) -> None:
+def test_the_schema_is_in_the_first_line(line: str) -> None:
     made = canonical(f"{line}a: 1\n", {"a": 1}, UNKNOWN, "../x.json")
     assert made.splitlines()[0] == "# yaml-language-server: $schema=../x.json"
     assert made.count("$schema") == 1
@@ -196,13 +196,13 @@ def test_the_schema_stands_in_the_first_line(line: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["- 1\n", "a word\n", "{}\n"])
-def test_what_has_no_entries_is_left(text: str) -> None:
-    with pytest.raises(NotFormattedError, match="no mapping"):
+def test_a_file_without_entries_is_not_formatted(text: str) -> None:
+    with pytest.raises(NotFormattedError, match="not a mapping"):
         canonical(text, load(text), UNKNOWN, "x.json")
 
 
-def test_other_data_is_never_given(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever goes wrong inside: what it made is read again, and thrown away if it says another thing."""
+def test_a_result_with_other_data_or_comments_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The result is always read again, so no internal error can change a file."""
     text = "a: 1  # x\nb: true\n"
     module = "stagewire_generator.formatting.files.lay_out"
     for wrong in (["a: 1  # x"], ["a: 1  # x", "b: 1"], ["a: 1", "b: true"], ["a: 1 # x", "b: ["]):
@@ -211,7 +211,7 @@ def test_other_data_is_never_given(monkeypatch: pytest.MonkeyPatch) -> None:
             canonical(text, load(text), UNKNOWN, "x.json")
 
 
-def test_kind_by_place_else_by_the_schema_that_is_named(tmp_path: Path) -> None:
+def test_the_kind_follows_from_the_location_or_else_from_the_named_schema(tmp_path: Path) -> None:
     spec = tmp_path / "spec"
     for name in ("toy/protocol.yaml", "toy/overlays/later/overlay.yaml"):
         (spec / name).parent.mkdir(parents=True)
@@ -240,7 +240,7 @@ def test_kind_by_place_else_by_the_schema_that_is_named(tmp_path: Path) -> None:
     assert kind_of(spec / "other.yaml", named.replace("errata", "people")) is None
 
 
-def test_schema_by_the_nearest_folder(tmp_path: Path) -> None:
+def test_the_schema_is_in_the_nearest_schema_folder(tmp_path: Path) -> None:
     spec = tmp_path / "spec"
     messages, examples = spec / "toy/messages/a.yaml", tmp_path / "conformance/examples/toy.yaml"
     for path in (messages, examples):
@@ -253,7 +253,7 @@ def test_schema_by_the_nearest_folder(tmp_path: Path) -> None:
         (tmp_path / "schema" / f"{kind}.schema.json").write_text("{}")
     assert schema_for(messages, "messages", None) == "../../../schema/messages.schema.json"
     assert schema_for(examples, "examples", None) == "../../schema/examples.schema.json"
-    # What is named stays, if it is there and of the right kind.
+    # A named schema is kept if it exists and has the right kind.
     (spec / "toy/messages.schema.json").write_text("{}")
     assert (
         schema_for(messages, "messages", "./../messages.schema.json") == "../messages.schema.json"
@@ -264,6 +264,6 @@ def test_schema_by_the_nearest_folder(tmp_path: Path) -> None:
     assert schema_for(messages, "messages", "https://example.org/x.json").startswith("../../../")
 
 
-def test_schema_named_anywhere() -> None:
+def test_the_schema_may_be_named_on_any_line() -> None:
     assert schema_named("# x\n#  yaml-language-server:  $schema=a/b.json  \na: 1\n") == "a/b.json"
     assert schema_named("a: 1\n") is None

@@ -1,7 +1,7 @@
-"""Any tree, written in any style, with comments anywhere: its canonical form has all of it, and is one.
+"""The canonical form of any tree, in any style and with comments anywhere, is complete and unique.
 
-The tree is written here, by dice: indentation, brackets, quotes, blank lines, line ends. Every key and item
-is unique, and every comment names the one that it stands above or beside.
+The tree is written in a random style: indentation, brackets, quotes, blank lines, line endings. Every key and
+item is unique, and every comment names the one that it is above or next to.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ WORDS = st.lists(
 
 @dataclass
 class Writer:
-    """Writes a tree in a style that ``data`` decides, and remembers the comments that it put in."""
+    """Writes a tree in a style drawn from ``data``, and records the comments that it inserts."""
 
     data: st.DataObject
-    comments: dict[str, tuple[str, str]]  # comment -> where it stands, beside which name
+    comments: dict[str, tuple[str, str]]  # comment -> its position, and the name that it belongs to
 
     def chance(self, percent: int) -> bool:
         return self.data.draw(st.integers(1, 100)) <= percent
@@ -62,14 +62,14 @@ class Writer:
         return text
 
     def text(self, text: str) -> str:
-        """Return a text in one of the styles that it can have."""
+        """Return a text in one of its possible styles."""
         styles = ["'" + text.replace("'", "''") + "'", '"' + text.replace('"', '\\"') + '"']
         if re.fullmatch(r"[a-z][\w ]*", text):
             styles.append(text)
         return self.data.draw(st.sampled_from(styles))
 
     def block(self, value: Any, indent: str, name: str) -> str:
-        """Return what stands behind a colon or dash."""
+        """Return the text after a colon or dash."""
         if isinstance(value, (dict, list)):
             if not value or self.chance(25):
                 return f" {self.flow(value, indent + ' ', name)}{self.beside(name)}"
@@ -107,7 +107,7 @@ class Writer:
         return text
 
     def flow(self, value: Any, indent: str, name: str) -> str:
-        """Return a value in brackets, on one line or several, with comments in between."""
+        """Return a value in brackets, on one or more lines, with comments in between."""
         if isinstance(value, dict):
             items = [
                 (key, f"{self.text(key)}: {self.flow(v, indent, key)}") for key, v in value.items()
@@ -132,7 +132,7 @@ class Writer:
 
 @st.composite
 def trees(draw: st.DrawFn) -> dict[str, Any]:
-    """Mappings of texts, numbers, mappings and lists whose keys and items are all unlike."""
+    """Mappings of texts, numbers, mappings and lists, with unique keys and items."""
     count = 0
 
     def name() -> str:
@@ -177,7 +177,7 @@ def name_of(line: str) -> str:
 @pytest.mark.matrix
 @settings(max_examples=150, deadline=None, phases=[Phase.generate])
 @given(tree=trees(), data=st.data())
-def test_all_that_was_said_is_said(tree: dict[str, Any], data: st.DataObject) -> None:
+def test_formatting_keeps_all_data_and_comments(tree: dict[str, Any], data: st.DataObject) -> None:
     writer = Writer(data, {})
     text = SCHEMA_LINE + "\n\n" + writer.entries(tree, "")
     if writer.chance(30):

@@ -1,4 +1,4 @@
-"""Files in canonical form: those of the project are, others become so, and none is lost on the way."""
+"""Format files: those of the project are canonical, others become so, and no file is lost."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def test_files_of_every_kind_are_found() -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=name)
-def test_is_canonical(path: Path) -> None:
+def test_a_file_of_the_project_is_canonical(path: Path) -> None:
     outcome = format_file(path, write=False)
-    assert outcome.state == "kept", f"{outcome.diff}{outcome.reason} (stagewire format mends this)"
+    assert outcome.state == "kept", f"{outcome.diff}{outcome.reason} (run stagewire format)"
     assert outcome.no_schemas is None
 
 
 @pytest.mark.parametrize("path", COMPLETE, ids=name)
-def test_names_its_schema_and_is_valid_by_it(path: Path) -> None:
+def test_a_file_of_the_project_is_valid_by_the_schema_that_it_names(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     first = text.splitlines()[0]
     found = re.fullmatch(r"# yaml-language-server: \$schema=([./\w]+)", first)
@@ -69,15 +69,15 @@ def test_names_its_schema_and_is_valid_by_it(path: Path) -> None:
 
 @pytest.fixture
 def spec(tmp_path: Path, good_spec: Path) -> Path:
-    """A copy of the small good spec, with the schemas where it looks for them."""
+    """A copy of the small good spec, with the schemas in the place that it names."""
     copy = Path(shutil.copytree(good_spec, tmp_path / "a" / "b" / "spec"))
     shutil.copytree(schema_folder(), tmp_path / "spec" / "schema")
     assert all(format_file(path, write=False).state == "kept" for path in find(copy))
     return copy
 
 
-def test_a_spoilt_spec_becomes_what_it_was(spec: Path) -> None:
-    """Line ends, indentation, quotes, digits, the first line: whatever was done to them."""
+def test_formatting_restores_a_spec_with_a_damaged_style(spec: Path) -> None:
+    """Line endings, indentation, quotes, digits and the first line are restored."""
     paths = find(spec)
     before = {path: path.read_bytes() for path in paths}
     for path in paths:
@@ -97,7 +97,7 @@ def test_a_spoilt_spec_becomes_what_it_was(spec: Path) -> None:
         assert format_file(path, write=True).state == "kept"
 
 
-def test_a_file_keeps_its_mode_and_nothing_lies_beside_it(spec: Path) -> None:
+def test_a_file_keeps_its_mode_and_leaves_no_temporary_file(spec: Path) -> None:
     path = spec / "tiny" / "units.yaml"
     beside = sorted(path.parent.iterdir())
     path.write_bytes(path.read_bytes() + b"\n\n")
@@ -107,7 +107,9 @@ def test_a_file_keeps_its_mode_and_nothing_lies_beside_it(spec: Path) -> None:
     assert sorted(path.parent.iterdir()) == beside
 
 
-def test_a_failed_write_leaves_the_file(spec: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_leaves_the_file_unchanged(
+    spec: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = spec / "tiny" / "units.yaml"
     path.write_bytes(before := path.read_bytes() + b"\n\n")
     beside = sorted(path.parent.iterdir())
@@ -133,7 +135,7 @@ def test_a_failed_write_leaves_the_file(spec: Path, monkeypatch: pytest.MonkeyPa
         (b'units: "\\x1b"\n', "SW007"),
     ],
 )
-def test_what_is_not_read_is_left(spec: Path, content: bytes, code: str) -> None:
+def test_an_unreadable_file_is_left_unchanged(spec: Path, content: bytes, code: str) -> None:
     path = spec / "tiny" / "units.yaml"
     path.write_bytes(content)
     outcome = format_file(path, write=True)
@@ -143,7 +145,7 @@ def test_what_is_not_read_is_left(spec: Path, content: bytes, code: str) -> None
 
 
 def test_links_are_not_followed(spec: Path, tmp_path: Path) -> None:
-    """Neither to a file nor to a folder; what they lead to may not be ours to change."""
+    """Links to files and folders are skipped, because their targets may not belong to the spec."""
     outside = tmp_path / "outside.yaml"
     outside.write_bytes(before := b"units:   {}\n")
     link = spec / "tiny" / "errata" / "link.yaml"
@@ -157,7 +159,7 @@ def test_links_are_not_followed(spec: Path, tmp_path: Path) -> None:
     assert outside.read_bytes() == before
 
 
-def test_what_is_no_file_of_a_spec_is_passed_over(spec: Path) -> None:
+def test_a_file_outside_a_spec_is_skipped(spec: Path) -> None:
     for other in (".hidden/protocol.yaml", "tiny/pipeline.yaml", "tiny/notes.txt"):
         path = spec / other
         path.parent.mkdir(exist_ok=True)
@@ -165,10 +167,10 @@ def test_what_is_no_file_of_a_spec_is_passed_over(spec: Path) -> None:
         assert path not in find(spec)
     outcome = format_file(spec / "tiny/pipeline.yaml", write=True)
     assert outcome.state == "left"
-    assert "no file of a spec" in outcome.reason
+    assert "not a file of a spec" in outcome.reason
 
 
-def test_schemas_that_are_not_there_are_named(tmp_path: Path, good_spec: Path) -> None:
+def test_the_place_for_missing_schemas_is_reported(tmp_path: Path, good_spec: Path) -> None:
     copy = Path(shutil.copytree(good_spec, tmp_path / "mine"))
     path = copy / "tiny" / "messages" / "core.yaml"
     outcome = format_file(path, write=True)

@@ -1,4 +1,4 @@
-"""What device classes are made of is checked where it stands."""
+"""Checks of the facts for device classes, and the positions that they report."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from stagewire_generator.diagnostics import SpecError
 TINY = "tiny/messages/core.yaml"
 TURTLE = "turtle/messages/walk.yaml"
 
-# file, text, the text instead of it, what is said
+# file, old text, new text, expected diagnostic
 FRAMED = [
-    (TINY, "{name: go}", "{name: pass}", "SW023 POS_MOVE: call pass is reserved"),
+    (TINY, "{name: go}", "{name: pass}", "SW023 POS_MOVE: the method name pass is reserved"),
     (
         TINY,
         "{load: 7}",
         "{weight: 7}",
-        "SW021 POS_ECHO: the default of weight: there is no such field",
+        "SW021 POS_ECHO: the default of weight: unknown field",
     ),
     (
         TINY,
         "{load: 7}",
         "{load: FULL}",
-        "SW021 POS_ECHO: the default of load: no value is named FULL",
+        "SW021 POS_ECHO: the default of load: unknown value FULL",
     ),
     (
         TINY,
         "{load: 7}",
         "{load: 70000}",
-        "SW033 POS_ECHO: the default of load: 70000 is outside 0 to",
+        "SW033 POS_ECHO: the default of load: 70000 is not between 0 and",
     ),
-    (TINY, "halted_by: [POS_ALIVE]", "halted_by: [POS_HALT]", "SW021 POS_MOVE: halted_by names no"),
+    (TINY, "halted_by: [POS_ALIVE]", "halted_by: [POS_HALT]", "SW021 POS_MOVE: halted_by: unknown"),
     (
         TINY,
         "halted_by: [POS_ALIVE]",
@@ -50,37 +50,37 @@ FRAMED = [
         TINY,
         "halted_by: [POS_ALIVE]",
         "halted_by: [POS_ECHO]",
-        "SW035 POS_MOVE: POS_ECHO halts it, and its",
+        "SW035 POS_MOVE: POS_ECHO halts it, but its",
     ),
     (
         TINY,
         "read: POS_REQ_VELPARAMS",
         "read: POS_REQ",
-        "SW021 POS_MOVE: stored names no message POS_REQ",
+        "SW021 POS_MOVE: stored: unknown message POS_REQ",
     ),
     (
         TINY,
         "field: wait}",
         "field: rest}",
-        "SW021 POS_MOVE: stored: no answer to POS_REQ_VELPARAMS has",
+        "SW021 POS_MOVE: stored: the reply to POS_REQ_VELPARAMS has no field rest",
     ),
     (
         TINY,
         "read: POS_REQ_VELPARAMS",
         "read: POS_ALIVE",
-        "SW021 POS_MOVE: stored: no answer to POS_ALIVE",
+        "SW021 POS_MOVE: stored: the reply to POS_ALIVE has no field wait",
     ),
     (
         TINY,
         "field: wait}",
         "field: wait, when: {field: wait, value: LONG}}",
-        "SW021 POS_MOVE: stored: no answer to POS_REQ_VELPARAMS has a field wait with a value LONG",
+        "SW021 POS_MOVE: stored: the reply to POS_REQ_VELPARAMS has no field wait with a value LONG",
     ),
     (
         TINY,
         "exchange: {keeps_alive: true}",
         "exchange: {keeps_alive: true, reports_fault: {code: 2}}",
-        "SW035 POS_ALIVE: reports_fault, and no controller sends it",
+        "SW035 POS_ALIVE has reports_fault, but no controller sends it",
     ),
     (
         TINY,
@@ -92,13 +92,13 @@ FRAMED = [
         TINY,
         "    exchange: {get: {unsolicited: true}}",
         "    tells: identity\n    exchange: {get: {unsolicited: true}}",
-        "SW020 POS_VELPARAMS tells the identity, and so does POS_MODE",
+        "SW020 POS_VELPARAMS and POS_MODE both have `tells: identity`",
     ),
     (
         TINY,
         "ids: {set: 0x0101, req: 0x0102, get: 0x0103}",
         "ids: {set: 0x0101, get: 0x0103}",
-        "SW035 POS_VELPARAMS tells the identity, and has no REQ and GET",
+        "SW035 POS_VELPARAMS has `tells: identity`, which requires a REQ and a GET",
     ),
     (
         "tiny/protocol.yaml",
@@ -106,50 +106,53 @@ FRAMED = [
         "channel: lane",
         "SW021 no message has a field lane",
     ),
-    ("tiny/units.yaml", "TP9:", "AxesDevice:", "SW023 the unit AxesDevice is reserved"),
+    ("tiny/units.yaml", "TP9:", "AxesDevice:", "SW023 the unit name AxesDevice is reserved"),
     (
         "tiny/units.yaml",
         "TP9:",
         "TP1Channel:",
-        "SW022 the unit TP1Channel is what a class of TP1 is",
+        "SW022 the unit TP1Channel has the name of a class for TP1",
     ),
 ]
-# what is told by POS_VELPARAMS instead of the waiting time, of a setting in us, and what is said
+# for a setting in us: the sets and fields that give its value, and the expected diagnostic
 SETTINGS = [
     (
         "{POS_SPEED: {field: wait}}",
-        "SW021 the setting pace: no parameter set with content is named",
+        "SW021 the setting pace: unknown parameter set POS_SPEED, or it has no content",
     ),
     ("{POS_VELPARAMS: {field: rest}}", "SW021 the setting pace: POS_VELPARAMS has no field rest"),
     (
         "{POS_VELPARAMS: {field: chan_ident, values: {THIRD: 1}}}",
-        "SW021 the setting pace: no value of chan_ident is named THIRD",
+        "SW021 the setting pace: chan_ident has no value THIRD",
     ),
-    ("{POS_VELPARAMS: {field: chan_ident}}", "SW037 the setting pace is in us; what the names of"),
+    (
+        "{POS_VELPARAMS: {field: chan_ident}}",
+        "SW037 the setting pace is in us: give the numbers for the names of",
+    ),
     (
         "{POS_VELPARAMS: {field: max_velocity}}",
-        "SW037 the setting pace is in us, and max_velocity has no",
+        "SW037 the setting pace is in us, but max_velocity has no",
     ),
 ]
 COMMANDS = [
-    (TURTLE, "read: MOOD", "read: MOODS", "SW021 GO_TO: ends_when names no message MOODS"),
+    (TURTLE, "read: MOOD", "read: MOODS", "SW021 GO_TO: ends_when: unknown message MOODS"),
     (
         TURTLE,
         "field: mood,",
         "field: moods,",
-        "SW021 GO_TO: ends_when: no answer to MOOD has a field",
+        "SW021 GO_TO: ends_when: the reply to MOOD has no field moods",
     ),
     (
         TURTLE,
         "value: HAPPY",
         "value: GLAD",
-        "SW021 GO_TO: ends_when: no value of mood is named GLAD",
+        "SW021 GO_TO: ends_when: mood has no value GLAD",
     ),
     (
         TURTLE,
         "read: WHERE,",
         "read: HALT,",
-        "SW021 GO_TO: stored: no answer to HALT has a field place",
+        "SW021 GO_TO: stored: the reply to HALT has no field place",
     ),
 ]
 
@@ -165,28 +168,34 @@ def diagnostics(spec: Path, file: str, old: str, new: str) -> list[str]:
 
 
 @pytest.mark.parametrize(("file", "old", "new", "text"), FRAMED)
-def test_facts_of_messages(spec: Path, file: str, old: str, new: str, text: str) -> None:
+def test_wrong_facts_of_a_message_are_reported(
+    spec: Path, file: str, old: str, new: str, text: str
+) -> None:
     assert any(text in line and file in line for line in diagnostics(spec, file, old, new))
 
 
 @pytest.mark.parametrize(("file", "old", "new", "text"), COMMANDS)
-def test_facts_of_commands(commands_spec: Path, file: str, old: str, new: str, text: str) -> None:
+def test_wrong_facts_of_a_command_are_reported(
+    commands_spec: Path, file: str, old: str, new: str, text: str
+) -> None:
     assert any(text in line and file in line for line in diagnostics(commands_spec, file, old, new))
 
 
 @pytest.mark.parametrize(("told", "text"), SETTINGS)
-def test_what_tells_a_setting(spec: Path, told: str, text: str) -> None:
+def test_the_source_of_a_setting_must_exist_and_match_its_unit(
+    spec: Path, told: str, text: str
+) -> None:
     file, old = "tiny/quantities.yaml", "{POS_VELPARAMS: {field: wait}}"
     [line] = diagnostics(spec, file, old, told)
     assert text in line
     assert line.startswith(f"{file}:7:")
 
 
-def test_a_setting_without_a_unit_has_names(spec: Path) -> None:
+def test_a_setting_without_a_unit_requires_an_enumeration(spec: Path) -> None:
     [line] = diagnostics(
         spec,
         "tiny/quantities.yaml",
         "    unit: us\n    page: 2\n    summary: How long it",
         "    page: 2\n    summary: How long it",
     )
-    assert "SW037 the setting pace has no unit, so that wait needs an enumeration" in line
+    assert "SW037 the setting pace has no unit, so wait requires an enumeration" in line

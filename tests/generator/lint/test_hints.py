@@ -1,4 +1,4 @@
-"""Hints that are closer than that of the code: what somebody new to the registry gets wrong."""
+"""Hints that are more specific than the hint of their code, for typical mistakes of newcomers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from stagewire_generator.diagnostics import SpecError
         ("protocol.yaml", "page: 1\n", "pag: 1\n", "did you mean page?"),
         ("protocol.yaml", 'issue: "3"', "issue: 3", "put it in quotes"),
         ("messages/parts.yaml", "quantity: lift", "quantity: lifts", "did you mean lift?"),
-        ("messages/parts.yaml", "enum: filter", "enum: colour", "correct the spelling, or define it"),
+        ("messages/parts.yaml", "enum: filter", "enum: colour", "correct the spelling, or define the name"),
         ("quantities.yaml", "um_per_count", "mm_per_count",
          "write counts_per_um or um_per_count, or correct the unit"),
     ],
@@ -36,15 +36,15 @@ def test_hint(packets_spec: Path, file: str, old: str, new: str, hint: str) -> N
     ("old", "new", "hint"),
     [
         ("AUX_HEAT_STATE:", "SUN_HEAT_STATE:",
-         "list SUN under `groups`, in protocol.yaml or overlay.yaml, or spell it, too"),
+         "list SUN under `groups` in protocol.yaml or overlay.yaml, or add it to the spelling"),
         ("spelling: heat state", "spelling: heat stat",
-         "the words, joined, must give the name without its group"),
+         "make the words, when joined, equal the name without its group"),
         ("AUX_HEAT_STATE:", "SUN_HEATED_STATE:",
-         "the words, joined, must give the name without its group"),
+         "make the words, when joined, equal the name without its group"),
         ("id: 0x0304", "id: 0x0201",
-         "to replace the message of the protocol, give the new one its name and list it under `overrides` in "
-         "overlay.yaml; else one of the ids is wrong"),
-        ("id: 0x0304", "id: 0x0303", "one of the ids is wrong; see the document"),
+         "to replace the message of the protocol, give the new one the same name and list it under "
+         "`overrides` in overlay.yaml; otherwise one of the ids is wrong"),
+        ("id: 0x0304", "id: 0x0303", "one of the ids is wrong: compare both with the document"),
     ],
     ids=["group", "letter", "both", "id of the protocol", "id of the overlay"],
 )  # fmt: skip
@@ -61,17 +61,17 @@ def test_hint_in_an_overlay(
     assert hint in [d.cure for d in caught.value.diagnostics if d.code in ("SW024", "SW030")]
 
 
-def test_hint_of_half_a_chapter(spec: Path) -> None:
+def test_hint_for_a_partly_described_chapter(spec: Path) -> None:
     path = spec / "tiny" / "messages" / "extra.yaml"
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("page: 7\norder: 2\n", "order: 2\n", 1), encoding="utf-8")
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert [(str(d.place), d.message, d.cure) for d in caught.value.diagnostics] == [
-        ("tiny/messages/extra.yaml:3:1", "messages: page is missing: title needs page and order",
-         "add page, or leave out title"),
-        ("tiny/messages/extra.yaml:4:1", "messages: page is missing: order needs title and page",
-         "add page, or leave out order"),
+        ("tiny/messages/extra.yaml:3:1", "messages: page is missing: title requires page and order",
+         "add page, or remove title"),
+        ("tiny/messages/extra.yaml:4:1", "messages: page is missing: order requires title and page",
+         "add page, or remove order"),
     ]  # fmt: skip
 
 
@@ -86,10 +86,10 @@ def test_hint_of_half_a_chapter(spec: Path) -> None:
         ("captures/tiny.yaml", "captures.yaml"),
     ],
 )
-def test_hint_where_a_file_belongs(
+def test_hint_for_a_misplaced_file(
     overlaid_spec: Path, tmp_path: Path, wrong: str, right: str
 ) -> None:
-    """Worked examples and captures begin as a protocol does; their second key tells what they are."""
+    """Worked examples and captures begin like a protocol; their second key identifies them."""
     spec = Path(shutil.copytree(overlaid_spec, tmp_path / "spec"))
     first = {
         "units.yml": "families: {}\nunits: {}",
@@ -112,14 +112,14 @@ def test_hint_where_a_file_belongs(
 @pytest.mark.parametrize(
     ("old", "new", "hint"),
     [
-        ("id: 0x0201", "id: 0X0201", "write 0x0201, or put it in quotes if it is a text"),
+        ("id: 0x0201", "id: 0X0201", "write 0x0201, or quote it if it is text"),
         ("id: 0x0201", "id: 1_000", "put it in quotes"),
         ("# yaml", "\ufeff# yaml", "save the file as UTF-8 without a byte order mark"),
         ("title: ", "title: \ufeff", "remove the character"),
     ],
     ids=["capital X", "no number", "byte order mark", "invisible"],
 )
-def test_hint_of_the_reader(spec: Path, old: str, new: str, hint: str) -> None:
+def test_hint_for_an_unreadable_value(spec: Path, old: str, new: str, hint: str) -> None:
     path = spec / "tiny" / "messages" / "extra.yaml"
     text = path.read_text(encoding="utf-8")
     assert old in text

@@ -1,6 +1,6 @@
-"""Each kind of difference between witness and registry: its place, its line, and both sides of it.
+"""Each kind of difference between witness and registry, with its place, its line and both values.
 
-The small good spec is the registry; each case prints a few lines that it contradicts.
+The small good spec is the registry. Each case has a few printed lines that differ from it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def found(comparison: Comparison) -> Found:
 
 
 def chapter(message: str, section: str, heading: str = "") -> str:
-    """Return a chapter with one message: line 3 is its heading, its section begins with line 4."""
+    """Return a chapter with one message, with its heading in line 3 and its section from line 4."""
     ids = {"POS_MOVE": "4, 0x0120", "POS_MOVED": "5, 0x0121", "POS_ECHO": "6, 0x0122"}
     ids |= {"POS_ALIVE": "6, 0x0123", "POS_GET_MODE": "5, 0x0112", "LAMP_TEST": "7, 0x0202"}
     ids |= {"POS_SET_VELPARAMS": "4, 0x0101", "POS_REQ_VELPARAMS": "4, 0x0102"}
@@ -51,7 +51,7 @@ def chapter(message: str, section: str, heading: str = "") -> str:
 
 
 def table(message: str, *keys: str) -> str:
-    """Return a chapter with one byte table; its keys stand in lines of their own, from the fifth."""
+    """Return a chapter with one byte table, with one key per line from line 5."""
     return chapter(message, "  tables: [{\n" + "".join(f"    {key},\n" for key in keys) + "  }]\n")
 
 
@@ -65,11 +65,15 @@ HEADINGS: list[tuple[str, Found]] = [
 
 
 @pytest.mark.parametrize(("heading", "wanted"), HEADINGS)
-def test_headings(protocol: Protocol, tmp_path: Path, heading: str, wanted: Found) -> None:
+def test_headings_are_compared(
+    protocol: Protocol, tmp_path: Path, heading: str, wanted: Found
+) -> None:
     assert found(compare(protocol, tmp_path, chapter("POS_MOVE", "", heading))) == wanted
 
 
-def test_a_heading_of_a_message_without_an_id(protocol: Protocol, tmp_path: Path) -> None:
+def test_a_message_without_an_id_has_no_id_in_its_heading(
+    protocol: Protocol, tmp_path: Path
+) -> None:
     assert found(compare(protocol, tmp_path, chapter("LAMP_BROKEN", ""))) == {}
     heading = '{page: 7, line: 1, id: "0x0203"}'
     assert found(compare(protocol, tmp_path, chapter("LAMP_BROKEN", "", heading))) == {
@@ -77,7 +81,7 @@ def test_a_heading_of_a_message_without_an_id(protocol: Protocol, tmp_path: Path
     }
 
 
-def test_a_heading_of_no_message(protocol: Protocol, tmp_path: Path) -> None:
+def test_a_heading_of_an_unknown_message_is_reported(protocol: Protocol, tmp_path: Path) -> None:
     text = chapter("POS_MOVE", "").replace("POS_MOVE", "POS_MOVES")
     comparison = compare(protocol, tmp_path, text)
     assert found(comparison) == {}
@@ -139,7 +143,7 @@ TABLES: dict[str, tuple[str, Found]] = {
             "table/POS_MOVED/columns/reserved": (6, "Other", "reserved"),
         },
     ),
-    "header of two": (  # short, so it is the one without data
+    "header of two": (  # a short one, so it is the header-only layout
         table("POS_MOVE", "structure: 6", "last_offset: 5",
               'header: ["20", "01", Chan Ident, "0", d, s]'),
         {},
@@ -189,12 +193,12 @@ TABLES: dict[str, tuple[str, Found]] = {
 
 
 @pytest.mark.parametrize("case", TABLES)
-def test_byte_tables(protocol: Protocol, tmp_path: Path, case: str) -> None:
+def test_byte_tables_are_compared(protocol: Protocol, tmp_path: Path, case: str) -> None:
     text, wanted = TABLES[case]
     assert found(compare(protocol, tmp_path, text)) == wanted
 
 
-def test_further_byte_tables(protocol: Protocol, tmp_path: Path) -> None:
+def test_further_byte_tables_have_numbered_places(protocol: Protocol, tmp_path: Path) -> None:
     header = 'header: ["20", "01", Chan Ident, "00", d, s]'
     tables = f"  tables: [\n    {{{header}}},\n    {{packet: 7}},\n    {{structure: 8}}]\n"
     comparison = compare(protocol, tmp_path, chapter("POS_MOVE", tables))
@@ -388,13 +392,15 @@ SECTIONS: dict[str, tuple[str, str, Found]] = {
 
 
 @pytest.mark.parametrize("case", SECTIONS)
-def test_fields_values_and_ranges(protocol: Protocol, tmp_path: Path, case: str) -> None:
+def test_fields_values_and_ranges_are_compared(
+    protocol: Protocol, tmp_path: Path, case: str
+) -> None:
     message, section, wanted = SECTIONS[case]
     assert found(compare(protocol, tmp_path, chapter(message, f"  {section}\n"))) == wanted
 
 
 def listing(kind: str, *sections: str) -> str:
-    """Return a chapter of lists; its sections stand in lines of their own, from the second."""
+    """Return a chapter of lists, with one section per line from line 2."""
     return f"chapter: {kind}\n" + "".join(f"{section}\n" for section in sections)
 
 
@@ -418,7 +424,7 @@ CONTENTS: dict[str, tuple[list[str], Found]] = {
         [row("MSG_POS MOVE", "0x0120", "4")],
         {"names/blanks": (3, "MSG_POS MOVE", "MSG_POS_MOVE")},
     ),
-    "a tabulator": (
+    "a tab": (
         [row("MSG_POS\\tMOVE", "0x0120", "4")],
         {"names/blanks": (3, "MSG_POS MOVE", "MSG_POS_MOVE")},
     ),
@@ -426,7 +432,7 @@ CONTENTS: dict[str, tuple[list[str], Found]] = {
         [row("MSG_POS_MOVE.", "0x0120", "4")],
         {"names/punctuation": (3, "MSG_POS_MOVE.", "MSG_POS_MOVE")},
     ),
-    "a name that only its id tells": (
+    "a name that only its id identifies": (
         [row("MSG_MOVE_NOW", "0x0120", "4")],
         {"contents/POS_MOVE/name": (3, "MOVE_NOW", "POS_MOVE")},
     ),
@@ -447,30 +453,30 @@ CONTENTS: dict[str, tuple[list[str], Found]] = {
     ),
     "a damaged row": (
         ['{damaged: true, line: 9, text: "P O S", names: [[MSG_POS_MOVE, "0x0120"]]}'],
-        {"contents/line-9": (3, "P O S", "one row a message")},
+        {"contents/line-9": (3, "P O S", "one row per message")},
     ),
     "a damaged row with a damaged name": (
         ['{damaged: true, line: 9, text: "P O S", names: [["MSG_POS MOVE", "0x0120"]]}'],
         {
-            "contents/line-9": (3, "P O S", "one row a message"),
+            "contents/line-9": (3, "P O S", "one row per message"),
             "names/blanks": (3, "MSG_POS MOVE", "MSG_POS_MOVE"),
         },
     ),
-    "a damaged row that nobody can read": (
+    "an illegible damaged row": (
         ['{damaged: true, line: 9, text: "P O S"}', GOOD],
-        {"contents/line-9": (3, "P O S", "one row a message")},
+        {"contents/line-9": (3, "P O S", "one row per message")},
     ),
 }
 
 
 @pytest.mark.parametrize("case", CONTENTS)
-def test_contents(protocol: Protocol, tmp_path: Path, case: str) -> None:
+def test_contents_are_compared(protocol: Protocol, tmp_path: Path, case: str) -> None:
     rows, wanted = CONTENTS[case]
     text = listing("contents", "rows: [", *(f"  {row}," for row in rows), "]")
     assert found(compare(protocol, tmp_path, text, chapter("POS_MOVE", ""))) == wanted
 
 
-def test_names_that_are_no_message_s(protocol: Protocol, tmp_path: Path) -> None:
+def test_names_of_unknown_messages_are_reported(protocol: Protocol, tmp_path: Path) -> None:
     rows = [f"  {row('MSG_NONSENSE', '0x0909', '4')},", f"  {GOOD},"]
     comparison = compare(protocol, tmp_path, listing("contents", "rows: [", *rows, "]"))
     assert found(comparison) == {}
@@ -478,7 +484,9 @@ def test_names_that_are_no_message_s(protocol: Protocol, tmp_path: Path) -> None
     assert comparison.witnessed == {"POS_MOVE"}
 
 
-def test_the_overview_and_mentions_in_prose(protocol: Protocol, tmp_path: Path) -> None:
+def test_the_overview_and_mentions_in_prose_are_compared(
+    protocol: Protocol, tmp_path: Path
+) -> None:
     text = listing(
         "summary",
         f"rows: [{row('MSG_POS_MOVE', '0x0121')},",
@@ -517,7 +525,7 @@ LISTS: dict[str, tuple[list[str], Found]] = {
         [GOOD, MOVED, ALIVE, row("MSG_LAMP", "0x0201")],
         {"lists/TP1/LAMP/extra": (7, "LAMP", "not in the list")},
     ),
-    "a name that only its id tells": (
+    "a name that only its id identifies": (
         [row("MSG_MOVE_NOW", "0x0120"), MOVED, ALIVE],
         {"lists/TP1/POS_MOVE/name": (4, "MOVE_NOW", "POS_MOVE")},
     ),
@@ -537,7 +545,7 @@ LISTS: dict[str, tuple[list[str], Found]] = {
         [GOOD, '{damaged: true, line: 9, text: "P O", names: [[MSG_POS_MOVED, "0x0121"],'
          '["MSG_POS_ALIVE", "0x0133"]]}'],
         {
-            "lists/TP1/line-9": (5, "P O", "one row a message"),
+            "lists/TP1/line-9": (5, "P O", "one row per message"),
             "lists/TP1/POS_ALIVE/id": (5, "0x0133", "0x0123"),
         },
     ),
@@ -545,7 +553,7 @@ LISTS: dict[str, tuple[list[str], Found]] = {
 
 
 @pytest.mark.parametrize("case", LISTS)
-def test_lists(protocol: Protocol, tmp_path: Path, case: str) -> None:
+def test_lists_are_compared(protocol: Protocol, tmp_path: Path, case: str) -> None:
     rows, wanted = LISTS[case]
     head = "lists: {TP1: {title: x, page: 9, rows: ["
     comparison = compare(
@@ -556,7 +564,7 @@ def test_lists(protocol: Protocol, tmp_path: Path, case: str) -> None:
     assert {"POS_MOVE", "POS_ALIVE"} <= comparison.witnessed
 
 
-def test_lists_of_other_units_and_pages(protocol: Protocol, tmp_path: Path) -> None:
+def test_unknown_lists_and_other_pages_are_reported(protocol: Protocol, tmp_path: Path) -> None:
     text = listing(
         "lists",
         PREFIXES,
@@ -572,14 +580,16 @@ def test_lists_of_other_units_and_pages(protocol: Protocol, tmp_path: Path) -> N
     assert [(place.line, name) for place, name in comparison.unknown] == [(4, "NONSENSE")]
 
 
-def test_lists_that_nothing_completes(protocol: Protocol, tmp_path: Path) -> None:
+def test_a_list_without_additions_matches(protocol: Protocol, tmp_path: Path) -> None:
     lists = {"TP1": {"page": 9, "messages": ["POS_MOVE"]}}
     bare = replace(protocol, units={"lists": lists})
     text = listing("lists", f"lists: {{TP1: {{title: x, page: 9, rows: [{GOOD}]}}}}")
     assert found(compare(bare, tmp_path, text)) == {}
 
 
-def test_a_misprint_that_nobody_finds(protocol: Protocol, tmp_path: Path) -> None:
+def test_a_recorded_misprint_that_is_not_printed_is_reported(
+    protocol: Protocol, tmp_path: Path
+) -> None:
     lists = {"TP1": {"page": 9, "messages": ["POS_MOVE"], "misprinted": {"POS_MOVE": "x"}}}
     bare = replace(protocol, units={"lists": lists})
     text = listing("lists", "lists: {TP1: {title: x, page: 9, rows: [", f"  {GOOD}]}}}}")
@@ -592,7 +602,9 @@ def test_a_misprint_that_nobody_finds(protocol: Protocol, tmp_path: Path) -> Non
     }
 
 
-def test_lists_of_a_protocol_without_units(protocol: Protocol, tmp_path: Path) -> None:
+def test_lists_and_units_are_unknown_in_a_protocol_without_units(
+    protocol: Protocol, tmp_path: Path
+) -> None:
     bare = replace(protocol, units={})
     text = listing(
         "lists",
@@ -628,9 +640,9 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
             "prefixes/72/missing": (3, "nothing", "72"),
         },
     ),
-    "a prefix that is no number": (
+    "a prefix that is not a number": (
         "usb_prefixes: [[7, none, x, TP1], [8, 71xxx, x, TP1],\n[9, 72xxx, x, TP2]]",
-        {"prefixes/line-7": (3, "none", "two digits in front")},
+        {"prefixes/line-7": (3, "none", "two leading digits")},
     ),
     "addresses": (
         'addresses: [[x, "0x01", x], [x, "0x11", x], [x, "0x21", x], [x, "0x50", x]]',
@@ -656,7 +668,7 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
 
 
 @pytest.mark.parametrize("case", TABLES_OF_UNITS)
-def test_units_prefixes_addresses_and_formats(
+def test_units_prefixes_addresses_and_formats_are_compared(
     protocol: Protocol, tmp_path: Path, case: str
 ) -> None:
     section, wanted = TABLES_OF_UNITS[case]
@@ -665,15 +677,15 @@ def test_units_prefixes_addresses_and_formats(
     assert found(compare(protocol, tmp_path, listing("lists", "lists: {}", section))) == wanted
 
 
-def test_lists_are_compared_when_the_chapters_are_known(protocol: Protocol, tmp_path: Path) -> None:
-    """Whichever file comes first, the contents lack what has a heading; the first difference stays."""
+def test_lists_are_compared_after_all_chapters(protocol: Protocol, tmp_path: Path) -> None:
+    """The order of the files does not matter for rows that are missing from the contents."""
     contents = listing("contents", "rows: []")
     for texts in ((contents, chapter("POS_MOVE", "")), (chapter("POS_MOVE", ""), contents)):
         comparison = compare(protocol, tmp_path, *texts)
         assert found(comparison) == {"contents/POS_MOVE/missing": (2, "nothing", "POS_MOVE")}
 
 
-def test_how_many_places_are_compared(protocol: Protocol, tmp_path: Path) -> None:
-    """Whether they differ or not; ``stagewire check`` tells the number."""
+def test_all_compared_places_are_counted(protocol: Protocol, tmp_path: Path) -> None:
+    """Places count whether they differ or not; ``stagewire check`` prints the number."""
     for name, number in (("as it is", 11), ("sizes", 6), ("another column", 9)):
         assert compare(protocol, tmp_path, TABLES[name][0]).compared == number, name

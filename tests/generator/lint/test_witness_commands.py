@@ -1,8 +1,8 @@
-"""Each kind of difference between a registry of commands and its witness: place, line, both sides.
+"""Each kind of difference between a registry of commands and its witness: place, line, both values.
 
-The witness of the small spec agrees with its registry, but for words that are misspelt; each case
-changes a passage of one file. Its words, units and notations are those of no other document: they
-are data, and so it has a vocabulary of its own.
+The witness of the small spec matches its registry, apart from misspelt words. Each case changes a passage
+in one file. Its words, units and notations are not those of any other document: they are data, so the
+witness has its own vocabulary.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def found(comparison: Comparison) -> Found:
 
 
 def changed(protocol: Protocol, folder: Path, chapter: str, old: str, new: str) -> Comparison:
-    """Compare with a witness in which one passage of a chapter is another."""
+    """Compare with a witness in which one passage of a chapter is changed."""
     copy = Path(shutil.copytree(SPEC / "kite" / "printed", folder / "printed"))
     text = (copy / f"{chapter}.yaml").read_text(encoding="utf-8")
     assert text.count(old) == 1, old
@@ -56,7 +56,7 @@ def changed(protocol: Protocol, folder: Path, chapter: str, old: str, new: str) 
     return compare_witness(protocol, read(copy))
 
 
-def test_as_it_is(kite: Protocol) -> None:
+def test_the_unchanged_witness_matches_the_registry(kite: Protocol) -> None:
     comparison = compare_witness(kite, read(SPEC / "kite" / "printed"))
     assert found(comparison) == SPELLING
     assert comparison.unknown == []
@@ -218,7 +218,7 @@ CASES: list[tuple[str, str, str, Found]] = [
 
 
 @pytest.mark.parametrize(("chapter", "old", "new", "wanted"), CASES)
-def test_a_difference(
+def test_a_changed_passage_is_a_difference(
     kite: Protocol, tmp_path: Path, chapter: str, old: str, new: str, wanted: Found
 ) -> None:
     assert found(changed(kite, tmp_path, chapter, old, new)) == SPELLING | wanted
@@ -250,7 +250,7 @@ VOCABULARY: list[tuple[str, str, Found]] = [
 
 
 @pytest.mark.parametrize(("old", "new", "wanted"), VOCABULARY)
-def test_what_a_word_means_is_data(
+def test_the_vocabulary_defines_the_meaning_of_words(
     kite: Protocol, tmp_path: Path, old: str, new: str, wanted: Found
 ) -> None:
     assert found(changed(kite, tmp_path, "format", old, new)) == SPELLING | wanted
@@ -264,7 +264,7 @@ def test_without_a_vocabulary_no_word_is_understood(kite: Protocol) -> None:
     assert told["command/FLY/hex"] == ("$46", "")
 
 
-def test_the_line_of_a_difference(kite: Protocol, tmp_path: Path) -> None:
+def test_a_difference_has_the_line_of_the_passage(kite: Protocol, tmp_path: Path) -> None:
     comparison = changed(kite, tmp_path, "commands", "[31, no. 70]", '[31, "70"]')
     assert str(comparison.differences["command/FLY/dec"].at) == "commands.yaml:6:5"
 
@@ -287,7 +287,7 @@ REPLACED = [
     ("chapter", "old", "name", "lost", "new"),
     [(*case, new) for case, new in zip(UNKNOWN, REPLACED, strict=True)],
 )
-def test_what_no_command_is_meant_by(
+def test_a_passage_about_an_unknown_command_is_reported(
     kite: Protocol, tmp_path: Path, chapter: str, old: str, name: str, lost: str, new: str
 ) -> None:
     comparison = changed(kite, tmp_path, chapter, old, new)
@@ -296,7 +296,7 @@ def test_what_no_command_is_meant_by(
     assert missing == {lost} - {""}
 
 
-def test_a_command_without_a_witness(tmp_path: Path) -> None:
+def test_a_command_that_is_not_in_the_witness_is_reported(tmp_path: Path) -> None:
     spec = Path(shutil.copytree(SPEC, tmp_path / "spec"))
     path = spec / "kite" / "printed" / "commands.yaml"
     text = path.read_text(encoding="utf-8")
@@ -305,15 +305,15 @@ def test_a_command_without_a_witness(tmp_path: Path) -> None:
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert [str(d).splitlines()[0] for d in caught.value.diagnostics] == [
-        "kite/messages/flight.yaml:60:3: SW043 MOOD is nowhere in printed/"
+        "kite/messages/flight.yaml:60:3: SW043 MOOD does not occur in printed/"
     ]
 
 
 @pytest.mark.parametrize("chapter", ["contents", "flight"])
-def test_a_chapter_of_the_other_kind(
+def test_a_chapter_of_the_other_kind_is_unknown(
     kite: Protocol, protocol: Protocol, tmp_path: Path, chapter: str
 ) -> None:
-    """Where commands have slots no chapter has sections of messages, and the other way round."""
+    """Documents of commands with slots have no sections for messages, and the reverse."""
     path = tmp_path / "other.yaml"
     path.write_text(f"chapter: {chapter}\nmessages: {{}}\n", encoding="utf-8")
     unknown = compare_witness(kite, read(tmp_path)).unknown
@@ -322,14 +322,14 @@ def test_a_chapter_of_the_other_kind(
     assert [name for _, name in compare_witness(protocol, others).unknown] == [*CHAPTERS]
 
 
-def test_axes_that_nothing_defines(kite: Protocol) -> None:
-    """The lint on framing says so; the witness goes on."""
+def test_undefined_axes_do_not_stop_the_comparison(kite: Protocol) -> None:
+    """The check of the framing reports them."""
     comparison = compare_witness(replace(kite, enumerations=()), read(SPEC / "kite" / "printed"))
     assert found(comparison)["axis/leftstring"] == ("Left String", "nothing")
     assert found(comparison)["breakdown/FLY/axis"] == ("1", "no such axis")
 
 
-def test_a_page_that_is_no_section(kite: Protocol, tmp_path: Path) -> None:
+def test_a_page_that_is_not_a_section_is_reported(kite: Protocol, tmp_path: Path) -> None:
     document = {**kite.document, "sections": kite.document["sections"][:-1]}
     comparison = compare_witness(replace(kite, document=document), read(SPEC / "kite" / "printed"))
     assert found(comparison) == SPELLING | {
@@ -338,12 +338,12 @@ def test_a_page_that_is_no_section(kite: Protocol, tmp_path: Path) -> None:
     }
 
 
-# Where it stands in the witness, its last key: what says only how another text is found, or nothing.
+# Keys of texts that only help to find other texts, or have no meaning.
 LABELS = {"line", "of", "chapter"}
 
 
 def texts(node: Any, key: object = "") -> Iterator[tuple[Any, Any]]:
-    """Yield every text of the witness: what holds it, and its key there."""
+    """Yield the container and the key of every text in the witness."""
     for step, part in node.items() if isinstance(node, dict) else enumerate(node):
         if isinstance(part, str) and step not in LABELS:
             yield node, step
@@ -353,7 +353,7 @@ def texts(node: Any, key: object = "") -> Iterator[tuple[Any, Any]]:
 
 @pytest.mark.parametrize("chapter", CHAPTERS)
 def test_every_text_is_compared(kite: Protocol, chapter: str) -> None:
-    """Another text in any place is a difference, but for headings of tables and words beside a key."""
+    """Changing any text is a difference, apart from headings of tables and words next to a key."""
     witness = read(SPEC / "kite" / "printed")
     document = next(d for d in witness if d.data["chapter"] == chapter)
     unnoticed = []
@@ -366,7 +366,10 @@ def test_every_text_is_compared(kite: Protocol, chapter: str) -> None:
     assert (
         unnoticed
         == {
-            "commands": ["hardly tight", "pulling up"],  # the registry has what a set bit means
+            "commands": [
+                "hardly tight",
+                "pulling up",
+            ],  # the registry only has the meaning of a set bit
             "document": [],
             "format": ["Stop", "asks"],
             "setup": ["Typed", "Sent"],

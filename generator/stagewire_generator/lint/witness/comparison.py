@@ -1,4 +1,4 @@
-"""Bookkeeping of the comparison: what was compared, what differs, and where."""
+"""Keep track of a comparison: the compared places and the differences."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire_generator.lint.witness.reading import Vocabulary
 from stagewire_generator.model import Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
-NOTHING = "nothing"  # the side that does not say what the other does
+NOTHING = "nothing"  # the side that lacks an entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +25,10 @@ class Difference:
 
 
 class Comparison:
-    """What was found so far; ``differences`` holds it by place.
+    """The results of a comparison so far, with ``differences`` by place.
 
     :param document: the file of the witness that is being compared.
-    :param vocabulary: how the document says things in words, where its chapters are compared by that.
+    :param vocabulary: the meaning of words in the document, for chapters that use them.
     """
 
     def __init__(
@@ -43,14 +43,14 @@ class Comparison:
         self.compared = 0
         self.witnessed: set[str] = set()  # messages that the witness names anywhere
         self.headed: set[str] = set()  # messages that have a heading
-        self.unknown: list[tuple[Place, str]] = []  # names that are no message's
+        self.unknown: list[tuple[Place, str]] = []  # names of unknown messages
         self.misplaced: list[
             tuple[Place, str]
-        ] = []  # what this framing has nothing to compare with
+        ] = []  # parts that cannot be compared with this framing
         self._id = re.compile(rf"0x([0-9A-F]{{{protocol.id_digits}}})\Z")
 
     def same(self, place: str, path: KeyPath, printed: object, encoded: object) -> bool:
-        """Compare one place; note a difference."""
+        """Compare one place and record a difference."""
         self.compared += 1
         if printed == encoded:
             return True
@@ -60,19 +60,19 @@ class Comparison:
         return False
 
     def differs(self, place: str, path: KeyPath, printed: object, encoded: object) -> None:
-        """Note a difference that was found otherwise."""
+        """Record a difference that was found in another way."""
         self.compared += 1
         at = self.document.place(*path)
         self.differences.setdefault(place, Difference(place, at, str(printed), str(encoded)))
 
     def members(self, place: str, path: KeyPath, printed: set[str], encoded: set[str]) -> None:
-        """Compare two sets of names, each name at a place of its own."""
+        """Compare two sets of names, with a separate place for each name."""
         for name in sorted(printed | encoded):
             sides = (name if name in names else NOTHING for names in (printed, encoded))
             self.same(f"{place}/{name}", path, *sides)
 
     def canonical(self, printed: str, path: KeyPath) -> str:
-        """Return a printed message name as the registry spells it, noting lost underscores."""
+        """Return a printed message name as the registry spells it, and record lost underscores."""
         prefix = self.protocol.name_prefix
         name = printed.strip().replace("\t", " ")
         bare = name.rstrip(":;. ")
@@ -82,7 +82,7 @@ class Comparison:
         return joined.removeprefix(prefix)
 
     def named(self, where: str, printed: str, id: str | None, path: KeyPath) -> Message | None:
-        """Find the message that a row means: by its name, else by its id."""
+        """Find the message of a row by its name, or else by its id."""
         name = self.canonical(printed, path)
         message = self.messages.get(name)
         if message is None and id:
@@ -101,7 +101,7 @@ class Comparison:
         return message
 
     def with_id(self, printed: str) -> Message | None:
-        """Find the message with an id as it is printed; one of other digits is no message's."""
+        """Find the message with a printed id; an id with a different number of digits matches none."""
         match = self._id.match(printed)
         return self.by_id.get(int(match[1], 16)) if match else None
 
@@ -110,5 +110,5 @@ class Comparison:
         return "none" if message.id is None else f"0x{message.id:0{self.protocol.id_digits}X}"
 
     def misplace(self, path: KeyPath, what: str) -> None:
-        """Note a part of the witness that only another framing can be compared with."""
+        """Record a part of the witness that cannot be compared with this framing."""
         self.misplaced.append((self.document.place(*path), what))

@@ -1,4 +1,4 @@
-"""What the witness lists: contents, overview, mentions, cross-reference lists, units, addresses."""
+"""Compare the lists in the witness: contents, overview, mentions, cross-references, units, addresses."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _PREFIX = re.compile(r"[0-9]{2}")
 
 
 def compare_contents(comparison: Comparison) -> None:
-    """Compare the rows of the contents: name, id, page, and what is missing."""
+    """Compare the rows of the contents: name, id and page, and missing rows."""
     listed: set[str] = set()
     for index, row in enumerate(comparison.document.data["rows"]):
         path = ("rows", index)
         if row.get("damaged"):
             comparison.differs(
-                f"contents/line-{row['line']}", path, row["text"], "one row a message"
+                f"contents/line-{row['line']}", path, row["text"], "one row per message"
             )
             listed |= {comparison.canonical(name, path) for name, _ in row.get("names", [])}
             continue
@@ -83,7 +83,7 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
         message = comparison.messages.get(name)
         meant = comparison.with_id(row["id"])
         wrong_name = message is None or name in right or name not in entry["messages"]
-        if meant is not None and meant is not message and wrong_name:  # else the id is wrong
+        if meant is not None and meant is not message and wrong_name:  # otherwise the id is wrong
             comparison.same(f"lists/{key}/{meant.name}/name", path, name, meant.name)
             message = meant
         if message is None:
@@ -111,14 +111,14 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
 def _rows_of_list(
     comparison: Comparison, key: str, printed: Json
 ) -> Iterator[tuple[KeyPath, Json]]:
-    """Yield the rows of a list; of a damaged one what can be read."""
+    """Yield the rows of a list, and the legible parts of damaged rows."""
     for index, row in enumerate(printed["rows"]):
         path = ("lists", key, "rows", index)
         if not row.get("damaged"):
             yield path, row
             continue
         comparison.differs(
-            f"lists/{key}/line-{row['line']}", path, row["text"], "one row a message"
+            f"lists/{key}/line-{row['line']}", path, row["text"], "one row per message"
         )
         for name, id in row["names"]:
             yield path, {"name": name, "id": id}
@@ -144,7 +144,7 @@ def _prefixes(comparison: Comparison, data: Json) -> None:
         path: KeyPath = ("usb_prefixes", index)
         digits = _PREFIX.match(text)
         if digits is None:
-            comparison.differs(f"prefixes/line-{line}", path, text, "two digits in front")
+            comparison.differs(f"prefixes/line-{line}", path, text, "two leading digits")
             continue
         prefix = int(digits[0])
         printed.add(prefix)
@@ -188,4 +188,4 @@ MESSAGE_CHAPTERS = {
     "summary": compare_summary,
     "lists": compare_lists,
 }
-"""Chapters of a document of messages that have a form of their own."""
+"""Chapters with their own form in a document of messages."""

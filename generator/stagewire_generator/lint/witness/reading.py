@@ -1,7 +1,7 @@
-"""How printed names, numbers and words are read.
+"""Read printed names, numbers and words.
 
-How a document of commands says what the comparison asks for (its words, units and notations) differs from
-vendor to vendor, so it is data of the witness: ``vocabulary`` in its chapter ``format``.
+The words, units and notations in a document of commands differ from vendor to vendor, so they are data of the
+witness: ``vocabulary`` in its chapter ``format``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from stagewire_generator.model import Field, Json
 
-# What the document calls bytes without a meaning.
+# Names in the document for bytes without a meaning.
 FILLERS = frozenset({"notused", "unused", "reserved", "futureuse", "na"})
 
 _NUMBER = re.compile(r"(-?)(?:0x)?([0-9A-Fa-f][0-9A-Fa-f,]*)\Z")
@@ -27,14 +27,14 @@ def squash(text: str) -> str:
 
 
 def same_name(printed: str, field: Field) -> bool:
-    """Whether a printed name is the field's; any filler names a reserved field."""
+    """Whether a printed name matches the field; any filler matches a reserved field."""
     if squash(printed) == squash(field.name):
         return True
     return field.role == "reserved" and squash(printed) in FILLERS
 
 
 def find_field(fields: Iterable[Field], printed: str) -> Field | None:
-    """Find the field that a list of values, or a range, is printed for."""
+    """Find the field for a printed list of values or range."""
     wanted = squash(printed)
     candidates = list(fields)
     for field in candidates:
@@ -47,7 +47,7 @@ def find_field(fields: Iterable[Field], printed: str) -> Field | None:
 
 
 def number(text: str, maximum: int) -> int | None:
-    """Read a printed number; letters and 0x make it hexadecimal.
+    """Read a printed number, which is hexadecimal if it contains letters or 0x.
 
     A negative hexadecimal number in a byte is its two's complement: -0x01 is 0xFF.
     """
@@ -64,7 +64,7 @@ def number(text: str, maximum: int) -> int | None:
 
 
 def limit(text: str, field: Field) -> int | None:
-    """Read a printed limit of a field; a time such as 10,000s becomes counts."""
+    """Read a printed limit of a field, and convert a time such as 10,000s to counts."""
     factor = field.quantity.factor if field.quantity and field.unit == "ms" else None
     time = _TIME.match(text)
     if factor and time:
@@ -74,7 +74,7 @@ def limit(text: str, field: Field) -> int | None:
 
 
 def count(text: str) -> int | str:
-    """Read a number in figures or, up to nine, in words; what is neither stays as it is."""
+    """Read a number in figures or, up to nine, in words; return any other text unchanged."""
     if text in _COUNTS:
         return _COUNTS.index(text)
     return int(text) if text.isdecimal() else text
@@ -85,16 +85,16 @@ _PLACEHOLDER = re.compile(r"\{[a-zA-Z0-9:]+\}")
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Vocabulary:
-    """The words of one document; without any, nothing that it says in words is understood.
+    """The words of one document; without them, no words in it are understood.
 
-    :param slots: slot -> a word that what is printed of it must have.
-    :param whole_slot: a word that tells a range of the size slot from that of the sizes in use.
-    :param no_size: what stands for the size of a command that leaves the slot out.
-    :param axis: the word behind the name of an axis.
-    :param cleared: words that are said of a bit that is 0.
-    :param signs: words that say whether a number may be negative.
-    :param units: unit as printed -> what one count is, as :func:`amount` writes it.
-    :param notations: table -> column -> how it writes a byte, with placeholders in braces.
+    :param slots: slot -> a word that its printed description must contain.
+    :param whole_slot: the word that marks a range of the whole size slot, not just of the sizes in use.
+    :param no_size: the text for the size of a command that leaves the slot out.
+    :param axis: the word after the name of an axis.
+    :param cleared: words for a bit that is 0.
+    :param signs: words for numbers that may or may not be negative.
+    :param units: unit as printed -> the amount of one count, as from :func:`amount`.
+    :param notations: table -> column -> its notation for a byte, with placeholders in braces.
     """
 
     slots: Mapping[str, str] = dataclasses.field(default_factory=dict)
@@ -108,7 +108,7 @@ class Vocabulary:
 
     @classmethod
     def of(cls, data: Json) -> Vocabulary:
-        """Make it from its entry in the witness."""
+        """Create a vocabulary from its entry in the witness."""
         signs = dict.fromkeys(data["unsigned"], False) | dict.fromkeys(data["signed"], True)
         return cls(
             slots=data["slots"],
@@ -122,18 +122,18 @@ class Vocabulary:
         )
 
     def signed(self, text: str) -> bool | str:
-        """Read the words that say whether a number may be negative; others stay as they are."""
+        """Return whether words allow negative numbers; return unknown words unchanged."""
         return self.signs.get(text, text)
 
     def unit(self, text: str) -> str:
-        """Read a unit as the amount that one count is; others stay as they are."""
+        """Return a unit as the amount of one count; return an unknown unit unchanged."""
         return self.units.get(text, text)
 
     def written(self, table: str, column: str, byte: int, prefix: int = 0, key: str = "") -> str:
-        """Return how a column of a table writes a byte.
+        """Return a byte in the notation of a table column.
 
         :param prefix: the byte before it.
-        :param key: what is typed for it.
+        :param key: the keys to type for it.
         """
         known = {"{key}": key}
         for name, value in (("byte", byte), ("prefix", prefix)):
@@ -144,5 +144,5 @@ class Vocabulary:
 
 
 def amount(factor: Fraction, unit: str) -> str:
-    """Return what one count is: ``1/10 um``."""
+    """Return the amount of one count, such as ``1/10 um``."""
     return f"{factor} {unit}"

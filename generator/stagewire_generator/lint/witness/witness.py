@@ -1,11 +1,11 @@
-"""What the document prints, held against what the registry encodes, place by place.
+"""Compare the printed document with the registry, place by place.
 
-Every difference has a place name that an erratum can claim, such as ``table/MOT_REQ_AVMODES/id``. Two kinds
-of difference are so common that they are one place each: ``names/blanks`` (underscores that the scan lost)
-and ``headers/bar`` (the ``d|`` of a data frame that it shows as ``d``). A document of commands without a
-header has chapters of its own, and places such as ``command/START_MOTOR/hex``; what its words mean is
-told by a vocabulary in one of them. The other chapters have a section for each message: its heading, byte
-tables, field tables, lists of values, ranges.
+Every difference has a place name that an erratum can claim, such as ``table/MOT_REQ_AVMODES/id``. Two common
+kinds of difference have one place for all their occurrences: ``names/blanks`` (underscores lost in the scan)
+and ``headers/bar`` (the ``d|`` of a data frame, scanned as ``d``). A document of commands without a header
+has chapters of other kinds, and places such as ``command/START_MOTOR/hex``; a vocabulary in one of these
+chapters defines the meaning of its words. All other chapters have a section for each message: its heading,
+byte tables, field tables, lists of values, and ranges.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from stagewire_generator.model import Field, Json, Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 CompareTables: TypeAlias = Callable[[Comparison, Message, list[Json], KeyPath], None]
-"""Compares the byte tables of a message, whose path is given."""
+"""Compares the byte tables of a message at a path."""
 
-_LONGEST_RUN = 64  # values that "to" may stand for
+_LONGEST_RUN = 64  # maximum number of values in a range with "to"
 _SYMBOL = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+\Z")
 _BIT = re.compile(r"[1-9][0-9]?\Z")
 _NAME = re.compile(r"[A-Z][a-z]+[A-Za-z]*[0-9]*\Z")
@@ -40,9 +40,9 @@ _NAME = re.compile(r"[A-Z][a-z]+[A-Za-z]*[0-9]*\Z")
 def compare_section(
     comparison: Comparison, name: str, entry: Json, tables: CompareTables | None
 ) -> None:
-    """Compare everything that the witness has of one message.
+    """Compare the section of the witness for one message.
 
-    :param tables: compares its byte tables; None where its framing has no header that they could show.
+    :param tables: compares its byte tables; None if the framing has no header.
     """
     path: KeyPath = ("messages", name)
     message = comparison.messages.get(name)
@@ -59,7 +59,8 @@ def compare_section(
     if tables:
         tables(comparison, message, printed, (*path, "tables"))
     elif printed:
-        comparison.misplace((*path, "tables"), f"{name}: tables of the bytes of a header")
+        what = f"{name}: byte tables of a header, which this framing does not have"
+        comparison.misplace((*path, "tables"), what)
     if "rows" in entry:
         _rows(comparison, message, entry["rows"], (*path, "rows"))
     aliases = _by_row(message, entry.get("rows", []))
@@ -84,13 +85,13 @@ def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path:
             comparison.differs(f"{place}/{field.name}/name", path, row[0], field.name)
         comparison.compared += 1
         printed = (row[1] or "").lower()
-        # A single char is one byte without a sign, and may be a number
+        # A single char is an unsigned byte, and may be a number
         if printed != field.format.name and (printed, field.format.name) != ("char", "byte"):
             comparison.differs(f"{place}/{field.name}/format", path, printed, field.format.name)
 
 
 def _listed_fields(message: Message) -> tuple[Field, ...]:
-    """Return the fields that a field table lists: of the packet, else of the header."""
+    """Return the fields in a field table: those of the packet, or else of the header."""
     data = next((x for x in message.layouts if x.form != "header"), None)
     if data is not None:
         return data.fields
@@ -98,7 +99,7 @@ def _listed_fields(message: Message) -> tuple[Field, ...]:
 
 
 def _by_row(message: Message, rows: list[list[str]]) -> dict[str, Field]:
-    """Return what each printed field name means, where the field table has a row for each."""
+    """Return printed field name -> field, if the field table has a row for each field."""
     fields = _listed_fields(message)
     if len(rows) != len(fields):
         return {}
@@ -120,7 +121,7 @@ def _values(
         comparison.differs(place, path, printed["of"], "no list of values")
         return
     if field.format.kind == "bytes":
-        return  # the parts of a byte string are told in its note
+        return  # the note describes the parts of a byte string
     known = _known_values(field, printed.get("table", ""))
     found: dict[int, str] = {}
     unread = []
@@ -157,7 +158,7 @@ def _values(
 def _field_of_values(
     comparison: Comparison, message: Message, printed: str, aliases: dict[str, Field]
 ) -> Field | None:
-    """Return the field that a list of values is printed for."""
+    """Return the field for a printed list of values."""
     field = aliases.get(squash(printed))
     if field is not None and (field.enum or field.flags):
         return field
@@ -171,7 +172,7 @@ def _field_of_values(
 
 
 def _known_values(field: Field, table: str) -> dict[int, str]:
-    """Return the values that the registry has for a field, as its unit has them."""
+    """Return the values of a field in the registry, for the unit of the table."""
     if field.enum:
         return {value.value: value.name for value in field.enum.values}
     assert field.flags
@@ -202,7 +203,7 @@ def _limits(
         if key not in printed or _NAME.match(printed[key]):
             continue  # a limit may itself be a field, such as Wnd0
         if key == "fixed" and fixed is None:
-            continue  # fixed for some units only; the note says for which
+            continue  # fixed for some units only, which the note names
         place = f"ranges/{message.name}/{field.name}/{key}"
         if limit(printed[key], field) == encoded:
             comparison.compared += 1
@@ -211,7 +212,7 @@ def _limits(
 
 
 def _all_fields(comparison: Comparison, message: Message) -> list[Field]:
-    """Return the fields that a table may mean: of the message, then of its set."""
+    """Return the fields that a table may refer to: those of the message, then those of its set."""
     found = [field for layout in message.layouts for field in layout.all_fields]
     if message.set:
         for other in comparison.protocol.messages:
@@ -222,11 +223,11 @@ def _all_fields(comparison: Comparison, message: Message) -> list[Field]:
 
 @dataclass(frozen=True, slots=True)
 class Witness:
-    """How the document of a protocol is compared, by its framing.
+    """The way to compare the document of a protocol, which depends on the framing.
 
-    :param chapters: chapters that have a form of their own -> what compares them.
+    :param chapters: name of a chapter with its own form -> the function that compares it.
     :param sections: whether every other chapter has a section for each message.
-    :param tables: compares the byte tables in such a section; None where there can be none.
+    :param tables: compares the byte tables in such a section; None if there are no such tables.
     """
 
     chapters: Mapping[str, Callable[[Comparison], None]]
@@ -237,12 +238,12 @@ class Witness:
 def compare_witness(
     protocol: Protocol, printed: Sequence[Document], overlay: str = ""
 ) -> Comparison:
-    """Compare all files of the witness with the registry; sections first, as lists refer to them.
+    """Compare all files of the witness with the registry: first sections, then the lists that refer to them.
 
-    :param overlay: whose document it is that prints this; without it that of the protocol itself.
+    :param overlay: the overlay whose document is compared; empty for the protocol itself.
     """
     if overlay:
-        # What holds for versions of the firmware has pages of the other document, too
+        # Notes on firmware versions may refer to pages of the other document
         protocol = replace(protocol, document=protocol.document_of(overlay), firmware=())
     words = [d.data["vocabulary"] for d in printed if "vocabulary" in d.data]
     vocabulary = Vocabulary.of(words[0]) if words else None
@@ -255,7 +256,7 @@ def compare_witness(
         if witness.sections and chapter not in named:
             for name, entry in document.data["messages"].items():
                 compare_section(comparison, name, entry, witness.tables)
-        elif chapter not in witness.chapters:  # that of a document of the other kind
+        elif chapter not in witness.chapters:  # a chapter of a document of the other kind
             comparison.unknown.append((document.place("chapter"), chapter))
     for document in printed:
         compare = witness.chapters.get(document.data["chapter"])
