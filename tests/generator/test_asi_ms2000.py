@@ -1,4 +1,4 @@
-"""The registry of the MS-2000 against facts typed by hand from the document, most of them in decimal."""
+"""The registry of the MS-2000, compared with facts typed by hand from the document, mostly in decimal."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ FIELDS = {
     "WRITE_VECTOR_SPEED.request.vector_speed": (2, False, 0, 32767, *SPEED),
 }
 
-# What the document contradicts itself in, as far as it decides on bytes or their meaning.
+# Contradictions in the document that affect bytes or their meaning.
 WIRE = """
     colon-in-data identification-example-size identification-sixth-byte maximum-speed-example-command
     position-status-example-bytes position-status-example-size ramp-time-range reserved-scan-identifier
@@ -129,14 +129,14 @@ def by_form(message: Json) -> dict[str, Json]:
 
 
 def typed(key: str) -> int:
-    """Return the byte that a key enters, by the rules of ASCII."""
+    """Return the byte that a key enters in ASCII."""
     if key == "ESC":
         return 27
     return ord(key[5]) - 64 if key.startswith("Ctrl<") else ord(key)
 
 
 def scale(field: Json) -> tuple[str | None, Fraction | None]:
-    """Return the key of the scale, which has unit and direction in its name, and the factor."""
+    """Return the key of the scale, whose name contains unit and direction, and the factor."""
     for key, factor in (field["scale"] or {}).items():
         if key.startswith("counts_per_"):
             assert key == f"counts_per_{field['unit'].replace('/', '_per_')}"
@@ -144,14 +144,14 @@ def scale(field: Json) -> tuple[str | None, Fraction | None]:
     return None, None
 
 
-def test_all_commands_and_no_other() -> None:
+def test_the_registry_has_exactly_these_commands() -> None:
     kinds = {name: message["kind"] for name, message in MESSAGES.items()}
     assert kinds == dict.fromkeys(SETUP, "setup") | {row[1]: "command" for row in ROWS}
     assert (len(SETUP), len(ROWS)) == (5, 24)
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row[1])
-def test_command(row: list[str]) -> None:
+def test_a_command_matches_the_document(row: list[str]) -> None:
     section, name, byte, key, size, data, reply = row
     message = MESSAGES[name]
     assert message["id"] == int(byte)
@@ -170,7 +170,7 @@ def test_command(row: list[str]) -> None:
 
 
 @pytest.mark.parametrize("name", SETUP)
-def test_setup_command(name: str) -> None:
+def test_a_setup_command_matches_the_document(name: str) -> None:
     message = MESSAGES[name]
     assert (message["id"], message["keyboard"]) == SETUP[name]
     assert message["switches_to"] == SWITCHES.get(name)
@@ -181,7 +181,7 @@ def test_setup_command(name: str) -> None:
     assert layouts["request"]["fields"] == []
 
 
-def test_bytes_that_both_kinds_have() -> None:
+def test_four_bytes_are_both_commands_and_setup_commands() -> None:
     bytes_of = {
         kind: {m["id"] for m in MESSAGES.values() if m["kind"] == kind}
         for kind in ("setup", "command")
@@ -193,10 +193,10 @@ def test_keys_enter_their_bytes() -> None:
     keys = {m["keyboard"]: m["id"] for m in MESSAGES.values()}
     keys |= {v["keyboard"]: v["value"] for v in REGISTRY["enumerations"]["axis"]["values"].values()}
     assert {key: typed(key) for key in keys} == keys
-    assert len(keys) == len(ROWS) + 1 + len(AXES)  # H is the one letter of a setup command alone
+    assert len(keys) == len(ROWS) + 1 + len(AXES)  # only H is not also a command
 
 
-def test_fields() -> None:
+def test_fields_match_the_document() -> None:
     found = {
         f"{name}.{layout['form']}.{field['name']}": (
             *(field[key] for key in ("size", "signed", "minimum", "maximum")),
@@ -222,12 +222,12 @@ def test_identification_is_text() -> None:
     assert [field["kind"] for field in reply["fields"]] == ["text"]
 
 
-def test_dummies() -> None:
+def test_two_commands_are_dummies() -> None:
     dummies = {name for name, message in MESSAGES.items() if message.get("dummy")}
     assert dummies == {"READ_START_SPEED", "WRITE_START_SPEED"}
 
 
-def test_axes() -> None:
+def test_axes_match_the_document() -> None:
     values = REGISTRY["enumerations"][REGISTRY["framing"]["axes"]]["values"]
     assert {
         name: (value["value"], value["keyboard"], value.get("reserved", False))
@@ -241,18 +241,18 @@ def test_busy_is_a_letter() -> None:
 
 
 @pytest.mark.parametrize("name", ["READ_STATUS_BYTE", "READ_MOTOR_POSITION_AND_STATUS"])
-def test_bits(name: str) -> None:
+def test_status_bits_match_the_document(name: str) -> None:
     status = by_form(MESSAGES[name])["reply"]["fields"][-1]
     assert status["flags"] == {bit: 1 << number for bit, number in BITS.items()}
 
 
-def test_framing() -> None:
+def test_the_framing_matches_the_document() -> None:
     framing = REGISTRY["framing"]
     assert (framing["kind"], framing["prefix"], framing["terminator"]) == ("slots", 255, 58)
     assert framing["maximum_length"] == 255
 
 
-def test_firmware() -> None:
+def test_firmware_notes_match_the_document() -> None:
     assert [(fact["version"], fact["page"]) for fact in REGISTRY["firmware"]] == [
         ("3.2", 2),
         ("3.3", 2),
@@ -265,13 +265,13 @@ def test_firmware() -> None:
     }
 
 
-def test_document() -> None:
+def test_sections_and_issue_match_the_document() -> None:
     document = REGISTRY["document"]
     assert len(document["sections"]) == 27
     assert (document["issue"], document["date"]) == ("1742254661", "2025/03/17 19:37")
 
 
-def test_units() -> None:
+def test_both_units_have_all_messages() -> None:
     units = {unit["name"]: unit for unit in REGISTRY["units"]}
     assert set(units) == {"MS2000", "MFC2000"}
     for unit in units.values():
@@ -281,7 +281,7 @@ def test_units() -> None:
     assert units["MS2000"]["baud_rates"]["values"] == [9600, 19200, 28800, 115200]
 
 
-def test_errata_that_decide_on_bytes_or_their_meaning() -> None:
+def test_the_errata_of_each_class_are_listed() -> None:
     found: dict[str, set[str]] = {}
     for erratum in REGISTRY["errata"]:
         found.setdefault(erratum["class"], set()).add(erratum["id"].removeprefix("ms2000-"))

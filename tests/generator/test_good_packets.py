@@ -1,4 +1,4 @@
-"""The small good spec of packets: its package works and it shows every key; and packets of other shapes."""
+"""The small good spec of packets, whose package works and which has every key; and packets of other shapes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Made = Callable[[dict[str, str]], Any]
 
 @pytest.fixture
 def made(tmp_path: Path, imported: Callable[[Path], Any]) -> Made:
-    """Write generated files and import the package among them."""
+    """Return a function that writes generated files and imports the package."""
 
     def write(files: dict[str, str]) -> Any:
         write_files(tmp_path / "made", files)
@@ -43,18 +43,18 @@ def carousel(packet_files: dict[str, str], made: Made) -> Any:
 
 
 def raw(package: Any, message: Any, address: int | None = None) -> str:
-    """Return a packet with this message in hex."""
+    """Return a packet with this message, in hex."""
     return str(Packet(message, address).encode().hex(" "))
 
 
-def test_every_example_holds(carousel: Any) -> None:
+def test_every_example_passes(carousel: Any) -> None:
     verdicts = run(carousel.PROTOCOL)
     assert {v.id: v.detail for v in verdicts if v.outcome not in ("passed", "noted")} == {}
     assert {v.outcome for v in verdicts} == {"passed", "noted"}  # prose is noted
 
 
-def test_the_package_works(carousel: Any) -> None:
-    """Numbers of 24 bits, texts, bytes, an enumeration, flags, a constant and scales."""
+def test_the_package_encodes_and_decodes(carousel: Any) -> None:
+    """Cover numbers of 24 bits, texts, bytes, an enumeration, flags, a constant and scales."""
     m = carousel.messages
     turn = m.TableTurn(angle=-90000, way=carousel.enumerations.Way.FORWARD)
     assert raw(carousel, turn, 3) == "aa 55 06 03 13 70 a0 fe 01 85 ab 0d"
@@ -76,7 +76,7 @@ def test_a_request_of_a_set_has_no_payload(carousel: Any) -> None:
     assert (shown.form, shown.fields, shown.length) == ("header", (), 0)
 
 
-def test_the_length_tells_layouts_apart(carousel: Any) -> None:
+def test_the_length_distinguishes_layouts(carousel: Any) -> None:
     m = carousel.messages
     whole = m.TableTurnRepeated(angle=1, way=0, repeats=2, pause=3)
     for message, extra in ((whole, b""), (whole, b"\xff"), (m.TableTurn(1, 0), b"\1\2\3\4")):
@@ -91,7 +91,7 @@ def test_the_length_tells_layouts_apart(carousel: Any) -> None:
 
 
 def made_by_hand(id: int, payload: bytes) -> bytes:
-    """Return a packet of the carousel, made without the library."""
+    """Return a packet of the carousel, built without the library."""
     body, crc = bytes([2 + len(payload), 1, id]) + payload, 0xFFFF
     for byte in body:
         crc ^= byte << 8
@@ -136,7 +136,7 @@ SHAPES = {
         "01 02 07 00 03 00 01 02 03 f0 0d 0a",
         "01 02 08 00 00 00 f8 0d 0a",
     ),
-    "a plain sum behind nothing": (
+    "a plain sum without an end": (
         "order: [start, length, id, payload, check]\n  start: [0x01]\n"
         "  length: {format: u8, counts: [payload]}\n  id: {format: u8}\n"
         "  check: {method: sum, format: u16, covers: [start, payload]}\n",
@@ -170,7 +170,9 @@ def sparks(folder: Path, framing: str) -> Protocol:
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_other_shapes(tmp_path: Path, made: Made, name: str) -> None:
+def test_packets_of_other_shapes_are_encoded_and_decoded(
+    tmp_path: Path, made: Made, name: str
+) -> None:
     framing, flash, dark = SHAPES[name]
     package = made(render([sparks(tmp_path / "spec", framing)]))
     m, address = package.messages, 9 if "address" in framing else None
@@ -180,7 +182,7 @@ def test_other_shapes(tmp_path: Path, made: Made, name: str) -> None:
         assert (packet.message, packet.address, packet.extra) == (message, address, b"")
 
 
-# What is generated
+# Generated files
 
 
 def definition(kind: str, *path: str) -> Any:
@@ -212,9 +214,9 @@ def test_the_registry_has_the_size_of_every_part(packet_files: dict[str, str]) -
     assert sizes == {"length": 1, "address": 1, "id": 1, "check": 2}
 
 
-def test_the_registry_says_which_complement(tmp_path: Path) -> None:
-    """A default is a fact, too: whoever reads the registry needs not know ours."""
-    protocol = sparks(tmp_path, SHAPES["a plain sum behind nothing"][0])
+def test_the_registry_states_the_default_complement(tmp_path: Path) -> None:
+    """Readers of the registry do not need to know our defaults."""
+    protocol = sparks(tmp_path, SHAPES["a plain sum without an end"][0])
     assert protocol.framing["check"]["complement"] == "none"
 
 
@@ -244,7 +246,7 @@ messages:
 
 
 def test_packets_of_a_printed_document_are_compared(packets: Protocol, tmp_path: Path) -> None:
-    """Headings with ids of two digits, field tables, ranges and lists of values."""
+    """Cover headings with ids of two digits, field tables, ranges and lists of values."""
     comparison = compare_witness(packets, [witness(tmp_path, packets, PRINTED)])
     found = {p: (d.printed, d.encoded) for p, d in comparison.differences.items()}
     assert found == {
@@ -264,24 +266,24 @@ MISPLACED = {
     "tables": (
         "chapter: table\nmessages:\n  TABLE_HALT:\n    heading: {page: 2, line: 1, id: \"0x16\"}\n"
         "    tables: [{structure: 9}]\n",
-        (5, "TABLE_HALT: tables of the bytes of a header"),
+        (5, "TABLE_HALT: byte tables of a header, which this framing does not have"),
     ),
     "addresses": (
         "chapter: lists\nlists: {}\naddresses: [[1, \"0x01\", Host]]\n",
-        (3, "addresses of host and devices"),
+        (3, "addresses of host and devices, which this framing does not have"),
     ),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MISPLACED)
-def test_what_only_a_header_has_is_refused(packets: Protocol, tmp_path: Path, name: str) -> None:
+def test_parts_of_a_header_are_refused(packets: Protocol, tmp_path: Path, name: str) -> None:
     text, wanted = MISPLACED[name]
     comparison = compare_witness(packets, [witness(tmp_path, packets, text)])
     assert [(place.line, what) for place, what in comparison.misplaced] == [wanted]
     assert comparison.differences == {}
 
 
-def test_a_witness_is_demanded_unless_there_is_none(packets_spec: Path) -> None:
+def test_a_witness_is_required_unless_the_protocol_declares_none(packets_spec: Path) -> None:
     path = packets_spec / "carousel" / "protocol.yaml"
     text = path.read_text(encoding="utf-8")
     assert check(packets_spec)

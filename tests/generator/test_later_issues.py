@@ -1,4 +1,4 @@
-"""The overlay of Thorlabs APT: later issues, with and without it, from the registry to the command."""
+"""The overlay of Thorlabs APT for later issues: registry, packages and commands with and without it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FRAMES = {"long": LONG_STATUS, "short": SHORT_STATUS, "rich": RICH_RESPONSE, "in
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Where Python finds the package without the overlay and with it, both as ``stagewire_apt``."""
+    """The paths of the package without and with the overlay, both named ``stagewire_apt``."""
     found = {}
     for side, options in (("without", []), ("with", ["--overlay", NAME])):
         out = tmp_path_factory.mktemp(side)
@@ -48,7 +48,7 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def stagewire(package: Path, *arguments: str, input: str = "") -> str:
-    """Run the command with a package in front of the installed one."""
+    """Run the command with a package that takes precedence over the installed one."""
     environment = {**os.environ, "PYTHONPATH": str(package)}
     command = [sys.executable, "-c", RUN, *arguments]
     done = subprocess.run(
@@ -60,7 +60,7 @@ def stagewire(package: Path, *arguments: str, input: str = "") -> str:
 
 @pytest.fixture(scope="module")
 def answers(packages: dict[str, Path]) -> dict[str, dict[str, Any]]:
-    """What the testee makes of every frame, and the bytes that it makes of its own answer."""
+    """The answers of the testee for every frame; also check that encoding them gives the same bytes."""
     found = {}
     for side, package in packages.items():
         requests = [
@@ -93,8 +93,10 @@ def _testee(package: Path, requests: list[dict[str, Any]]) -> dict[str, Any]:
 STATUS = {"chan_ident": 1, "position": 1, "enc_count": 2, "status_bits": 7}
 
 
-def test_without(answers: dict[str, dict[str, Any]]) -> None:
-    """What Issue 3 has no layout for is kept as it came."""
+def test_without_the_overlay_undocumented_bytes_are_kept(
+    answers: dict[str, dict[str, Any]],
+) -> None:
+    """Issue 3 has no layout for these bytes."""
     found = answers["without"]
     assert (found["rich"]["form"], found["rich"]["message"]) == ("undocumented", "HW_RICHRESPONSE")
     assert bytes.fromhex(found["rich"]["data"])[4:] == TEXT
@@ -105,7 +107,7 @@ def test_without(answers: dict[str, dict[str, Any]]) -> None:
     assert found["info"]["fields"]["nchs"] == 2
 
 
-def test_with(answers: dict[str, dict[str, Any]]) -> None:
+def test_with_the_overlay_all_fields_are_decoded(answers: dict[str, dict[str, Any]]) -> None:
     found = answers["with"]
     assert found["rich"]["form"] == "data"
     assert found["rich"]["fields"] == {
@@ -131,8 +133,7 @@ def test_with(answers: dict[str, dict[str, Any]]) -> None:
     }
 
 
-def test_the_classes(packages: dict[str, Path]) -> None:
-    """Of the package with the overlay, as a program uses them."""
+def test_a_program_can_use_the_classes_of_the_overlay(packages: dict[str, Path]) -> None:
     program = f"""\
 from stagewire._framings.header.frame import Frame
 from stagewire_apt import messages as m
@@ -147,7 +148,7 @@ assert Frame(rich, 0x01, 0x50).encode() == bytes.fromhex({RICH_RESPONSE!r})
     subprocess.run([sys.executable, "-c", program], env=environment, check=True)
 
 
-def test_the_command_reads_and_shows(packages: dict[str, Path]) -> None:
+def test_the_commands_decode_and_show_use_the_overlay(packages: dict[str, Path]) -> None:
     decoded = stagewire(packages["with"], "decode", RICH_RESPONSE)
     assert "section Rich response of later_issues" in decoded
     assert "Motor is not connected" in decoded
@@ -160,8 +161,8 @@ def test_the_command_reads_and_shows(packages: dict[str, Path]) -> None:
 
 
 @pytest.mark.parametrize("side", ["without", "with"])
-def test_every_example_and_capture_is_borne_out(packages: dict[str, Path], side: str) -> None:
-    """Those of Issue 3, too, except for the three that later issues give another meaning."""
+def test_every_example_and_capture_passes(packages: dict[str, Path], side: str) -> None:
+    """This includes those of Issue 3, except for three whose meaning changed in later issues."""
     said = stagewire(packages[side], "conformance", "examples", "--protocol", "thorlabs_apt")
     assert " 0 failed" in said
     assert ("pnpq-status-update-long" in said) == (side == "with")
@@ -172,7 +173,7 @@ def later() -> list[Protocol]:
     return check(SPEC / "thorlabs_apt", overlays=[NAME])
 
 
-def test_what_changes(later: list[Protocol]) -> None:
+def test_the_overlay_makes_the_expected_changes(later: list[Protocol]) -> None:
     base = check(SPEC / "thorlabs_apt")
     info = {"message": "HW_GET_INFO", "form": "data"}
     assert [
@@ -189,7 +190,7 @@ def test_what_changes(later: list[Protocol]) -> None:
     ]
 
 
-def test_fields_stand_where_the_notes_say(later: list[Protocol]) -> None:
+def test_fields_have_the_offsets_in_the_notes(later: list[Protocol]) -> None:
     [protocol] = [p for p in later if p.name == "thorlabs_apt"]
     layouts = {(m.name, x.form): x for m in protocol.messages for x in m.layouts}
     info, rich, long = (
@@ -212,7 +213,7 @@ def test_fields_stand_where_the_notes_say(later: list[Protocol]) -> None:
 # The command
 
 
-def test_what_is_generated_is_compared_under_the_overlay(
+def test_generated_files_are_checked_with_the_overlay(
     overlaid_spec: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ["generate", "--spec", str(overlaid_spec / "tiny"), "--out", str(tmp_path)]
@@ -231,7 +232,7 @@ def test_what_is_generated_is_compared_under_the_overlay(
         ([NAME, NAME], f"--overlay {NAME} is given twice"),
     ],
 )
-def test_a_wrong_overlay(
+def test_a_wrong_overlay_option_is_an_error(
     command: str,
     overlays: list[str],
     wanted: str,
@@ -246,12 +247,16 @@ def test_a_wrong_overlay(
     assert not list(tmp_path.iterdir())
 
 
-def test_no_overlay_at_all(good_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_overlay_option_for_a_spec_without_overlays_is_an_error(
+    good_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["check", str(good_spec), "--overlay", "tiny/second"]) == 2
     assert "unknown overlay tiny/second (the spec has none)" in capsys.readouterr().err
 
 
-def test_check_of_several_together(overlaid_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_several_overlays_can_be_checked_together(
+    overlaid_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     arguments = ["check", str(overlaid_spec), "--overlay", "tiny/second", "--overlay", "tiny/third"]
     assert main(arguments) == 0
     assert "tiny/third: ok" in capsys.readouterr().out

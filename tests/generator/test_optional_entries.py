@@ -1,4 +1,4 @@
-"""Whatever a spec leaves out: either a diagnostic says so, or everything can be made without it."""
+"""A spec without an entry either has a diagnostic, or is still rendered by all targets."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stagewire_generator.diagnostics import SpecError
 
 pytestmark = pytest.mark.usefixtures("quick_checking")
 
-# Among the keys of a file, those that it does well without.
+# Keys of each file that may be left out.
 OPTIONAL = {
     "protocol": "name_prefix note",
     "quantities": "printed settings source",
@@ -52,14 +52,14 @@ def keys(data: Any) -> Iterator[str]:
 
 
 def without(data: Any, key: str) -> Any:
-    """Return the data without a key, wherever it stands."""
+    """Return the data with every occurrence of a key removed."""
     if isinstance(data, dict):
         return {k: without(v, key) for k, v in data.items() if k != key}
     return [without(item, key) for item in data] if isinstance(data, list) else data
 
 
 def made(spec: Path) -> bool:
-    """Whether everything can be made of the spec; if not, it says what is wrong."""
+    """Whether all targets can be rendered; otherwise the spec must have diagnostics."""
     try:
         protocols = check(spec)
     except SpecError:
@@ -68,7 +68,7 @@ def made(spec: Path) -> bool:
 
 
 def missed(spec: Path, name: str) -> set[str]:
-    """Return the keys of a file that it does well without."""
+    """Return the keys of a file that may be left out."""
     path = spec / f"{name}.yaml"
     data = plain_yaml.load(path.read_text(encoding="utf-8"))
     fine = set()

@@ -1,4 +1,4 @@
-"""How printed names, numbers and limits are read."""
+"""Reading of printed names, numbers and limits."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ BYTE, WORD = 0xFF, 0xFFFF
         ("1 to 2", BYTE, None),
     ],
 )
-def test_numbers(text: str, maximum: int, wanted: int | None) -> None:
+def test_printed_numbers_are_read(text: str, maximum: int, wanted: int | None) -> None:
     assert number(text, maximum) == wanted
 
 
-def test_names_without_blanks_and_signs() -> None:
+def test_names_are_compared_by_letters_and_digits() -> None:
     assert squash("Jog Mode") == squash("jog_mode") == squash("JOG-MODE:") == "jogmode"
     assert squash("Kp 2") == "kp2"
 
@@ -63,14 +63,14 @@ def field(protocol: Protocol, name: str) -> Field:
 
 
 @pytest.mark.parametrize("printed", ["Not Used", "unused", "Reserved", "Future use", "N/A"])
-def test_fillers_name_reserved_fields_only(protocol: Protocol, printed: str) -> None:
+def test_fillers_match_reserved_fields_only(protocol: Protocol, printed: str) -> None:
     assert same_name(printed, field(protocol, "reserved"))
     assert not same_name(printed, field(protocol, "velocity"))
     assert same_name("VELOCITY", field(protocol, "velocity"))
 
 
-def test_the_field_that_is_meant(protocol: Protocol) -> None:
-    """The same name counts before its plural's singular, and before a name within another."""
+def test_the_best_matching_field_is_found(protocol: Protocol) -> None:
+    """An exact name or its plural has precedence over a part of a name."""
     names = ("max_velocity", "velocity", "gain", "modes")
     fields = [replace(field(protocol, "velocity"), name=name) for name in names]
     for printed, wanted in (
@@ -99,7 +99,9 @@ def test_the_field_that_is_meant(protocol: Protocol) -> None:
         ("1 s", None),
     ],
 )
-def test_limits_that_are_times(protocol: Protocol, text: str, wanted: int | None) -> None:
+def test_a_time_as_a_limit_is_converted_to_counts(
+    protocol: Protocol, text: str, wanted: int | None
+) -> None:
     factor = Factor("ms_per_count", Fraction(2, 5), "0.4", "", None)
     timed = field(protocol, "sample_time")
     assert timed.quantity
@@ -108,8 +110,7 @@ def test_limits_that_are_times(protocol: Protocol, text: str, wanted: int | None
     assert limit(text, replace(timed, quantity=replace(timed.quantity, factor=factor))) == wanted
 
 
-def test_limits_that_are_no_times(protocol: Protocol) -> None:
-    """In another unit, or without one, a time is not understood."""
+def test_a_time_is_not_a_limit_in_another_unit(protocol: Protocol) -> None:
     assert limit("1s", field(protocol, "wait")) is None
     assert limit("1s", field(protocol, "marker")) is None
     assert limit("7", field(protocol, "wait")) == 7
@@ -128,7 +129,7 @@ def test_limits_that_are_no_times(protocol: Protocol) -> None:
         ("-1", "-1"),
     ],
 )
-def test_counts_in_figures_and_in_words(text: str, wanted: int | str) -> None:
+def test_counts_are_read_in_figures_and_words(text: str, wanted: int | str) -> None:
     assert count(text) == wanted
 
 
@@ -145,8 +146,8 @@ WORDS = Vocabulary.of(
 )  # fmt: skip
 
 
-def test_signs_and_units() -> None:
-    """What nobody knows stays as it is, and is then a difference."""
+def test_signs_and_units_are_read_with_the_vocabulary() -> None:
+    """Unknown words are returned unchanged, and are then a difference."""
     assert WORDS.signed("two's complement") is True
     assert WORDS.signed("straight") is False
     assert WORDS.signed("odd") == "odd"
@@ -155,7 +156,7 @@ def test_signs_and_units() -> None:
     assert WORDS.unit("furlongs") == "furlongs"
 
 
-def test_notations() -> None:
+def test_a_byte_is_written_in_the_notation_of_a_column() -> None:
     assert WORDS.written("setup", "dec", 7, prefix=255) == "255 07"
     assert WORDS.written("setup", "hex", 0x0A, prefix=255, key="{byte}") == "#FF0A {byte}"
     assert WORDS.written("setup", "keyboard", 7) == WORDS.written("axes", "dec", 7) == ""
@@ -165,7 +166,7 @@ def test_notations() -> None:
 @pytest.mark.parametrize(
     "notation", ["{byte.real}", "{byte:9999}", "{0}", "{}", "{{byte}", "{BYTE}"]
 )
-def test_a_notation_is_no_format_of_python(notation: str) -> None:
-    """What is no placeholder stays; a spec must not reach into objects or ask for endless blanks."""
+def test_a_notation_is_not_a_python_format(notation: str) -> None:
+    """A spec must not be able to access attributes or produce endless spaces."""
     words = Vocabulary(notations={"setup": {"dec": notation}})
     assert words.written("setup", "dec", 7) == notation.replace("{byte}", "7")

@@ -1,4 +1,4 @@
-"""What each unit answers: its printed list, completed, or that of its family; no name is left to resolve."""
+"""The messages of each unit: its printed list with additions, or that of its family, fully resolved."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAMES = """
     BPC001 BPC002 MPZ601 BPC101 BPC102 BPC103 BPC201 BPC202 BPC203 BPC301 TPZ001 TSG001
 """
 
-# Rows of the lists on pages 131 to 138, and what the registry adds to them.
+# Number of rows in the lists on pages 131 to 138, and the messages that the registry adds.
 ROWS = {
     "BPC201": (49, []),
     "BPC202": (49, []),
@@ -36,9 +36,9 @@ ROWS = {
     "TSC001": (34, []),
 }
 
-# Typed from the document: the lists where one is printed, else what the pages say of a unit.
+# Typed from the document: from the printed list of a unit, or else from the pages about the unit.
 HAS = {
-    # page 77: stepper controllers; page 80: any controller on USB must be told that the host is alive
+    # page 77: stepper controllers; page 80: any controller on USB requires keep-alive messages
     "BSC001": """
         MOD_IDENTIFY HW_DISCONNECT MOT_MOVE_HOME MOT_SET_LIMSWITCHPARAMS
         MOT_GET_STATUSUPDATE MOT_ACK_DCSTATUSUPDATE
@@ -152,7 +152,7 @@ every_unit = pytest.mark.parametrize("name", UNITS)
 
 
 def answers(message: Json) -> list[str]:
-    """Return what a message brings back by the rules of sets and exchanges."""
+    """Return the replies to a message according to sets and exchanges."""
     found = list(message["exchange"].get("answered_by", ()))
     found += message["exchange"].get("announces", ())
     if message["set"] and message["set"]["role"] == "req":
@@ -160,12 +160,12 @@ def answers(message: Json) -> list[str]:
     return found
 
 
-def test_every_unit_of_the_document() -> None:
+def test_the_registry_has_every_unit_of_the_document() -> None:
     assert sorted(UNITS) == sorted(NAMES.split())
 
 
 @every_unit
-def test_messages(name: str) -> None:
+def test_the_messages_of_a_unit_are_known_and_include_the_basic_ones(name: str) -> None:
     messages = UNITS[name]["messages"]
     assert messages == sorted(set(messages))
     assert set(messages) <= set(MESSAGES)
@@ -174,27 +174,27 @@ def test_messages(name: str) -> None:
 
 
 @every_unit
-def test_a_request_comes_with_its_answer(name: str) -> None:
+def test_a_unit_with_a_request_has_its_reply(name: str) -> None:
     messages = UNITS[name]["messages"]
     assert [(m, a) for m in messages for a in answers(MESSAGES[m]) if a not in messages] == []
 
 
 @every_unit
-def test_the_message_that_keeps_a_unit_alive_is_its_own(name: str) -> None:
+def test_a_unit_has_its_keep_alive_message(name: str) -> None:
     unit = UNITS[name]
     keepers = [m for m in unit["messages"] if MESSAGES[m]["exchange"].get("keeps_alive")]
     assert [unit["keep_alive"]] == (keepers or ["none"])
 
 
 @every_unit
-def test_one_form_of_status(name: str) -> None:
+def test_a_unit_has_one_form_of_status(name: str) -> None:
     unit = UNITS[name]
     assert [m for m in STATUS.values() if m in unit["messages"]] == [STATUS[unit["status"]]]
     assert REGISTRY["families"][unit["family"]]["status"] == unit["status"]
 
 
-def test_every_motor_that_homes_can_be_asked_for_its_status_bits() -> None:
-    """Page 81 excepts no family; the solenoid driver has a printed list without the message."""
+def test_every_motor_that_can_home_has_a_request_for_status_bits() -> None:
+    """Page 81 lists no exceptions; the printed list of the solenoid driver lacks the message."""
     both = {"MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS"}
     motors = {name for name, unit in UNITS.items() if "MOT_MOVE_HOME" in unit["messages"]}
     assert motors == {name for name, unit in UNITS.items() if both & set(unit["messages"])}
@@ -202,27 +202,27 @@ def test_every_motor_that_homes_can_be_asked_for_its_status_bits() -> None:
 
 
 def test_every_message_belongs_to_a_unit() -> None:
-    """Left over are the two that the document names without describing them."""
+    """The exceptions are two messages that the document names without describing them."""
     known = {message for unit in UNITS.values() for message in unit["messages"]}
     assert set(MESSAGES) - known == {"HW_RICHRESPONSE", "MOT_SET_MOVEVELPARAMS"}
 
 
-def test_units_of_different_families() -> None:
+def test_the_typed_lists_cover_at_least_ten_families() -> None:
     assert HAS.keys() == LACKS.keys()
     assert len({UNITS[name]["family"] for name in HAS}) >= 10
 
 
 @pytest.mark.parametrize("name", HAS)
-def test_members(name: str) -> None:
+def test_a_unit_has_the_messages_of_the_document_and_no_others(name: str) -> None:
     messages = set(UNITS[name]["messages"])
     has, lacks = set(HAS[name].split()), set(LACKS[name].split())
-    assert has | lacks <= set(MESSAGES)  # no typing error
+    assert has | lacks <= set(MESSAGES)  # no typing errors
     assert has - messages == set()
     assert lacks & messages == set()
 
 
 @pytest.mark.parametrize("name", ROWS)
-def test_printed_lists(name: str) -> None:
+def test_a_printed_list_is_complete(name: str) -> None:
     rows, added = ROWS[name]
     unit = UNITS[name]
     printed = REGISTRY["lists"][unit["list"]]
@@ -232,12 +232,12 @@ def test_printed_lists(name: str) -> None:
     assert unit["messages"] == sorted([*printed["messages"], *added])
 
 
-def test_units_without_a_list_have_that_of_their_family(files: dict[str, str]) -> None:
+def test_units_without_a_list_have_the_list_of_their_family(files: dict[str, str]) -> None:
     units = {
         unit["name"]: unit
         for unit in json.loads(files["python/stagewire_tiny/registry.json"])["units"]
     }
     listed = ["POS_ALIVE", "POS_ECHO", "POS_MOVE", "POS_MOVED"]
-    assert units["TP1"]["messages"] == listed  # its own, completed
+    assert units["TP1"]["messages"] == listed  # its own, with additions
     assert units["TP2"]["messages"] == listed  # like TP1
-    assert units["TP9"]["messages"] == ["POS_MOVE", "POS_MOVED"]  # of its family
+    assert units["TP9"]["messages"] == ["POS_MOVE", "POS_MOVED"]  # from its family

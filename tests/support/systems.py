@@ -25,7 +25,7 @@ NEEDS = {
         POSIX,
         "requires file modes",
     ),
-    "generator/formatting/test_formatting_files.py::test_a_file_keeps_its_mode_and_leaves_no_temporary_file": (
+    "generator/formatting/test_formatting_files.py::test_a_file_keeps_its_mode_and_leaves_no_other_file": (
         POSIX,
         "requires file modes",
     ),

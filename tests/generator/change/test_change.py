@@ -1,4 +1,4 @@
-"""Every kind of change, made by an edit of a small good spec, and what is generated from both sides."""
+"""Every kind of change, produced by an edit of a small good spec, and the output generated from both sides."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ PROTOCOLS = {"good_spec": "tiny", "good_commands": "turtle", "good_packets": "ca
 
 @dataclass(frozen=True)
 class Edit:
-    """An edit of a good spec: in each file a text for another; and the kinds of changes that it makes."""
+    """An edit of a good spec, which replaces texts in files, and the kinds of changes that it produces."""
 
     name: str
     kinds: list[str]
@@ -67,9 +67,9 @@ INVERSE = {
 
 
 def inverse(kind: str) -> str:
-    """Return the kind of the change back."""
+    """Return the kind of the reverse change."""
     if kind == "message-id-added":
-        return "message-id"  # there was an id, and there is none
+        return "message-id"  # the id is removed again
     head, _, last = kind.rpartition("-")
     found = f"{head}-{INVERSE[last]}" if last in INVERSE else kind
     return found if found in KINDS else kind
@@ -77,7 +77,7 @@ def inverse(kind: str) -> str:
 
 @dataclass(frozen=True)
 class Edited:
-    """An edit, and the registries on both sides of it."""
+    """An edit, with the registries before and after it."""
 
     edit: Edit
     old: Spec
@@ -93,7 +93,7 @@ def good(protocol: Protocol, commands: Protocol, packets: Protocol) -> dict[str,
 
 @pytest.fixture(scope="module")
 def generated(good: dict[str, Protocol]) -> dict[str, dict[str, str]]:
-    """What all targets make of the good specs, by their names."""
+    """The output of all targets for each good spec, by its name."""
     return {name: render([protocol], TARGETS) for name, protocol in good.items()}
 
 
@@ -117,12 +117,12 @@ def kinds(changes: list[Change]) -> list[str]:
     return sorted(change.kind for change in changes)
 
 
-def test_an_edit_makes_these_changes_there_and_back(edited: Edited) -> None:
+def test_an_edit_and_its_reverse_produce_the_expected_changes(edited: Edited) -> None:
     there = edited.changes
     assert kinds(there) == sorted(edited.edit.kinds)
     back = compare_specs(edited.new, edited.old)
     expected = Counter((inverse(c.kind), c.new, c.old) for c in there)
-    if edited.edit.name == "id lost":  # there are two ways back from WIRE: an id is found
+    if edited.edit.name == "id lost":  # the reverse of this WIRE change adds an id
         expected = Counter({("message-id-added", None, "0x0202"): 1})
     assert Counter((c.kind, c.old, c.new) for c in back) == expected
     data = json.loads(json.dumps(report("old", "new", there)))
@@ -131,14 +131,18 @@ def test_an_edit_makes_these_changes_there_and_back(edited: Edited) -> None:
     assert sum(data["counts"].values()) == len(data["changes"])
 
 
-def test_what_is_generated_agrees(generated: dict[str, dict[str, str]], edited: Edited) -> None:
-    """Code differs if and only if WIRE or SOURCE says so; every other difference is at least DOC."""
+def test_generated_code_differs_for_wire_and_source_changes_only(
+    generated: dict[str, dict[str, str]], edited: Edited
+) -> None:
+    """Every other difference is at least a DOC change."""
     changes = edited.changes
     before = generated[edited.edit.over]
     if not changes:
         assert render(edited.new.protocols, TARGETS) == before
         return
-    with pytest.MonkeyPatch.context() as patch:  # the JSON of a package is the registry's
+    with (
+        pytest.MonkeyPatch.context() as patch
+    ):  # the JSON in a package is the same as the registry's
         for name in ("registry_text", "vectors_text"):
             patch.setattr(PYTHON_TARGET, name, lambda _: "")
         after = render(edited.new.protocols, ["python"])
@@ -152,7 +156,7 @@ def test_what_is_generated_agrees(generated: dict[str, dict[str, str]], edited: 
             assert registry(before) != registry(after)
 
 
-# Facts that stand in registry.json, which the library reads, and not in generated code.
+# Facts in registry.json, which the library reads, and not in generated code.
 OF_THE_REGISTRY = {
     "address", "alias-added", "alias-removed", "bit-motion", "controller-added", "effect",
     "enumeration-open", "exchange", "family-added", "field-enumeration", "field-flags-by-unit",
@@ -163,9 +167,9 @@ OF_THE_REGISTRY = {
     "unit-keep-alive", "unit-messages", "unit-model", "unit-prefix", "unit-rate", "unit-stages",
     "unit-status", "value-modifier",
 }  # fmt: skip
-# Facts that no target writes: the hand-written library has them, too, and would have to follow.
+# Facts that no target writes: they are also in the hand-written library, which would have to be changed.
 OF_THE_RUNTIME = {"framing"}
-# Facts that are generated for whoever asks for them.
+# Facts that are only generated on request.
 OF_OVERLAYS = {"overlay-added"}
 
 
@@ -184,9 +188,9 @@ def code(text: str | None) -> str:
 
 
 class Bare(ast.NodeTransformer):
-    """Takes away docstrings and arguments that are texts for people; sorts what has no order."""
+    """Removes docstrings and arguments that are texts for people, and sorts entries without an order."""
 
-    TEXTS: ClassVar = {  # place of the text
+    TEXTS: ClassVar = {  # index of the argument
         "Bit": 1, "Stage": 1, "UnknownLimit": 0, "UnknownScale": 1, "FramedProtocol": 1,
         "CommandProtocol": 1, "Known": 1,
     }  # fmt: skip
@@ -251,23 +255,23 @@ def swapped(protocol: Protocol, **changes: Any) -> list[Change]:
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
-def test_nothing_changed(good: dict[str, Protocol], name: str) -> None:
+def test_equal_specs_have_no_changes(good: dict[str, Protocol], name: str) -> None:
     assert compare([good[name]], check(SMALL_SPECS / name)) == []
     assert compare([], []) == []
     assert worst([]) is None
 
 
 def made(over: str) -> set[str]:
-    """Return the kinds that the edits of a good spec make, there and back."""
+    """Return the kinds of changes from the edits of a good spec and their reverses."""
     kinds = {kind for edit in EDITS.values() if edit.over == over for kind in edit.kinds}
     return kinds | {inverse(kind) for kind in kinds}
 
 
-# What no edit of a single protocol's files can make; a test below makes each.
+# Kinds that no edit of a single protocol's files can produce; tests below produce them.
 BY_HAND = {
     "chapter-renamed", "protocol-added", "protocol-removed", "protocol-renamed", "unclassified",
 }  # fmt: skip
-# What a framing has no place for, or nothing in the spec that has it.
+# Kinds that a framing does not support, or for which the spec has no entries.
 NOT_IN = {
     "good_spec": {"command-dummy", "command-size", "message-kind", "setup-switch"},
     "good_commands": {
@@ -284,19 +288,19 @@ NOT_IN = {
 }  # fmt: skip
 
 
-def test_every_kind_is_made_by_an_edit_or_its_reverse() -> None:
+def test_every_kind_is_produced_by_an_edit_or_its_reverse() -> None:
     found = set().union(*map(made, PROTOCOLS))
     assert found | BY_HAND == set(KINDS)
     assert not found & BY_HAND
 
 
 @pytest.mark.parametrize("over", PROTOCOLS)
-def test_every_kind_of_wire_is_made_in_every_framing(over: str) -> None:
+def test_every_wire_kind_is_produced_in_every_framing(over: str) -> None:
     wire = {kind for kind, found in KINDS.items() if found.level is ChangeClass.WIRE}
     assert made(over) & wire == wire - BY_HAND - NOT_IN[over]
 
 
-def test_protocols_come_and_go_and_get_other_names(protocol: Protocol) -> None:
+def test_added_removed_and_renamed_protocols_are_reported(protocol: Protocol) -> None:
     other = replace(protocol, name="other", messages=protocol.messages[:1])
     [added] = compare([protocol], [protocol, other])
     assert (added.kind, added.level, added.protocol) == (
@@ -314,7 +318,7 @@ def test_protocols_come_and_go_and_get_other_names(protocol: Protocol) -> None:
     assert (renamed.kind, renamed.old, renamed.new) == ("protocol-renamed", "tiny", "small")
 
 
-def test_a_chapter_without_messages_gets_another_name(protocol: Protocol) -> None:
+def test_a_renamed_chapter_without_messages_is_reported(protocol: Protocol) -> None:
     chapter = model.Chapter("empty", "Nothing", 9, 3, "")
     old = replace(protocol, chapters=(*protocol.chapters, chapter))
     new = replace(protocol, chapters=(*protocol.chapters, replace(chapter, name="void")))
@@ -322,7 +326,7 @@ def test_a_chapter_without_messages_gets_another_name(protocol: Protocol) -> Non
 
 
 @pytest.mark.parametrize("value", [3, {"deep": {"deeper": 3}}])
-def test_what_no_table_has_counts_as_wire(protocol: Protocol, value: object) -> None:
+def test_an_unknown_fact_counts_as_wire(protocol: Protocol, value: object) -> None:
     [change] = swapped(protocol, units={**protocol.units, "colours": value})
     assert (change.kind, change.level, change.new) == ("unclassified", ChangeClass.WIRE, "3")
 
@@ -341,19 +345,19 @@ def test_an_unknown_fact_of_a_scale_counts_as_wire(protocol: Protocol) -> None:
         (
             "layout of the same length",
             "layout-context",
-            "ambiguous: a packet of 6 bytes may be data:coil, too, and only the context (status: servo)",
+            "ambiguous: a packet of 6 bytes may also be data:coil, and only the context (status: servo)",
         ),
-        ("layout of the same length", "layout-added", "may be data:servo, too"),
-        ("context needed no more", "layout-context", "no context is needed any more"),
+        ("layout of the same length", "layout-added", "may also be data:servo, and"),
+        ("context needed no more", "layout-context", "a context is no longer needed"),
         ("layout renamed", "layout-renamed", "the class PosMovedServo is now PosMovedMotor"),
-        ("message added", "message-added", "were unknown and are now framed"),
+        ("message added", "message-added", "were unknown and can now be read"),
         ("message renamed and changed", "message-added", "frames with this id were LAMP"),
         ("undocumented no more", "layout-added", "its bytes were kept raw"),
         ("words", "message-words", "the class LampTest is now Lamptest"),
-        ("id lost", "message-id", "no id any more"),
+        ("id lost", "message-id", "no longer has an id"),
     ],
 )
-def test_a_change_says_what_it_means(
+def test_a_change_states_its_meaning(
     protocol: Protocol, spec: Path, name: str, kind: str, said: str
 ) -> None:
     EDITS[name].apply(spec)
@@ -361,7 +365,7 @@ def test_a_change_says_what_it_means(
     assert said in text
 
 
-def test_a_setup_command_is_not_taken_for_the_command_with_its_byte(
+def test_a_setup_command_is_not_confused_with_the_command_that_has_its_byte(
     commands: Protocol, commands_spec: Path
 ) -> None:
     EDITS["setup command added with the byte of another command"].apply(commands_spec)
@@ -370,14 +374,14 @@ def test_a_setup_command_is_not_taken_for_the_command_with_its_byte(
     assert (added.new, "were unknown" in added.text, "WHERE" in added.text) == ("STAY", True, False)
 
 
-def test_a_message_without_a_layout_any_more(protocol: Protocol) -> None:
+def test_a_message_that_loses_its_layout_is_reported(protocol: Protocol) -> None:
     messages = tuple(replace(m, layouts=()) if m.name == "LAMP" else m for m in protocol.messages)
     [change] = swapped(protocol, messages=messages)
     assert change.kind == "layout-removed"
-    assert "no layout any more" in change.text
+    assert "no longer has a layout" in change.text
 
 
-def test_where_and_values(protocol: Protocol, spec: Path) -> None:
+def test_a_change_has_its_location_and_both_values(protocol: Protocol, spec: Path) -> None:
     EDITS["wider format"].apply(spec)
     changes = compare([protocol], check(spec))
     found = {change.kind: change for change in changes}
@@ -387,7 +391,7 @@ def test_where_and_values(protocol: Protocol, spec: Path) -> None:
     assert found["layout-length"].where["attribute"] == "length"
 
 
-def test_the_gravest_come_first(protocol: Protocol) -> None:
+def test_the_gravest_changes_come_first(protocol: Protocol) -> None:
     flags = tuple(
         replace(t, page=99, bits=(replace(t.bits[0], bit=7), *t.bits[1:])) for t in protocol.flags
     )
@@ -400,8 +404,8 @@ def test_the_gravest_come_first(protocol: Protocol) -> None:
     assert counts == {"WIRE": 2, "SOURCE": 1, "DOC": 3}
 
 
-def test_what_is_alike_more_than_once_is_not_taken_for_renamed(protocol: Protocol) -> None:
-    """Two stages with the scales of the one that is gone: nobody can say which it is."""
+def test_an_ambiguous_match_is_not_a_rename(protocol: Protocol) -> None:
+    """Either of two new stages with the same scales could be the removed one."""
     [slide] = protocol.stages
     new = (replace(slide, name="One"), replace(slide, name="Two"))
     assert kinds(swapped(protocol, stages=new)) == ["stage-added", "stage-added", "stage-removed"]

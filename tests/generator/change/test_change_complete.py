@@ -1,4 +1,4 @@
-"""No attribute is forgotten: the tables of changes against the model, the schemas and the documentation."""
+"""The tables of changes cover every attribute of the model, the schemas and the documentation."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_every_plain_fact_that_a_schema_allows_has_its_entry(
     data = ATTRIBUTES[cls][attribute]
     assert isinstance(data, Data)
     allowed = paths(*definition(*where))
-    if attribute == "framing":  # the resolver puts the size of a format beside its name
+    if attribute == "framing":  # the resolver adds the size of a format to its name
         named = {path for path in allowed if path.endswith("/format")}
         allowed |= {path.replace("/format", "/size") for path in named}
 
@@ -102,7 +102,7 @@ def test_every_plain_fact_that_a_schema_allows_has_its_entry(
         return re.sub(r"^addresses/\w+", "addresses/*", path)
 
     leaves = {p for p in data.table if not any(q.startswith(f"{p}/") for q in data.table)}
-    marks = {path for path in leaves if path.endswith("/overlay")}  # made when one is laid over
+    marks = {path for path in leaves if path.endswith("/overlay")}  # added when one is applied
     assert {pattern(path) for path in allowed} == leaves - marks
 
 
@@ -115,7 +115,7 @@ def test_every_fact_of_a_scale_has_its_entry() -> None:
 
 
 def altered(value: Any) -> Any:
-    """Return another value of the same type, or None where there is none."""
+    """Return another value of the same type, or None if there is no other."""
     if isinstance(value, bool):
         return not value
     if isinstance(value, str):
@@ -130,7 +130,7 @@ def altered(value: Any) -> Any:
 
 
 def objects(thing: Any, found: dict[tuple[type, str], Any]) -> None:
-    """Find an object with something in it for every attribute of every class of the model."""
+    """Find an object with a value for every attribute of every class of the model."""
     if dataclasses.is_dataclass(thing):
         for field in dataclasses.fields(thing):
             value = getattr(thing, field.name)
@@ -146,7 +146,7 @@ def objects(thing: Any, found: dict[tuple[type, str], Any]) -> None:
 
 
 def rebuilt(thing: Any, target: Any, instead: Any) -> Any:
-    """Return the model with one object of it replaced, wherever it stands."""
+    """Return the model with one object in it replaced everywhere."""
     if thing is target:
         return instead
     if dataclasses.is_dataclass(thing):
@@ -179,7 +179,7 @@ def test_no_attribute_can_change_unnoticed(
         for name, entry in table.items()
         if not isinstance(entry, Ignored)
     }
-    # What is a thing of its own, or nothing, in both specs: the things are tried by themselves.
+    # Values that are objects, or missing, in all specs: the objects themselves are tested.
     assert {f"{cls.__name__}.{name}" for cls, name in wanted - tried} == {
         "Factor.page", "Field.enum", "Field.flags", "Field.format", "Field.quantity",
         "FlagTable.format", "Layout.param1", "Layout.param2", "Quantity.factor",
@@ -228,7 +228,7 @@ def test_no_plain_fact_can_change_unnoticed(
 def test_every_fact_of_the_framing_is_wire(
     protocol: Protocol, commands: Protocol, packets: Protocol
 ) -> None:
-    """But for the page; and whatever the kind is, another kind is another framing."""
+    """The page is an exception."""
     for whole, other in ((protocol, commands), (commands, packets), (packets, protocol)):
         for key, value in whole.framing.items():
             new = other.framing["kind"] if key == "kind" else altered(value)
@@ -240,7 +240,7 @@ def test_every_fact_of_the_framing_is_wire(
 
 @pytest.mark.parametrize("part", ["order", "start", "end"])
 def test_the_order_of_bytes_is_wire(packets: Protocol, part: str) -> None:
-    """Of the parts that a length counts it is not: it counts the same bytes."""
+    """The order of the parts that a length counts is not, because it counts the same bytes."""
     framing = {**packets.framing, "end": [0x0D, 0x0A]}
     turned = {**framing, part: framing[part][::-1]}
     old, new = (replace(packets, framing=each) for each in (framing, turned))

@@ -1,4 +1,4 @@
-"""What changes on the wire must come with evidence: what is one, what is none, and what is said of it."""
+"""Changes on the wire require evidence: what counts, what does not count, and the messages."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EDITS = {entry["name"]: entry for entry in plain_yaml.read(HERE / "change_edits.
 
 @dataclass(frozen=True)
 class Case:
-    """A change, and what comes with it."""
+    """A change, and the evidence in the same change."""
 
     name: str
     vouched: bool
@@ -36,7 +36,7 @@ class Case:
 
     @property
     def evidence(self) -> bool:
-        """Whether more comes with the change than what it cannot do without."""
+        """Whether the case has more than the bare change."""
         return bool(self.edits or self.erratum is not None or self.example)
 
     def apply(self, spec: Path) -> None:
@@ -87,7 +87,7 @@ SHOWN = {
 
 
 def add_erratum(spec: Path, protocol: str, facts: dict[str, Any]) -> None:
-    """Add an erratum to the spec, and the statement that it rests on."""
+    """Add an erratum to the spec, and the statement that supports it."""
     path = spec / protocol / "errata" / "more.yaml"
     name = f"{protocol}-more"
     path.write_text(yaml.safe_dump({"errata": {name: ERRATUM | facts}}), encoding="utf-8")
@@ -106,7 +106,7 @@ def load(spec: Path) -> Spec:
 
 
 def left(old: Spec, new: Spec) -> list[Diagnostic]:
-    """Return what nothing vouches for, as diagnostics."""
+    """Return the diagnostics for changes without evidence."""
     changes = compare_specs(old, new)
     assert any(change.level is ChangeClass.WIRE for change in changes)
     return unvouched(changes, old, new)
@@ -134,12 +134,14 @@ def edited(case: Case, folder: Path) -> Spec:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name.replace(" ", "-"))
-def test_evidence(good: dict[str, Spec], folders: Iterator[Path], case: Case) -> None:
+def test_a_change_is_accepted_only_with_evidence(
+    good: dict[str, Spec], folders: Iterator[Path], case: Case
+) -> None:
     old, new = good[case.over], edited(case, next(folders))
     assert (left(old, new) == []) is case.vouched
     if (
         case.vouched and case.change and case.evidence
-    ):  # it is the evidence that makes the difference
+    ):  # without the evidence, the change is not accepted
         bare = replace(case, edits=[], erratum=None, example=None)
         assert left(old, edited(bare, next(folders)))
 
@@ -149,53 +151,53 @@ def test_evidence(good: dict[str, Spec], folders: Iterator[Path], case: Case) ->
     [
         ("direction", "good_spec", [
             "tiny/messages/extra.yaml:7:3: SW050 LAMP direction: message-direction, "
-            "to_controller -> both; no erratum, page, witness or example of it is new or altered",
+            "to_controller -> both; no erratum, page, witness or example for it is new or changed",
         ]),
         ("wider format", "good_spec", [
             "tiny/messages/extra.yaml:14:5: SW050 LAMP data length: layout-length, 4 -> 6; "
-            "no erratum, page, witness or example of it is new or altered",
+            "no erratum, page, witness or example for it is new or changed",
             "tiny/messages/extra.yaml:14:83: SW050 LAMP data force: field-format, word -> dword; "
-            "no erratum, page, witness or example of it is new or altered",
+            "no erratum, page, witness or example for it is new or changed",
         ]),
         ("layout removed", "good_spec", [
             "tiny/messages/core.yaml:65:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
-            "no erratum, page, witness or example of it is new or altered",
+            "no erratum, page, witness or example for it is new or changed",
         ]),
         ("bit", "good_spec", [
             "tiny/messages/core.yaml:15:3: SW050 flags state_bits at_rest bit: bit-number, 1 -> 2; "
-            "no erratum, page, witness or example of it is new or altered",
+            "no erratum, page, witness or example for it is new or changed",
         ]),
         ("scale of a stage", "good_spec", [
             "tiny/stages.yaml:6:3: SW050 stage Slide TPx distance: scale, counts_per_mm 20000 -> "
-            "counts_per_mm 20001; no erratum, page, witness or example of it is new or altered",
+            "counts_per_mm 20001; no erratum, page, witness or example for it is new or changed",
         ]),
         ("channels", "good_spec", [
             "tiny/units.yaml:25:50: SW050 unit TP9 channels: unit-channels, 1 -> 2; "
-            "no erratum, page, witness or example of it is new or altered",
+            "no erratum, page, witness or example for it is new or changed",
         ]),
         ("devices", "good_spec", [
             "tiny/protocol.yaml:25:3: SW050 devices: framing, 0x11, 0x21, 0x50 -> 0x11, 0x21, 0x22, 0x50; "
-            "no erratum, page, witness or example of it is new or altered",
+            "no erratum, page, witness or example for it is new or changed",
         ]),
         ("message removed", "good_spec", [
             "tiny/protocol.yaml:2:1: SW051 LAMP: message-removed, LAMP -> nothing; "
-            "no new erratum has LAMP in its subject",
+            "no new erratum names LAMP in its subject",
         ]),
         ("what a command stops", "good_commands", [
             "turtle/messages/walk.yaml:28:3: SW050 GO_TO stops: exchange, HALT -> SPIN; "
-            "no erratum, page, witness or example of it is new or altered",
+            "no erratum, page, witness or example for it is new or changed",
         ]),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )  # fmt: skip
-def test_what_is_said_and_where(
+def test_a_change_without_evidence_has_a_place_and_a_message(
     good: dict[str, Spec], folders: Iterator[Path], change: str, over: str, expected: list[str]
 ) -> None:
     case = Case("bare", vouched=False, change=change, over=over)
     assert lines(left(good[over], edited(case, next(folders)))) == expected
 
 
-def test_the_hint_says_how_an_erratum_names_what_it_cannot_list(
+def test_the_hint_explains_how_an_erratum_names_the_changed_thing(
     good: dict[str, Spec], folders: Iterator[Path]
 ) -> None:
     [found] = left(good["good_spec"], edited(Case("", False, "scale"), next(folders)))
@@ -204,15 +206,16 @@ def test_the_hint_says_how_an_erratum_names_what_it_cannot_list(
     assert found.cure.endswith("or an erratum that names it")
 
 
-def test_only_what_is_left_over_is_told(good: dict[str, Spec], folders: Iterator[Path]) -> None:
-    """Evidence for one change is none for another in the same file."""
+def test_evidence_for_one_change_does_not_count_for_another(
+    good: dict[str, Spec], folders: Iterator[Path]
+) -> None:
     both = [*EDITS["direction"]["edits"], *EDITS["only zero"]["edits"]]
     case = Case("", False, edits=both, erratum={"messages": ["LAMP"]})
     [line] = lines(left(good["good_spec"], edited(case, next(folders))))
     assert "POS_ALIVE header only_zero: layout-only-zero" in line
 
 
-def test_what_is_no_change_on_the_wire_needs_nothing(
+def test_a_change_that_is_not_on_the_wire_needs_no_evidence(
     good: dict[str, Spec], folders: Iterator[Path]
 ) -> None:
     old, new = good["good_spec"], edited(Case("", True, "message added"), next(folders))
@@ -221,8 +224,10 @@ def test_what_is_no_change_on_the_wire_needs_nothing(
     assert unvouched(changes, old, new) == []
 
 
-def test_a_protocol_that_is_gone(good: dict[str, Spec], folders: Iterator[Path]) -> None:
-    """Nothing in the registry is left to vouch for it, not even another document of another protocol."""
+def test_a_removed_protocol_is_always_reported(
+    good: dict[str, Spec], folders: Iterator[Path]
+) -> None:
+    """A new document of another protocol does not count as evidence."""
     spec = next(folders)
     shutil.copytree(SMALL_SPECS / "good_spec", spec)
     shutil.copytree(SMALL_SPECS / "good_commands", spec, dirs_exist_ok=True)
@@ -231,14 +236,16 @@ def test_a_protocol_that_is_gone(good: dict[str, Spec], folders: Iterator[Path])
     (spec / "tiny").rename(spec.parent / "elsewhere")
     found = left(old, load(spec))
     assert lines(found) == ["tiny/protocol.yaml:1:1: SW051 the protocol tiny was removed"]
-    assert found[0].cure.startswith("keep the protocol")
+    assert found[0].cure.startswith("restore the protocol")
     head.write_text(head.read_text("utf-8").replace('issue: "2"', 'issue: "3"'), encoding="utf-8")
     printed = spec / "turtle" / "printed" / "document.yaml"
     printed.write_text(printed.read_text("utf-8").replace("rev=2", "rev=3"), encoding="utf-8")
     assert len(left(old, load(spec))) == 1
 
 
-def test_a_protocol_under_another_name(good: dict[str, Spec], folders: Iterator[Path]) -> None:
+def test_changes_of_a_renamed_protocol_need_evidence(
+    good: dict[str, Spec], folders: Iterator[Path]
+) -> None:
     spec = next(folders)
     shutil.copytree(SMALL_SPECS / "good_spec", spec)
     Case("", False, "direction").apply(spec)
@@ -249,8 +256,8 @@ def test_a_protocol_under_another_name(good: dict[str, Spec], folders: Iterator[
     assert "SW050 LAMP direction" in line
 
 
-def test_every_change_on_the_wire_is_asked_for(good: dict[str, Spec]) -> None:
-    """Between protocols that have little in common, each change is vouched for or told."""
+def test_every_change_on_the_wire_needs_evidence(good: dict[str, Spec]) -> None:
+    """Each change between protocols that have little in common is reported."""
     for name, noun in (("message", "POS_MOVE"), ("stage", "Slide")):
         old = good["good_spec"]
         [protocol] = old.protocols

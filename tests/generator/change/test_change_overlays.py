@@ -1,4 +1,4 @@
-"""Changes inside overlays: each is told once, with the overlay, and needs evidence from its own document."""
+"""Changes in overlays: each is reported once, with its overlay, and needs evidence from its own document."""
 
 from __future__ import annotations
 
@@ -53,27 +53,27 @@ def edited(spec: Path, *edits: Edit) -> Spec:
 
 
 def without(spec: Path, file: str, start: str, end: str = "") -> Edit:
-    """Return the edit that takes a part out of a file: up to another text, or up to its end."""
+    """Return the edit that removes a part of a file, up to another text or the end of the file."""
     text = (spec / file).read_text(encoding="utf-8")
     at = text.index(start)
     return {"in": file, "old": text[at : text.index(end, at) if end else None], "new": ""}
 
 
 def told(changes: list[Change], *levels: str) -> list[tuple[str, str, str]]:
-    """Return whose change it is, its kind, and the name of what changes; of some classes, or of all."""
+    """Return the owner, the kind and the changed thing of each change, in some classes or all."""
     found = [c for c in changes if c.level.name in levels or not levels]
     return [(c.title, c.kind, next(iter(c.where.values()), "")) for c in found]
 
 
 def left(old: Spec, new: Spec) -> list[str]:
-    """Return the changes on the wire that nothing vouches for."""
+    """Return the changes on the wire without evidence."""
     return [str(d).splitlines()[0] for d in unvouched(compare_specs(old, new), old, new)]
 
 
-# What is told
+# Reported changes
 
 
-def test_nothing_changed(old: Spec, overlaid_spec: Path) -> None:
+def test_equal_specs_have_no_changes(old: Spec, overlaid_spec: Path) -> None:
     assert compare_specs(old, load(overlaid_spec)) == []
 
 
@@ -84,14 +84,14 @@ def test_a_change_names_its_overlay(old: Spec, spec: Path, name: str) -> None:
     assert {change.protocol for change in changes} <= {"tiny", "turtle"}
 
 
-def test_changes_of_several_overlays(old: Spec, spec: Path) -> None:
+def test_changes_of_several_overlays_are_reported(old: Spec, spec: Path) -> None:
     new = edited(spec, *CHANGES["unit"]["edits"], *CHANGES["layout"]["edits"])
     wire = CHANGES["unit"]["wire"] + CHANGES["layout"]["wire"]
     assert told(compare_specs(old, new), "WIRE") == [tuple(change) for change in wire]
 
 
-def test_a_change_of_the_protocol_is_told_once(old: Spec, spec: Path) -> None:
-    """Under the second overlay LAMP is that of the protocol, under the third it is another."""
+def test_a_change_of_the_protocol_is_reported_once(old: Spec, spec: Path) -> None:
+    """The second overlay leaves LAMP unchanged, and the third replaces it."""
     lamp = "id: 0x0201\n    page: 7\n    spelling: lamp\n    direction: "
     path = "tiny/messages/extra.yaml"
     new = edited(spec, {"in": path, "old": f"{lamp}to_controller", "new": f"{lamp}both"})
@@ -99,8 +99,8 @@ def test_a_change_of_the_protocol_is_told_once(old: Spec, spec: Path) -> None:
 
 
 @pytest.mark.parametrize("name", BOTH)
-def test_the_same_change_in_an_overlay_is_told_too(old: Spec, spec: Path, name: str) -> None:
-    """What the overlay has of its own was changed there, and its own document has to say so."""
+def test_the_same_change_in_an_overlay_is_also_reported(old: Spec, spec: Path, name: str) -> None:
+    """The entry of the overlay was changed there, and needs evidence from its own document."""
     kind, thing = name.split(" of ")
     new = edited(spec, *BOTH[name])
     wire = told(compare_specs(old, new), "WIRE")
@@ -108,8 +108,8 @@ def test_the_same_change_in_an_overlay_is_told_too(old: Spec, spec: Path, name: 
     assert len([line for line in left(old, new) if "in the overlay second" in line]) == 1
 
 
-def test_what_both_lose(old: Spec, spec: Path) -> None:
-    """What is gone is looked for where it was."""
+def test_a_value_that_protocol_and_overlay_lose_is_reported_for_both(old: Spec, spec: Path) -> None:
+    """A removed value is located on the old side."""
     files = "tiny/messages/core.yaml", "tiny/printed/core.yaml", f"{SECOND}/messages/core.yaml"
     mine = without(spec, files[0], "\n      CHANNEL_2:", "\nflags")
     printed = without(spec, files[1], ', ["0x02", CHANNEL_2]', "]}")
@@ -120,7 +120,9 @@ def test_what_both_lose(old: Spec, spec: Path) -> None:
     assert found == [lost, ("tiny/second", *lost[1:])]
 
 
-def test_an_entry_that_both_lose(old: Spec, spec: Path) -> None:
+def test_an_entry_that_protocol_and_overlay_lose_is_reported_for_both(
+    old: Spec, spec: Path
+) -> None:
     new = edited(
         spec,
         without(spec, "tiny/units.yaml", "known_prefixes:", "addresses:"),
@@ -137,7 +139,7 @@ def test_an_entry_that_both_lose(old: Spec, spec: Path) -> None:
     ]
 
 
-def test_overlays_come_and_go(old: Spec, spec: Path) -> None:
+def test_added_and_removed_overlays_are_reported(old: Spec, spec: Path) -> None:
     shutil.rmtree(spec / SECOND)
     less = load(spec)
     assert told(compare_specs(old, less), "WIRE") == [("tiny", "overlay-removed", "second")]
@@ -145,7 +147,7 @@ def test_overlays_come_and_go(old: Spec, spec: Path) -> None:
     assert left(less, old) == []
 
 
-def test_a_side_without_overlays(old: Spec, spec: Path) -> None:
+def test_one_side_may_have_no_overlays(old: Spec, spec: Path) -> None:
     for folder in ("tiny", "turtle"):
         shutil.rmtree(spec / folder / "overlays")
     bare = load(spec)
@@ -157,13 +159,13 @@ def test_a_side_without_overlays(old: Spec, spec: Path) -> None:
     ]
 
 
-def test_a_protocol_that_is_gone_took_its_overlays_with_it(old: Spec, spec: Path) -> None:
+def test_a_removed_protocol_includes_its_overlays(old: Spec, spec: Path) -> None:
     shutil.rmtree(spec / "tiny")
     assert told(compare_specs(old, load(spec))) == [("tiny", "protocol-removed", "")]
     assert told(compare_specs(load(spec), old)) == [("tiny", "protocol-added", "")]
 
 
-def test_a_protocol_under_another_name(old: Spec, spec: Path) -> None:
+def test_overlays_of_a_renamed_protocol_are_compared(old: Spec, spec: Path) -> None:
     for path in spec.rglob("*.yaml"):
         text = path.read_text(encoding="utf-8")
         path.write_text(text.replace("protocol: tiny", "protocol: small"), encoding="utf-8")
@@ -175,7 +177,7 @@ def test_a_protocol_under_another_name(old: Spec, spec: Path) -> None:
     assert len(left(old, new)) == 1
 
 
-def test_an_override_that_is_new_and_one_that_is_gone(old: Spec, spec: Path) -> None:
+def test_added_and_removed_overrides_are_reported(old: Spec, spec: Path) -> None:
     new = edited(
         spec,
         without(spec, f"{THIRD}/messages/extra.yaml", "  LAMP:", "  BELL:"),
@@ -184,13 +186,15 @@ def test_an_override_that_is_new_and_one_that_is_gone(old: Spec, spec: Path) -> 
     for one, other, kind in ((old, new, "field-added"), (new, old, "field-removed")):
         wire = told(compare_specs(one, other), "WIRE")
         assert wire == [("tiny/third", "layout-length", "LAMP"), ("tiny/third", kind, "LAMP")]
-    assert left(new, old) == []  # the new entry brings its page
+    assert left(new, old) == []  # the new entry has its own page
     places = [line.partition(" SW")[0] for line in left(old, new)]
     assert places == ["tiny/overlays/third/overlay.yaml:2:1:"] * 2
 
 
-def test_the_pages_of_what_is_no_longer_overridden(old: Spec, spec: Path) -> None:
-    """They are another document's, although the protocol under the overlay refers to them now."""
+def test_pages_of_the_protocol_are_not_evidence_for_a_removed_override(
+    old: Spec, spec: Path
+) -> None:
+    """They belong to another document, although the protocol with the overlay now refers to them."""
     new = edited(
         spec,
         without(spec, f"{SECOND}/units.yaml", "  TP9:", "  TP10:"),
@@ -202,7 +206,7 @@ def test_the_pages_of_what_is_no_longer_overridden(old: Spec, spec: Path) -> Non
     ] * len(told(compare_specs(old, new), "WIRE"))
 
 
-def test_json(old: Spec, spec: Path) -> None:
+def test_json_names_the_overlay(old: Spec, spec: Path) -> None:
     lamp = {"in": "tiny/messages/extra.yaml", "old": "Switches the", "new": "Turns the"}
     new = edited(spec, *CHANGES["message"]["edits"], lamp)
     data = report("old", "new", compare_specs(old, new))
@@ -214,7 +218,7 @@ def test_json(old: Spec, spec: Path) -> None:
     assert "overlay" not in outside
 
 
-# What vouches for it
+# Evidence
 
 
 ERRATUM = """\
@@ -243,9 +247,9 @@ examples:
 
 
 def erratum(on: str, folder: str, subject: str = "Something") -> list[Edit]:
-    """Return what adds an erratum on a message, and the statement that it rests on.
+    """Return the edits that add an erratum for a message, and the statement that supports it.
 
-    :param folder: of the protocol or of an overlay.
+    :param folder: the folder of the protocol or of an overlay.
     """
     prefix = folder.partition("/")[0]
     return [
@@ -255,15 +259,17 @@ def erratum(on: str, folder: str, subject: str = "Something") -> list[Edit]:
 
 
 @pytest.mark.parametrize("case", EVIDENCE, ids=lambda case: case["name"].replace(" ", "-"))
-def test_evidence(old: Spec, spec: Path, case: dict[str, Any]) -> None:
+def test_a_change_in_an_overlay_is_accepted_only_with_its_own_evidence(
+    old: Spec, spec: Path, case: dict[str, Any]
+) -> None:
     edits = [*CHANGES[case["change"]]["edits"], *case.get("with", ())]
     if "erratum" in case:
         edits += erratum(case["naming"], case["erratum"])
     assert (left(old, edited(spec, *edits)) == []) is case["vouched"]
 
 
-def test_an_erratum_that_is_withdrawn(old: Spec, spec: Path) -> None:
-    """The document of the overlay and the registry were found to agree."""
+def test_a_withdrawn_erratum_is_evidence(old: Spec, spec: Path) -> None:
+    """The document of the overlay and the registry now agree."""
     ids = {"in": f"{SECOND}/messages/heat.yaml", "old": "req: 0x0302", "new": "req: 0x0312"}
     agreed = edited(spec, ids, without(spec, f"{SECOND}/errata/core.yaml", "  tiny-heat-id:"))
     wire = told(compare_specs(old, agreed), "WIRE")
@@ -271,8 +277,8 @@ def test_an_erratum_that_is_withdrawn(old: Spec, spec: Path) -> None:
     assert left(old, agreed) == []
 
 
-def test_an_erratum_that_went_with_its_override(spec: Path) -> None:
-    """Nothing was found to agree: the overlay says nothing of the message any more."""
+def test_an_erratum_removed_together_with_its_override_is_not_evidence(spec: Path) -> None:
+    """The overlay no longer contains the message, so no agreement was found."""
     files = {name: f"{SECOND}/{name}.yaml" for name in ("overlay", "messages/core", "errata/more")}
     printed = f"{SECOND}/printed/all.yaml"
     entry, _ = erratum("LAMP_TEST", SECOND)
@@ -300,25 +306,27 @@ def test_an_erratum_that_went_with_its_override(spec: Path) -> None:
     ],
     ids=["nothing", "another subject", "subject", "another overlay", "document"],
 )
-def test_the_end_of_an_overlay(old: Spec, spec: Path, edits: list[Edit], vouched: bool) -> None:
+def test_removing_an_overlay_needs_evidence(
+    old: Spec, spec: Path, edits: list[Edit], vouched: bool
+) -> None:
     shutil.rmtree(spec / SECOND)
     if edits and THIRD in edits[0]["in"]:
         (spec / THIRD / "examples.yaml").write_text("protocol: tiny\nexamples:\n", encoding="utf-8")
     said = (
         "tiny/protocol.yaml:2:1: SW051 overlay second: overlay-removed, second -> nothing; "
-        "no new erratum has overlay second in its subject"
+        "no new erratum names overlay second in its subject"
     )
     assert left(old, edited(spec, *edits)) == ([] if vouched else [said])
 
 
-def test_what_is_said_and_where(old: Spec, spec: Path) -> None:
+def test_a_change_without_evidence_has_a_place_and_a_message(old: Spec, spec: Path) -> None:
     edits = [*CHANGES["message"]["edits"], *CHANGES["unit"]["edits"]]
     removed = without(spec, f"{THIRD}/messages/extra.yaml", "  BELL:")
-    nothing = "no erratum, page, witness or example of it in the overlay second is new or altered"
+    nothing = "no erratum, page, witness or example for it in the overlay second is new or changed"
     assert left(old, edited(spec, *edits, removed)) == [
         "tiny/overlays/second/messages/core.yaml:45:14: SW050 LAMP_TEST header seconds: field-range, "
         f"0 to 255 -> 0 to 9; {nothing}",
         f"tiny/overlays/second/units.yaml:6:55: SW050 unit TP9 channels: unit-channels, 2 -> 1; {nothing}",
         "tiny/overlays/third/overlay.yaml:2:1: SW051 BELL: message-removed, BELL -> nothing; "
-        "no new erratum in the overlay third has BELL in its subject",
+        "no new erratum in the overlay third names BELL in its subject",
     ]

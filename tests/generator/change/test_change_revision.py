@@ -1,4 +1,4 @@
-"""Specs out of a git repository: the right files, byte for byte, and nothing else touched."""
+"""Specs from a git repository: the right files, byte for byte, and no side effects."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Git = Callable[..., bytes]
 
 @pytest.fixture
 def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where temporary files go."""
+    """The directory for temporary files."""
     folder = tmp_path / "temporary"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
@@ -28,7 +28,7 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def git(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Git:
-    """A new repository, in which the test stands, and git to work on it."""
+    """A function that runs git in a new repository, which is the current directory."""
     for name in [name for name in os.environ if name.startswith("GIT_")]:
         monkeypatch.delenv(name)
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
@@ -49,7 +49,7 @@ def git(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Git:
 
 @pytest.fixture
 def repository(git: Git, good_spec: Path) -> Path:
-    """Two commits: the good spec, as projects lay it out, and one with another title."""
+    """A repository with two commits: the good spec in a usual layout, and one with another title."""
     top = Path.cwd()
     shutil.copytree(good_spec / "tiny", top / "spec" / "tiny")
     commit(git)
@@ -65,7 +65,7 @@ def commit(git: Git) -> None:
 
 
 def state(git: Git) -> tuple[bytes, dict[Path, bytes]]:
-    """Return everything in the work tree and what git says of it."""
+    """Return the status from git, and all files in the work tree."""
     files = {
         path: path.read_bytes()
         for path in Path.cwd().rglob("*")
@@ -88,17 +88,17 @@ def refused(name: str, *spec: str) -> str:
     return str(caught.value)
 
 
-def test_each_revision_has_its_own(repository: Path, git: Git) -> None:
+def test_each_revision_has_its_own_spec(repository: Path, git: Git) -> None:
     git("tag", "v1", "HEAD~1")
     assert [title("HEAD"), title("HEAD~1"), title("v1")] == ["Small", "Tiny", "Tiny"]
 
 
-def test_a_revision_is_what_the_folder_was(repository: Path) -> None:
+def test_a_revision_equals_the_committed_folder(repository: Path) -> None:
     with revision("HEAD") as extracted:
         assert compare(check(extracted.spec), check(repository / "spec")) == []
 
 
-def test_the_work_tree_is_left_alone_and_nothing_stays(
+def test_the_work_tree_is_unchanged_and_temporary_files_are_removed(
     repository: Path, git: Git, temporary: Path
 ) -> None:
     (repository / "spec" / "tiny" / "units.yaml").write_text("half: done\n", encoding="utf-8")
@@ -112,7 +112,7 @@ def test_the_work_tree_is_left_alone_and_nothing_stays(
     assert list(temporary.iterdir()) == []
 
 
-def test_nothing_stays_after_an_error(repository: Path, temporary: Path) -> None:
+def test_temporary_files_are_removed_after_an_error(repository: Path, temporary: Path) -> None:
     with pytest.raises(KeyboardInterrupt), revision("HEAD"):
         raise KeyboardInterrupt
     assert list(temporary.iterdir()) == []
@@ -134,37 +134,39 @@ def test_nothing_stays_after_an_error(repository: Path, temporary: Path) -> None
         ("spec/tiny", "HEAD:../../spec", "nowhere"),
     ],
 )
-def test_which_folder_is_meant(
+def test_folders_are_found_from_any_current_folder(
     repository: Path, monkeypatch: pytest.MonkeyPatch, folder: str, name: str, spec: str
 ) -> None:
     monkeypatch.chdir(repository / folder)
     assert title(name, spec) == "Small"
 
 
-def test_a_colon_may_stand_in_braces(repository: Path) -> None:
+def test_a_revision_may_have_a_colon_in_braces(repository: Path) -> None:
     assert title("HEAD^{/a change}", "spec") == "Small"
     assert refused("HEAD^{/no: such}") == "the repository has no revision HEAD^{/no: such}"
     assert title("HEAD^{/a.change}:spec", "nowhere") == "Small"
 
 
-def test_the_whole_path_of_the_folder(repository: Path) -> None:
+def test_the_folder_may_be_an_absolute_path(repository: Path) -> None:
     assert title("HEAD~1", str(repository / "spec")) == "Tiny"
 
 
-def test_examples_inside_the_spec(git: Git, good_spec: Path) -> None:
+def test_examples_in_the_spec_are_found(git: Git, good_spec: Path) -> None:
     shutil.copytree(good_spec, "here", dirs_exist_ok=True)
     commit(git)
     assert title("HEAD:here") == "Tiny"
 
 
-def test_a_bare_repository(repository: Path, git: Git, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bare_repository_can_be_read(
+    repository: Path, git: Git, monkeypatch: pytest.MonkeyPatch
+) -> None:
     git("clone", "--quiet", "--bare", ".", "../bare")
     monkeypatch.chdir(repository.parent / "bare")
     assert title("HEAD~1") == "Tiny"
 
 
-def test_attributes_of_git_change_no_byte(repository: Path, git: Git) -> None:
-    """What a checkout or an archive would rewrite or leave out."""
+def test_git_attributes_do_not_change_any_bytes(repository: Path, git: Git) -> None:
+    """A checkout or an archive would rewrite or omit these files."""
     rules = "*.yaml text eol=crlf ident export-subst\nunits.yaml export-ignore\n"
     (repository / ".gitattributes").write_text(rules, encoding="utf-8")
     path = repository / "spec" / "tiny" / "stages.yaml"
@@ -176,7 +178,7 @@ def test_attributes_of_git_change_no_byte(repository: Path, git: Git) -> None:
         assert (extracted.spec / "tiny" / "units.yaml").is_file()
 
 
-def test_names_that_are_not_ascii(repository: Path, git: Git) -> None:
+def test_file_names_may_contain_any_characters(repository: Path, git: Git) -> None:
     path = repository / "spec" / "tiny" / "messages"
     (path / "extra.yaml").rename(path / 'größe "1".yaml')
     commit(git)
@@ -188,44 +190,46 @@ def test_names_that_are_not_ascii(repository: Path, git: Git) -> None:
     [
         ("HEAD~7", "the repository has no revision HEAD~7"),
         ("nonsense", "the repository has no revision nonsense"),
-        ("HEAD:nowhere", "the revision HEAD has no folder nowhere"),
-        ("HEAD:spec/tiny/units.yaml", "has no folder spec/tiny/units.yaml"),
+        ("HEAD:nowhere", "the revision HEAD has no directory nowhere"),
+        ("HEAD:spec/tiny/units.yaml", "has no directory spec/tiny/units.yaml"),
         ("HEAD:../spec", "is outside the repository"),
         ("HEAD:/etc", "is outside the repository"),
-        ("--output=x", "is no revision"),
-        ("-h", "is no revision"),
-        ("", "is no revision"),
-        (":spec", "is no revision"),
-        ("HEAD{", "is no revision"),
-        ("HEAD:spec\0", "is no revision"),
-        ("HEAD\n", "is no revision"),
-        ("HEAD\0", "is no revision"),
+        ("--output=x", "is not a revision"),
+        ("-h", "is not a revision"),
+        ("", "is not a revision"),
+        (":spec", "is not a revision"),
+        ("HEAD{", "is not a revision"),
+        ("HEAD:spec\0", "is not a revision"),
+        ("HEAD\n", "is not a revision"),
+        ("HEAD\0", "is not a revision"),
     ],
 )
-def test_what_cannot_be_read_is_said(repository: Path, name: str, said: str) -> None:
+def test_an_invalid_revision_is_reported(repository: Path, name: str, said: str) -> None:
     assert said in refused(name)
     assert not (repository / "x").exists()
 
 
-def test_no_repository(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_outside_a_repository_is_reported(
+    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
-    assert "is in no git repository (fatal: not a git repository" in refused("HEAD")
+    assert "is not in a git repository (fatal: not a git repository" in refused("HEAD")
 
 
-def test_git_is_not_installed(repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_git_is_reported(repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(repository))
-    assert "git is not installed" in refused("HEAD")
+    assert "requires git, which is not installed" in refused("HEAD")
 
 
-def test_git_cannot_be_run(
+def test_broken_git_is_reported(
     repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "git").write_text("#!/nowhere/sh\n", encoding="utf-8")
     (tmp_path / "bin" / "git").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
-    assert "git cannot be run" in refused("HEAD")
+    assert "cannot run git" in refused("HEAD")
 
 
 @pytest.mark.parametrize(
@@ -256,18 +260,18 @@ def test_a_submodule_is_refused(repository: Path, git: Git) -> None:
 def test_a_path_that_leads_out_is_refused(
     repository: Path, git: Git, temporary: Path, name: str
 ) -> None:
-    """No git makes such a tree; whoever writes objects by hand may."""
+    """Git never creates such a tree, but an attacker can write the objects by hand."""
     blob = bytes.fromhex(git("hash-object", "-w", "--stdin", input=b"evil: 1\n").decode().strip())
     for mode, entry in ((b"100644", b"evil.yaml"), (b"40000", name.encode()), (b"40000", b"spec")):
         tree = mode + b" " + entry + b"\0" + blob
         sha = git("hash-object", "-t", "tree", "-w", "--literally", "--stdin", input=tree)
         blob = bytes.fromhex(sha.decode().strip())
     made = git("commit-tree", "-m", "evil", blob.hex()).decode().strip()
-    assert "would leave the folder" in refused(made)
+    assert "leads out of the directory" in refused(made)
     assert list(temporary.iterdir()) == []
 
 
-def test_an_object_that_is_missing(repository: Path, git: Git) -> None:
+def test_a_missing_object_is_reported(repository: Path, git: Git) -> None:
     sha = git("rev-parse", "HEAD:spec/tiny/units.yaml").decode().strip()
     path = repository / ".git" / "objects" / sha[:2] / sha[2:]
     path.chmod(0o644)

@@ -97,7 +97,7 @@ def test_formatting_restores_a_spec_with_a_damaged_style(spec: Path) -> None:
         assert format_file(path, write=True).state == "kept"
 
 
-def test_a_file_keeps_its_mode_and_leaves_no_temporary_file(spec: Path) -> None:
+def test_a_file_keeps_its_mode_and_leaves_no_other_file(spec: Path) -> None:
     path = spec / "tiny" / "units.yaml"
     beside = sorted(path.parent.iterdir())
     path.write_bytes(path.read_bytes() + b"\n\n")

@@ -159,7 +159,8 @@ def _addresses(comparison: Comparison, data: Json) -> None:
     framing = comparison.protocol.framing
     if "host" not in framing:
         if "addresses" in data:
-            comparison.misplace(("addresses",), "addresses of host and devices")
+            what = "addresses of host and devices, which this framing does not have"
+            comparison.misplace(("addresses",), what)
         return
     known = {f"0x{address:02X}" for address in (framing["host"], *framing["devices"])}
     seen: set[str] = set()
