@@ -252,7 +252,7 @@ def test_junit(stagewire: Stagewire, broken: Path) -> None:
     assert failure.message.endswith(" (and 1 more)")
     assert failure.type == "SW002"
     assert failure.text.count("hint: ") == 2
-    assert f"\nspec/tiny/stages.yaml:{LINES + 2}:1: SW002 controllers" in failure.text
+    assert f"\nspec/tiny/stages.yaml:{LINES + 2}:1: SW002 duplicate key controllers" in failure.text
 
 
 @pytest.mark.parametrize("format", MACHINE)
@@ -277,7 +277,7 @@ def test_hostile_names_in_json(stagewire: Stagewire, hostile: Path) -> None:
     assert all(c.isprintable() or c == "\n" for c in out)
     [found] = [d for d in as_data(out)["diagnostics"] if d["code"] == "SW002"]
     assert found["file"] == f"spec/tiny/messages/{HOSTILE}"
-    assert found["message"].startswith(HOSTILE)
+    assert found["message"].startswith(f"duplicate key {HOSTILE}")
 
 
 def test_hostile_names_on_github(stagewire: Stagewire, hostile: Path) -> None:
@@ -289,7 +289,7 @@ def test_hostile_names_on_github(stagewire: Stagewire, hostile: Path) -> None:
     assert command.properties["file"] == "spec/tiny/messages/" + HOSTILE.replace(
         "\n", "\\n"
     ).replace("\x1b", "\\x1b").replace("\u202e", "\\u202e")
-    assert command.message.startswith("a\\n::error file=x::b%0A,c]]>&<d>\"'\\x1b[2J")
+    assert command.message.startswith("duplicate key a\\n::error file=x::b%0A,c]]>&<d>\"'\\x1b[2J")
 
 
 def test_hostile_names_in_junit(stagewire: Stagewire, hostile: Path) -> None:

@@ -48,7 +48,7 @@ def test_text(stagewire: Stagewire, old: Path, new: Path) -> None:
     assert result.out.splitlines() == [
         "WIRE: bytes change or become ambiguous",
         "  flags state_bits",
-        "    bit-number: at_rest bit 1 -> 2; the same name stands for another bit",
+        "    bit-number: at_rest bit 1 -> 2; the same name refers to another bit",
         "SOURCE: generated names or types change",
         "  flags winding_bits",
         "    flags-renamed: coil_bits -> winding_bits; "
@@ -113,7 +113,7 @@ def test_overlays_are_told_apart(stagewire: Stagewire, old: Path, new: Path) -> 
     assert stagewire("diff", old, new).out.splitlines() == [
         "WIRE: bytes change or become ambiguous",
         "  tiny/second: unit TP9",
-        "    unit-channels: channels 2 -> 1; the unit has other channels or bays to be addressed",
+        "    unit-channels: channels 2 -> 1; the unit has other channels or bays",
         "DOC: texts, pages, errata, examples",
         "  overlay tiny/second",
         "    document: date Winter -> Late winter",
@@ -135,7 +135,7 @@ def test_an_overlay_that_is_new(stagewire: Stagewire, old: Path, new: Path) -> N
     shutil.rmtree(new / "tiny" / "overlays" / "third")
     assert stagewire("diff", old, new).out.splitlines()[1:] == [
         "  overlay second",
-        "    overlay-added; new names, for whoever asks for the overlay; for all others nothing changes",
+        "    overlay-added; new names when the overlay is selected; otherwise nothing changes",
         "1 change: 0 WIRE, 1 SOURCE, 0 DOC",
     ]
 
@@ -158,7 +158,7 @@ def test_json_is_as_its_schema_says(stagewire: Stagewire, old: Path, new: Path) 
         "where": {"flags": "state_bits", "bit": "at_rest", "attribute": "bit"},
         "old": "1",
         "new": "2",
-        "text": "the same name stands for another bit",
+        "text": "the same name refers to another bit",
     }
 
 

@@ -1,4 +1,4 @@
-"""The small good spec of packets, whose package works and which has every key; and packets of other shapes."""
+"""The small good spec of packets, whose package works and which has every key; packets of other shapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every kind of change, produced by an edit of a small good spec, and the output generated from both sides."""
+"""Every kind of change, produced by an edit of a small good spec, and the generated output on both sides."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_an_edit_and_its_reverse_produce_the_expected_changes(edited: Edited) ->
     assert kinds(there) == sorted(edited.edit.kinds)
     back = compare_specs(edited.new, edited.old)
     expected = Counter((inverse(c.kind), c.new, c.old) for c in there)
-    if edited.edit.name == "id lost":  # the reverse of this WIRE change adds an id
+    if edited.edit.name == "id removed":  # the reverse of this WIRE change adds an id
         expected = Counter({("message-id-added", None, "0x0202"): 1})
     assert Counter((c.kind, c.old, c.new) for c in back) == expected
     data = json.loads(json.dumps(report("old", "new", there)))
@@ -348,13 +348,13 @@ def test_an_unknown_fact_of_a_scale_counts_as_wire(protocol: Protocol) -> None:
             "ambiguous: a packet of 6 bytes may also be data:coil, and only the context (status: servo)",
         ),
         ("layout of the same length", "layout-added", "may also be data:servo, and"),
-        ("context needed no more", "layout-context", "a context is no longer needed"),
+        ("context no longer needed", "layout-context", "a context is no longer needed"),
         ("layout renamed", "layout-renamed", "the class PosMovedServo is now PosMovedMotor"),
         ("message added", "message-added", "were unknown and can now be read"),
         ("message renamed and changed", "message-added", "frames with this id were LAMP"),
-        ("undocumented no more", "layout-added", "its bytes were kept raw"),
+        ("layout for an undocumented message", "layout-added", "its bytes were kept raw"),
         ("words", "message-words", "the class LampTest is now Lamptest"),
-        ("id lost", "message-id", "no longer has an id"),
+        ("id removed", "message-id", "no longer has an id"),
     ],
 )
 def test_a_change_states_its_meaning(

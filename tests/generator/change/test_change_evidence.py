@@ -183,7 +183,7 @@ def test_a_change_is_accepted_only_with_evidence(
             "tiny/protocol.yaml:2:1: SW051 LAMP: message-removed, LAMP -> nothing; "
             "no new erratum names LAMP in its subject",
         ]),
-        ("what a command stops", "good_commands", [
+        ("message that a command stops", "good_commands", [
             "turtle/messages/walk.yaml:28:3: SW050 GO_TO stops: exchange, HALT -> SPIN; "
             "no erratum, page, witness or example for it is new or changed",
         ]),
