@@ -255,8 +255,8 @@ GROUPS: tuple[Group, ...] = (
             ),
             "SW046": Code(
                 "a witness in a protocol that declares `witness: false`",
-                "`protocol.yaml` states that there is no printed document, but the directory `printed/` "
-                "contains files.",
+                "`protocol.yaml` declares that the document is not transcribed, but the directory "
+                "`printed/` contains files.",
                 "remove the file, or the line `witness: false`",
             ),
         },

@@ -110,7 +110,7 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
     elif error.validator == "type":
         what = _other_type(error)
         if error.validator_value == "string" and isinstance(error.instance, bool):
-            described = schema.get(HERE, described)  # what to write instead
+            described = schema.get(HERE, described)  # states the alternative
             hint = "write a text, or leave it out"
         elif error.validator_value == "string" and isinstance(error.instance, int):
             hint = "put it in quotes"

@@ -167,7 +167,7 @@ def test_parameter_sets_are_expanded(protocol: Protocol) -> None:
     assert reply.layouts[0].note == ""  # the note is the message's
     assert reply.note == ""  # the note of a set is about its SET
     setter = message(protocol, "POS_SET_VELPARAMS")
-    assert setter.note == "Kept until it is switched off."
+    assert setter.note == "Kept until the device is switched off."
     assert {setter.title, request.title, reply.title} == {"velocity parameters"}
 
 

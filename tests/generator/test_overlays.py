@@ -159,7 +159,7 @@ def test_entries_are_replaced_as_a_whole(second: Protocol) -> None:
 
 
 def test_entries_are_added(second: Protocol) -> None:
-    assert message(second, "AUX_SET_HEAT").set == ("AUX_HEAT", "set")  # the group is new, too
+    assert message(second, "AUX_SET_HEAT").set == ("AUX_HEAT", "set")  # the group is also new
     assert message(second, "AUX_HEAT_STATE").layouts[0].length == 2
     assert {"tempo"} <= {e.name for e in second.enumerations}
     assert {"heat_bits"} <= {t.name for t in second.flags}
@@ -354,7 +354,7 @@ def test_docstrings_name_the_document(overlaid: dict[str, Protocol]) -> None:
         second["python/stagewire_tiny/__init__.py"],
     )
     assert (
-        "16 bytes of data.\n\n    Sends back what it is sent.\n\n    From page 3 of the overlay ``second``."
+        "16 bytes of data.\n\n    Returns the received data.\n\n    From page 3 of the overlay ``second``."
         in core
     )
     assert "12 bytes" not in core

@@ -437,7 +437,9 @@ def named(diagnostic: Diagnostic, folder: Path) -> set[str]:
     lines = (folder / diagnostic.place.file).read_text(encoding="utf-8").splitlines()
     line = lines[diagnostic.place.line - 1].strip().rstrip(",")
     at = re.findall(r'"([^"]*)"', line)
-    words = re.sub(r" (is reserved|are too alike)$", "", diagnostic.message).split(" ")
+    words = re.sub(
+        r" (is reserved|differ only in case or underscores)$", "", diagnostic.message
+    ).split(" ")
     return {*at, words[-1], words[0]}
 
 

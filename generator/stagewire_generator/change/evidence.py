@@ -1,7 +1,7 @@
 """Check that every change on the wire comes with evidence in the same change.
 
-A WIRE change needs a reference for the changed thing that is new: an erratum, a page, a part of the witness,
-or a worked example. It is also accepted if an erratum for the thing was withdrawn because a difference is
+A WIRE change needs a new reference for the changed thing: an erratum, a page, a part of the witness, or a
+worked example. It is also accepted if an erratum for the thing was withdrawn because a difference is
 gone, or if the document is another one. A change in an overlay needs evidence from the document of the
 overlay. ``docs/reference/changes.md`` describes the rules in full.
 """

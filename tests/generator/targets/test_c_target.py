@@ -496,17 +496,17 @@ def test_all_is_right(protocol: Protocol, commands: Protocol, packets: Protocol)
 @pytest.mark.parametrize(
     ("names", "fault"),
     [
-        (("A", "A_ENCODE"), "SW022 A_ENCODE and A would both be tiny_a_encode in C"),
-        (("A", "A_DECODE"), "SW022 A_DECODE and A would both be tiny_a_decode in C"),
+        (("A", "A_ENCODE"), "SW022 A_ENCODE and A would both be named tiny_a_encode in C"),
+        (("A", "A_DECODE"), "SW022 A_DECODE and A would both be named tiny_a_decode in C"),
         (("A_SIZE", "A"), None),
         (("HEADER",), "SW023 HEADER: in C, TINY_HEADER_SIZE is reserved"),
         (("WRONG",), "SW023 WRONG: in C, TINY_WRONG_ID is reserved"),
         (("STATUS",), None),
         (("STATUS", "STATUS_MESSAGE"),
-         "SW022 STATUS_MESSAGE and STATUS would both be tiny_status_message in C"),
+         "SW022 STATUS_MESSAGE and STATUS would both be named tiny_status_message in C"),
         (("PARSER_INIT",), None),
         (("LAYOUT_A", "A_ID"),
-         "SW022 A_ID and LAYOUT_A would both be TINY_LAYOUT_A_ID in C"),
+         "SW022 A_ID and LAYOUT_A would both be named TINY_LAYOUT_A_ID in C"),
     ],
 )  # fmt: skip
 def test_messages(protocol: Protocol, names: tuple[str, ...], fault: str | None) -> None:
@@ -535,7 +535,7 @@ def test_63_characters_tell_names_apart(protocol: Protocol) -> None:
     [fault] = faults(named(protocol, f"{long}XX"))
     name = f"tiny_{long.lower()}xx_encode"
     assert fault == (
-        f"SW022 {long}XX: {name}_unchecked and {name} in C do not differ in the first 63 characters"
+        f"SW022 {long}XX: the first 63 characters of {name}_unchecked and {name} are the same in C"
     )
     [*_, fault] = faults(named(protocol, f"{long}AAAAAAAAAX", f"{long}AAAAAAAAAY"))
     assert f"{long}AAAAAAAAAY and {long}AAAAAAAAAX" in fault

@@ -12,7 +12,7 @@ DOCSTRINGS = {
 
 Sets the velocity parameters. Speed of the next move.
 
-Kept until it is switched off.
+Kept until the device is switched off.
 
 :param chan_ident: :class:`~.Channel`; from 0 to 65535; by default 1.
 :param min_velocity: always zero at present; in counts; the scale to mm/s depends on the stage;
@@ -45,14 +45,14 @@ Erratum ``tiny-move-length``: printed 08; encoded 06.""",
     "PosMovedHeader": """\
 ``POS_MOVED`` (0x0121), to the host, header only; pages 5, 6.
 
-Tells that the position is reached.
+Reports that the target is reached.
 
 :param chan_ident: from 0 to 255.
 :param param2: always 0x07; from 0 to 255.""",
     "PosMovedServo": """\
 ``POS_MOVED`` (0x0121), to the host, 14 bytes of data; pages 5, 6.
 
-Tells that the position is reached.
+Reports that the target is reached.
 
 This layout: status servo.
 
@@ -67,7 +67,7 @@ With a servo.
     "PosMovedCoil": """\
 ``POS_MOVED`` (0x0121), to the host, 14 bytes of data; pages 5, 6.
 
-Tells that the position is reached.
+Reports that the target is reached.
 
 This layout: status coil.
 
@@ -79,12 +79,12 @@ This layout: status coil.
     "PosMovedUndecided": """\
 ``POS_MOVED`` (0x0121) whose layout no context has decided; page 5.
 
-Tells that the position is reached. Bytes do not tell its layouts apart (status servo or status
+Reports that the target is reached. Bytes do not tell its layouts apart (status servo or status
 coil). The fields that all of them share can be read; it encodes back from ``data`` alone.""",
     "PosEcho": """\
 ``POS_ECHO`` (0x0122), either way, 16 bytes of data; page 6.
 
-Sends back what it is sent.
+Returns the received data.
 
 :param label: text of at most 8 characters.
 :param blob: 6 bytes.
@@ -99,7 +99,7 @@ Switches the lamp.
     "LampTest": """\
 ``LAMP_TEST`` (0x0202), to the controller, layout not documented; page 7.
 
-Is named, and not described.
+Named, but not described.
 
 Erratum ``tiny-lamp-test``: printed the names; encoded messages without a layout.""",
 }
@@ -136,7 +136,7 @@ Erratum ``turtle-height``: printed 1; encoded 0.""",
     "Mood": """\
 ``MOOD`` (0x3F), no data, no size slot.
 
-Asks for the mood.
+Requests the mood.
 
 Section Mood. Typed as ``?``.""",
     "MoodReply": """\
@@ -170,7 +170,7 @@ Erratum ``turtle-spin-byte``: printed 0x35; encoded 0x53.""",
     "Name": """\
 ``NAME`` (0x4E), 4 bytes of data, size 4.
 
-Gives it a name, and tells the old one.
+Sets the name, and returns the old one.
 
 Firmware 1.5: Names may be long.
 
@@ -181,7 +181,7 @@ Section Name. Typed as ``N``.
     "Halt": """\
 ``HALT`` (0x48), no data, size 0.
 
-Stops at once.
+Stops immediately.
 
 Section Halt. Typed as ``H``.
 

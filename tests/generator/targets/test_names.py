@@ -109,7 +109,7 @@ def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, module
         with restored(spec):
             change(spec, "messages/extra.yaml", "  LAMP:\n", f'  "{taken}":\n')
             change(spec, "messages/extra.yaml", "spelling: lamp\n", f'spelling: "{spelling}"\n')
-            assert refused(spec) == [f"{taken}: the class {name} is reserved"]
+            assert refused(spec) == [f"{taken}: the class name {name} is reserved"]
 
 
 def test_what_is_imported_is_found(modules: Modules) -> None:
@@ -136,7 +136,7 @@ def test_no_message_takes_the_name_of_a_constant(spec: Path, name: str) -> None:
     """Words of one letter each make a class in capitals."""
     change(spec, "messages/extra.yaml", "  LAMP:\n", f"  {'_'.join(name)}:\n")
     change(spec, "messages/extra.yaml", "spelling: lamp\n", f"spelling: {' '.join(name.lower())}\n")
-    assert refused(spec) == [f"{'_'.join(name)}: the class {name} is reserved"]
+    assert refused(spec) == [f"{'_'.join(name)}: the class name {name} is reserved"]
 
 
 def test_no_flag_table_takes_the_name_of_what_its_users_import(
@@ -147,7 +147,7 @@ def test_no_flag_table_takes_the_name_of_what_its_users_import(
         with restored(spec):
             change(spec, "messages/core.yaml", "  state_bits:\n", f'  "{taken}":\n')
             change(spec, "messages/core.yaml", "flags: state_bits,", f'flags: "{taken}",')
-            assert refused(spec) == [f"{taken}: the class {name} is reserved"]
+            assert refused(spec) == [f"{taken}: the class name {name} is reserved"]
 
 
 def test_no_enumeration_takes_the_name_of_what_its_module_imports(
@@ -158,7 +158,7 @@ def test_no_enumeration_takes_the_name_of_what_its_module_imports(
         with restored(spec):
             change(spec, "messages/core.yaml", "  channel:\n", f'  "{taken}":\n')
             change(spec, "messages/core.yaml", "enum: channel", f'enum: "{taken}"')
-            assert refused(spec) == [f"{taken}: the class {name} is reserved"]
+            assert refused(spec) == [f"{taken}: the class name {name} is reserved"]
 
 
 def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, modules: Modules) -> None:
@@ -166,7 +166,7 @@ def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, modules:
         with restored(spec):
             change(spec, "stages.yaml", "  Slide:\n", f'  "{name}":\n')
             change(spec, "units.yaml", "stages: [Slide]", f'stages: ["{name}"]')
-            assert refused(spec) == [f"the stage {name} is reserved"]
+            assert refused(spec) == [f"the stage name {name} is reserved"]
 
 
 def used_by_methods(modules: Modules) -> Iterator[str]:
@@ -206,7 +206,7 @@ def test_no_field_takes_a_name_that_its_methods_use(spec: Path, modules: Modules
         names
     )
     assert refused(with_fields(spec, names)) == [
-        f"LAMP: the field {name} is reserved" for name in names
+        f"LAMP: the field name {name} is reserved" for name in names
     ]
 
 
@@ -230,7 +230,7 @@ def test_no_field_of_a_command_takes_a_name_that_its_methods_use(
         f"size: {FORMATS[format] * len(names)}, {form}: {{fields: {{{fields}}}}}}}\n"
     )
     (commands_spec / "turtle" / "messages" / "more.yaml").write_text(text, encoding="utf-8")
-    assert refused(commands_spec) == [f"LOAD: the field {name} is reserved" for name in names]
+    assert refused(commands_spec) == [f"LOAD: the field name {name} is reserved" for name in names]
 
 
 every_language = pytest.mark.parametrize(
@@ -242,7 +242,7 @@ every_language = pytest.mark.parametrize(
 def test_no_field_is_a_keyword(spec: Path, listed: str) -> None:
     names = sorted(name for name in listed.split() if name.islower())
     assert refused(with_fields(spec, names)) == [
-        f"LAMP: the field {name} is reserved" for name in names
+        f"LAMP: the field name {name} is reserved" for name in names
     ]
 
 
@@ -250,5 +250,5 @@ def test_no_field_is_a_keyword(spec: Path, listed: str) -> None:
 def test_no_bit_is_a_keyword(spec: Path, listed: str) -> None:
     names = sorted(name for name in listed.split() if name.islower())
     assert refused(with_bits(spec, names)) == [
-        f"state_bits: the bit {name} is reserved" for name in names
+        f"state_bits: the bit name {name} is reserved" for name in names
     ]

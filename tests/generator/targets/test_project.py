@@ -214,23 +214,23 @@ def test_several_protocols(
 
 
 BAD = {
-    "": "small letters",
-    "Acme": "small letters",
-    "acme-table": "small letters",
-    "acme__table": "small letters",
-    "_acme": "small letters",
-    "1acme": "small letters",
-    "acme\n": "small letters",
-    "äcme": "small letters",
-    "../acme": "small letters",
+    "": "lower-case letters",
+    "Acme": "lower-case letters",
+    "acme-table": "lower-case letters",
+    "acme__table": "lower-case letters",
+    "_acme": "lower-case letters",
+    "1acme": "lower-case letters",
+    "acme\n": "lower-case letters",
+    "äcme": "lower-case letters",
+    "../acme": "lower-case letters",
     "a" * 41: "at most 40",
     "stagewire": "begin with stagewire",
     "stagewire_apt": "begin with stagewire",
     "stagewire_mine": "begin with stagewire",
-    "json": "has this name already",
-    "rich": "has this name already",
-    "nul": "has this name already",
-    "lambda": "has this name already",
+    "json": "already used by",
+    "rich": "already used by",
+    "nul": "already used by",
+    "lambda": "already used by",
 }
 
 
@@ -254,7 +254,8 @@ def test_a_name_that_is_too_long_for_names_in_c(
     assert generate("--spec-dir", good_packets, "--package", name, "--out", out) == 2
     said = capsys.readouterr().err
     assert said.startswith(f"stagewire: --package {name}: TABLE_")
-    assert said.endswith(" in C do not differ in the first 63 characters\n")
+    assert ": the first 63 characters of " in said
+    assert said.endswith(" are the same in C\n")
     assert not out.exists()
 
 

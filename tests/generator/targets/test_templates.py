@@ -168,9 +168,9 @@ def test_everything_that_is_wrong_with_files_is_reported(
         line.partition(": ")[0]: line.partition(": ")[2] for line in problems(shadowed, **given)
     }
     assert found == {
-        str(folder / "chapter.py.j2"): "has more than 1048576 bytes",
+        str(folder / "chapter.py.j2"): "is larger than 1048576 bytes",
         str(folder / "flags.py.j2"): "byte 3 is not UTF-8",
-        str(folder / "package.py.j2"): "is no regular file",
+        str(folder / "package.py.j2"): "is not a regular file",
         str(folder / "python"): f"is a folder; templates stand in {folder} itself",
         str(folder / "stages.py.j2"): "is a link out of the folder of the templates",
         f"{folder / 'messages.py.j2'}:1": "Encountered unknown tag 'endif'.",
