@@ -204,7 +204,8 @@ def test_changed_templates_and_options_generate_again(
     [
         ("TARGET protocols OUT protocols", "SPEC is missing"),
         pytest.param(
-            *("protocols SPEC spec OUT protocols", "unknown arguments: protocols"), marks=pytest.mark.matrix
+            *("protocols SPEC spec OUT protocols", "unknown arguments: protocols"),
+            marks=pytest.mark.matrix,
         ),
         pytest.param(
             *("TARGET protocols SPEC nowhere OUT protocols", "nowhere is not a folder"),
