@@ -1,1 +1,1 @@
-"""What is made from the model: one package a target, each with a ``render`` function."""
+"""The targets of generation: one package per target, each with a ``render`` function."""

@@ -1,10 +1,11 @@
 """Texts of generated comments about messages and fields; each target adds its own markup.
 
-Nothing is escaped here: a target escapes the whole text when it makes a comment of it.
+Nothing is escaped here. A target escapes the whole text when it turns it into a comment.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -24,8 +25,9 @@ DIRECTIONS = {
     "to_host": "to the host",
     "both": "either way",
 }
-"""Direction of a message -> how a sentence names it."""
+"""Direction of a message -> its phrase in a sentence."""
 
+_SENTENCE_END = re.compile(r"(?<=\.)\s+(?=[A-Z])")
 _ROLES = {"set": "Sets the {}.", "req": "Requests the {}.", "get": "Reports the {}."}
 _EXCHANGES = {
     "answered_by": "Answered by",
@@ -40,9 +42,9 @@ _EXCHANGES = {
 
 @dataclass(frozen=True, slots=True)
 class Markup:
-    """How the comments of a target write names.
+    """How a target writes names in comments.
 
-    :param name: marks a name of the registry, such as that of a message.
+    :param name: marks a name from the registry, such as the name of a message.
     :param table: refers to an enumeration or to the bits of a flag table.
     """
 
@@ -50,43 +52,67 @@ class Markup:
     table: Callable[[Enumeration | FlagTable], str]
 
 
+def meaning(message: Message) -> str:
+    """Return what a message does, in one or more sentences.
+
+    The SET and the GET of a parameter set describe its parameters. The REQ does not repeat that.
+    """
+    role = role_sentence(message)
+    summary = sentence(message.summary)
+    if message.set and message.set[1] == "req":
+        return role
+    return f"{role} {summary}" if role else summary
+
+
+def first_sentence(text: str) -> tuple[str, str]:
+    """Split a text after its first sentence."""
+    found = _SENTENCE_END.search(text)
+    return (text[: found.start()], text[found.end() :]) if found else (text, "")
+
+
 def message_paragraphs(
-    protocol: Protocol, message: Message, layout: Layout | None, markup: Markup
+    protocol: Protocol, message: Message, layout: Layout | None, markup: Markup, facts: str
 ) -> Iterator[str]:
-    """Yield what is said of a message of a layout: its meaning, its exchange, and notes."""
-    yield " ".join(filter(None, (role_sentence(message), sentence(message.summary))))
-    facts = [exchange(message, markup)]
-    if layout is not None and layout.when:
-        choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
-        facts.append(f"This layout: {choice}.")
-    yield " ".join(filter(None, facts))
+    """Yield the paragraphs on a message in one of its layouts: meaning, exchange and notes.
+
+    :param facts: a sentence with its name, id, direction, length and pages.
+    """
+    yield meaning(message)
+    yield " ".join(filter(None, [facts, *_exchange_facts(message, layout, markup)]))
     notes = [message.note, layout.note if layout else ""]
     if message.overlay:
         notes.append(f"From {where(protocol, message.pages, markup, message.overlay)}")
     yield from (sentence(note) for note in notes if note)
 
 
-def command_paragraphs(
-    protocol: Protocol, message: Message, layout: Layout, markup: Markup, dummy: str
-) -> Iterator[str]:
-    """Yield what is said of a command or a setup command; some of it may be empty.
-
-    :param dummy: what is said of a dummy function.
-    """
-    yield message.summary
+def _exchange_facts(message: Message, layout: Layout | None, markup: Markup) -> Iterator[str]:
     yield exchange(message, markup)
+    if layout is not None and layout.when:
+        choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
+        yield f"This layout: {choice}."
+
+
+def command_paragraphs(
+    protocol: Protocol, message: Message, layout: Layout, markup: Markup, facts: str, dummy: str
+) -> Iterator[str]:
+    """Yield the paragraphs on a command or a setup command; some of them may be empty.
+
+    :param facts: its name, bytes and length; the beginning of a sentence.
+    :param dummy: the paragraph for a dummy function.
+    """
+    yield sentence(message.summary)
+    found = where(protocol, message.pages, markup, message.overlay)
+    after = " after the prefix" if message.kind == "setup" else ""
+    typed = f"Typed as {markup.name(message.keyboard)}{after}." if message.keyboard else ""
+    yield " ".join(filter(None, (f"{facts}; {found}.", typed, exchange(message, markup))))
     if message.dummy:
         yield dummy
     yield from (sentence(note) for note in (message.note, layout.note) if note)
     yield from (f"Firmware {fact.version}: {sentence(fact.note)}" for fact in message.firmware)
-    found = sentence(where(protocol, message.pages, markup, message.overlay))
-    behind = " after the prefix" if message.kind == "setup" else ""
-    typed = f" Typed as {markup.name(message.keyboard)}{behind}." if message.keyboard else ""
-    yield found + typed
 
 
 def title_of(message: Message) -> str:
-    """Return what documentation calls the parameters of a message, or what sending it does."""
+    """Return the title of a message for documentation: its parameters, or what it does."""
     words = message.words[1:] if message.group else message.words
     if not message.set:
         return message.title or " ".join(words).lower().capitalize()
@@ -94,31 +120,31 @@ def title_of(message: Message) -> str:
 
 
 def role_sentence(message: Message) -> str:
-    """Return what a message of a parameter set does; nothing for another message."""
+    """Return what a message of a parameter set does; empty for other messages."""
     return _ROLES[message.set[1]].format(title_of(message)) if message.set else ""
 
 
 def sentence(text: str) -> str:
-    """Return a note of the registry as a sentence that stands alone."""
+    """Return a note from the registry with a capital letter and a full stop."""
     text = text[:1].upper() + text[1:]
     return text if text.endswith(".") else text + "."
 
 
 def errata_of(protocol: Protocol, slugs: Iterable[str]) -> list[Erratum]:
-    """Return the errata by their slugs, in the order of the registry; cosmetic ones are left out."""
+    """Return the errata with these slugs, without cosmetic ones, in the order of the registry."""
     wanted = set(slugs)
     return [e for e in protocol.errata if e.id in wanted and e.kind != "cosmetic"]
 
 
 def erratum_text(erratum: Erratum, markup: Markup) -> str:
-    """Return what is said of an erratum."""
+    """Return the text of an erratum: its id, and the printed and the encoded form."""
     printed, encoded = erratum.printed, erratum.encoded
     text = f"Erratum {markup.name(erratum.id)}: printed {printed}; encoded {encoded}"
     return text if text.endswith(".") else text + "."
 
 
 def exchange(message: Message, markup: Markup) -> str:
-    """Return the messages that answer a message, or that it stops, and so on, as sentences."""
+    """Return sentences on the messages that answer, complete or stop a message, and so on."""
     return " ".join(
         f"{text} {', '.join(markup.name(name) for name in message.exchange[key])}."
         for key, text in _EXCHANGES.items()
@@ -127,9 +153,9 @@ def exchange(message: Message, markup: Markup) -> str:
 
 
 def where(protocol: Protocol, pages: Sequence[int], markup: Markup, overlay: str = "") -> str:
-    """Return the pages of the document that describe something, or the titles of its sections.
+    """Return the pages of the document, or the titles of its sections.
 
-    :param overlay: the overlay that it comes from, which is named; its own document has the pages.
+    :param overlay: the overlay whose document has the pages; empty for the base document.
     """
     document = protocol.document_of(overlay)
     named = f" of the overlay {markup.name(overlay)}" if overlay else ""
@@ -140,42 +166,48 @@ def where(protocol: Protocol, pages: Sequence[int], markup: Markup, overlay: str
 
 
 def field_facts(field: Field, markup: Markup, *, given: bool = False) -> str:
-    """Return what is said of a field: meaning, unit and scale, names of its values, range.
+    """Return the description of a field: meaning, unit and scale, names of its values, range.
 
-    :param given: whether it describes an argument of a device class, which lists its choices.
+    :param given: whether the field is an argument of a device class, which lists its choices.
     """
-    facts = []
-    if field.note:
-        facts.append(field.note.rstrip("."))
+    note = field.note.rstrip(".")
+    facts = "; ".join(_facts(field, markup, given))
+    if not note or not facts:
+        return note or facts
+    if ". " in note:  # a note of several sentences ends with a full stop
+        return f"{note}. {facts[:1].upper()}{facts[1:]}"
+    return f"{note}; {facts}"
+
+
+def _facts(field: Field, markup: Markup, given: bool) -> Iterator[str]:
     if field.role == "reserved":
-        facts.append("reserved, sent as zero")
+        yield "reserved, sent as zero"
     if field.constant is not None:
-        facts.append(f"always {field.constant:#04x}")
+        yield f"always {field.constant:#04x}"
     if field.quantity:
-        facts.append(_unit(field))
+        yield _unit(field)
     for table in (field.enum, field.flags):
         if table:
-            facts.append(markup.table(table) + (f": {_choices(table, markup)}" if given else ""))
+            yield markup.table(table) + (f": {_choices(table, markup)}" if given else "")
     if field.format.kind == "text":
-        facts.append(f"text of at most {field.format.size} characters")
+        yield f"text of at most {field.format.size} characters"
     elif field.format.kind == "bytes":
-        facts.append(f"{field.format.size} bytes")
-    elif not (given and field.lists_all):
-        facts.append(f"from {field.minimum} to {field.maximum}")
+        yield f"{field.format.size} bytes"
+    elif field.role == "value" and not (given and field.lists_all):
+        yield f"from {field.minimum} to {field.maximum}"
     if field.default is not None:
-        facts.append(f"by default {field.default}")
-    return "; ".join(facts)
+        yield f"default {field.default}"
 
 
 def _choices(table: Enumeration | FlagTable, markup: Markup) -> str:
-    """Return the names that a caller may give, with their numbers."""
+    """Return the names that a caller may pass, with their numbers."""
     bar = markup.name("|")
     if isinstance(table, FlagTable):
         bits = ", ".join(f"{bit.name} ({bit.mask:#x})" for bit in table.bits)
         return f"{bits}, or several joined by {bar}"
     values = ", ".join(_numbered(value) for value in table.values if not value.modifier)
     modifiers = " and ".join(map(_numbered, table.modifiers))
-    return f"{values}; {modifiers} may be added by {bar}" if modifiers else values
+    return f"{values}; {modifiers} may be added with {bar}" if modifiers else values
 
 
 def _numbered(value: EnumValue) -> str:
@@ -195,8 +227,6 @@ def _unit(field: Field) -> str:
             else f"in counts, {value} per {unit}"
         )
     if "unknown" in quantity.rule:
-        return f"in counts; the scale to {unit} is unknown"
+        return f"in counts; scale to {unit} unknown"
     by = quantity.rule.get("setting") or f"the {quantity.rule['by']}"
-    return (
-        f"in counts; {f'the scale to {unit} depends' if unit else 'unit and scale depend'} on {by}"
-    )
+    return f"in counts; {f'scale to {unit} depends' if unit else 'unit and scale depend'} on {by}"

@@ -1,10 +1,10 @@
-"""The environment of our templates, and our templates as Python modules.
+"""The Jinja environment of our templates, and our templates compiled to Python modules.
 
 Compiling all templates takes longer than rendering a protocol, so the wheel contains them compiled. The
 directory of the modules is named after a digest of the templates, the settings and the version of Jinja.
-Once one of these changes, the directory is not found, and the templates are compiled from their texts.
+When one of these changes, the directory is not found and the templates are compiled from their texts.
 
-The build runs this module by itself (``hatch_build.py``), so it must not import other modules of ours.
+The build runs this module alone (``hatch_build.py``), so it must not import our other modules.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SETTINGS: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
     "keep_trailing_newline": True,
-    "autoescape": False,  # what is written is source: the views have escaped every text
+    "autoescape": False,  # the output is source code: the views have escaped every text
 }
 
 
@@ -34,13 +34,13 @@ def environment(loader: jinja2.BaseLoader) -> jinja2.Environment:
 
 @cache
 def our_templates() -> tuple[Path, ...]:
-    """Return our own templates, of all targets and framings, sorted by folder and name."""
+    """Return our templates of all targets and framings, sorted by directory and name."""
     ours = Path(__file__).parent.parent
     return tuple(sorted(p for room in _ROOMS for p in ours.glob(f"{room}/*/templates/*.j2")))
 
 
 def compiled_templates(templates: tuple[Path, ...]) -> Path:
-    """Return the directory where the modules of the templates are, if they are compiled."""
+    """Return the directory of the compiled templates, which may not exist."""
     made_of = hashlib.sha256(f"{jinja2.__version__} {_SETTINGS}".encode())
     for path in templates:
         text = path.read_bytes()
@@ -50,7 +50,7 @@ def compiled_templates(templates: tuple[Path, ...]) -> Path:
 
 
 def compile_templates(folder: Path) -> None:
-    """Compile our templates into a directory, in place of all that is in it."""
+    """Compile our templates into a directory and delete its previous contents."""
     templates = our_templates()
     loader = jinja2.FileSystemLoader(sorted({path.parent for path in templates}))
     unfinished = folder / "unfinished"

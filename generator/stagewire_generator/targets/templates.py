@@ -1,9 +1,9 @@
-"""The templates of all targets, and the ones of a user that stand in for them.
+"""The templates of all targets, and the user's templates that replace them.
 
-A user's file shadows ours by its name, whatever target has it; so no two targets have a template of one
-name. ``stagewire/NAME`` is always ours, so that a template can include what it shadows.
+A user's file shadows our template of the same name, so template names are unique across targets.
+``stagewire/NAME`` always means our template: a user's template can include the one it shadows.
 
-Also here: canonical JSON, the same bytes for the same data, and prose broken into lines.
+The module also writes canonical JSON (the same bytes for the same data) and wraps prose.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ from stagewire_generator.targets.environment import (
     our_templates,
 )
 
-# What JSON allows as it stands, and could steer a terminal: an example may hold any byte as text.
+# Characters that JSON allows unescaped but that can control a terminal. An example may hold any byte as text.
 _HIDDEN = "".join(map(chr, (*range(0x7F, 0xA0), 0xAD)))
 _INDENTED = json.JSONEncoder(ensure_ascii=False, indent=2, sort_keys=True)
 _ON_ONE_LINE = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), sort_keys=True)
 
 
 def canonical(data: dict[str, Any], lines: Collection[str] = ()) -> str:
-    """Return ``data`` as JSON with sorted keys, two blanks of indent, and a final newline.
+    """Return ``data`` as JSON with sorted keys, an indent of two spaces, and a final newline.
 
-    :param lines: keys of long lists; each of their items stands on one line, without blanks in it.
+    :param lines: keys of long lists. Each of their items is written on one line, without spaces.
     """
     text = _INDENTED.encode({key: [] if key in lines else value for key, value in data.items()})
     for key in lines:
         if data.get(key):
             items = ",\n    ".join(map(_ON_ONE_LINE.encode, data[key]))
-            # No text of the data has a line feed in it, so that nothing else looks like this.
+            # JSON escapes line feeds in strings, so this text cannot occur anywhere else.
             text = text.replace(f'\n  "{key}": []', f'\n  "{key}": [\n    {items}\n  ]')
-    for char in _HIDDEN:  # one after the other: most are in no text, and a search is quick
+    for char in _HIDDEN:  # one by one: most texts have none of them, and a search is fast
         if char in text:
             text = text.replace(char, f"\\u{ord(char):04x}")
     return text + "\n"
 
 
 def wrapped(text: str, width: int, hanging: int = 0) -> list[str]:
-    """Return the lines of a text; a word that is longer than a line has one of its own.
+    """Wrap a text into lines. A word longer than a line gets a separate line.
 
-    :param hanging: blanks before every line but the first; they count as part of its width.
+    :param hanging: number of spaces before every line except the first; they count towards the width.
     """
     words = text.split()
     whole = " ".join(words)
@@ -71,21 +71,18 @@ def wrapped(text: str, width: int, hanging: int = 0) -> list[str]:
 
 
 _OURS = "stagewire"
-_OWN = (
-    "_"  # what a name begins with that shadows nothing: a part that templates of the user include
-)
+_OWN = "_"  # prefix of user templates that shadow nothing and are only included by others
 
 
 class TemplatesError(Exception):
-    """Templates of a user that cannot be used; a line for each problem, with file and line."""
+    """The user's templates cannot be used. The message has a line for each problem, with file and line."""
 
 
 class Templates:
     """Renders the templates of all targets.
 
-    :param folder: where a user has some of his own.
-    Raises :class:`TemplatesError` with everything that is wrong in the folder, and later for a template
-    that fails while it is rendered.
+    :param folder: directory with the user's templates.
+    :raises TemplatesError: with all problems of the directory; later, if a template fails to render.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -110,17 +107,17 @@ class Templates:
 
     @property
     def of_a_user(self) -> bool:
-        """Whether some of the templates are a user's."""
+        """Whether there are user templates."""
         return bool(self._texts)
 
     def render(self, name: str, **values: object) -> str:
-        """Return the text that a template makes of the values."""
+        """Render a template with the given values."""
         try:
             text = self._environment.get_template(name).render(values)
             text.encode("utf-8")
-        except Exception as error:  # a template may do anything, and raise anything
+        except Exception as error:  # a template may raise anything
             if not self.of_a_user:
-                raise  # ours alone: that is no fault of the user
+                raise  # a bug in our templates, not the user's
             raise TemplatesError(self._problem(name, error)) from error
         return text
 
@@ -129,16 +126,16 @@ class Templates:
         return None if text is None else (text, str(path), None)
 
     def _read(self, folder: Path) -> Iterator[str]:
-        """Read and compile all files of a folder; yield what is wrong with them."""
+        """Read and compile all files of a directory; yield their problems."""
         known = {path.name for path in our_templates()}
         paths = templates_in(folder)
         if not paths:
-            yield f"{folder}: there is no template in it"
+            yield f"{folder}: contains no templates"
         for path in paths:
             if path.is_dir():
-                yield f"{path}: is a folder; templates stand in {folder} itself"
+                yield f"{path}: is a directory; put templates directly in {folder}"
             elif path.name not in known and not path.name.startswith(_OWN):
-                yield f"{path}: there is no template of this name to shadow{_near(path.name)}"
+                yield f"{path}: no template has this name{_near(path.name)}"
             else:
                 try:
                     self._texts[path.name] = (_text(path, folder), path)
@@ -149,17 +146,17 @@ class Templates:
                 self._environment.get_template(name)
             except jinja2.TemplateSyntaxError as error:
                 yield f"{path}:{error.lineno}: {error.message}"
-            except (RecursionError, ValueError, SyntaxError) as error:  # what Python cannot compile
+            except (RecursionError, ValueError, SyntaxError) as error:  # Python cannot compile it
                 yield f"{path}: cannot be compiled: {error}"
 
     def _problem(self, name: str, error: Exception) -> str:
-        """Return where in a template an error came up, and what it says."""
-        message = str(error) or "it failed"
+        """Return the place of an error in a template, and its message."""
+        message = str(error) or "failed"
         if isinstance(error, jinja2.TemplateNotFound):
             missing = str(error.name)
-            message = f"there is no template {missing} to include{_near(missing)}"
+            message = f"unknown template {missing} in an include{_near(missing)}"
         elif isinstance(error, UnicodeEncodeError):
-            message = "makes a text that cannot be written as UTF-8"
+            message = "produces text that cannot be encoded as UTF-8"
         elif not isinstance(error, jinja2.TemplateError):
             message = f"{type(error).__name__}: {message}"
         shown = {str(path): str(path) for _, path in self._texts.values()}
@@ -167,21 +164,24 @@ class Templates:
         where = str(self._texts[name][1]) if name in self._texts else f"{_OURS}/{name}"
         for frame, line in traceback.walk_tb(error.__traceback__):
             if template := shown.get(frame.f_code.co_filename):
-                where = f"{template}:{line}"  # the innermost is the last
+                where = f"{template}:{line}"  # the last frame is the innermost
         return f"{where}: {message}"
 
 
 def templates_in(folder: Path) -> list[Path]:
-    """Return what stands in a folder of templates, right or wrong, but for hidden files; sorted."""
+    """Return all entries of a directory of templates except hidden files, sorted."""
     return sorted(path for path in folder.iterdir() if not path.name.startswith("."))
 
 
 def _text(path: Path, folder: Path) -> str:
-    """Return the text of a template; raise ValueError that says why it has none."""
+    """Return the text of a template.
+
+    :raises ValueError: if it cannot be read; the message gives the reason.
+    """
     if leads_out(path, folder):
-        raise ValueError("is a link out of the folder of the templates")
+        raise ValueError("is a link to a file outside the directory of templates")
     try:
-        return content(path).decode("utf-8-sig")  # some editors put a mark before the text
+        return content(path).decode("utf-8-sig")  # some editors write a byte order mark
     except NotReadError as error:
         raise ValueError(str(error)) from None
     except OSError as error:
@@ -191,7 +191,7 @@ def _text(path: Path, folder: Path) -> str:
 
 
 def _near(name: str) -> str:
-    """Return a question after those of ours that a name may mean; all their endings are alike."""
+    """Return a suggestion of similar names of our templates, or an empty text."""
     ours = [path.name for path in our_templates()]
     stems = {_stem(known) for known in ours}
     near = get_close_matches(_stem(name.removeprefix(f"{_OURS}/")), stems)

@@ -1,4 +1,4 @@
-"""Python classes of messages that a header carries, one view a class, and their protocol object."""
+"""Python classes of messages with a header, one view per class, and the protocol object."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from stagewire_generator.targets.python.source import (
 
 
 def message_views(protocol: Protocol, message: Message) -> list[ClassView]:
-    """Make the views of all classes that a message becomes."""
+    """Make the views of all classes of a message."""
     if not message.documented:
         return [_undocumented(protocol, message)]
     names = message_classes(message)
@@ -47,7 +47,7 @@ def message_views(protocol: Protocol, message: Message) -> list[ClassView]:
 
 
 def _slots(layout: Layout) -> list[Slot]:
-    """Return the fields of a class; a header parameter without a meaning is a bare name."""
+    """Return the fields of a class; an unused header parameter is a bare name."""
     slots: list[Slot] = []
     if layout.form == "header":
         for name, field in (("param1", layout.param1), ("param2", layout.param2)):
@@ -140,11 +140,12 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
     ]
     choices = " or ".join(f"{k} {v}" for layout in layouts for k, v in layout.when.items())
     text = (
-        f"``{message.name}`` ({_id(message)}) whose layout no context has decided; "
+        f"``{message.name}`` ({_id(message)}) with an unknown layout; "
         f"{where(protocol, message.pages[:1], message.overlay)}.\n\n    "
         + paragraph(
-            f"{message.summary} Bytes do not tell its layouts apart ({choices}). The fields that all of "
-            "them share can be read; it encodes back from ``data`` alone.",
+            f"{message.summary} The layout depends on the controller ({choices}), and the bytes do not "
+            "show which one it is. The fields that all layouts share can be read. Encoding writes "
+            "``data`` unchanged.",
             4,
         )
     )
@@ -194,7 +195,7 @@ def _framed_protocol(protocol: Protocol) -> Nested:
 
 
 def _faults(protocol: Protocol) -> list[str]:
-    """Return the messages that report a fault, each with the places of what they say."""
+    """Return the messages that report a fault, each with the positions of its parts."""
     places = {m.id: m.exchange.get("reports_fault", {}) for m in protocol.messages}
     return [
         f"0x{id:04X}: FaultPlaces({', '.join(f'{k}={v}' for k, v in at.items() if k != 'source')})"
@@ -238,7 +239,7 @@ def _shape(protocol: Protocol, entry: Json) -> Shape:
 
 
 def _addresses(protocol: Protocol, entry: Json) -> Iterator[Source]:
-    """Yield where a unit is reached: kind, its own address, those of its bays, channels of each."""
+    """Yield how a unit is addressed: its kind, its address, the addresses of its bays, its channels."""
     known = protocol.units.get("addresses", {})
     kind = entry.get("address", "generic_usb")
     yield f"kind={literal(kind)}"

@@ -1,4 +1,4 @@
-"""Python classes of messages that packets carry, one view a class, and their protocol object."""
+"""Python classes of messages in packets, one view per class, and the protocol object."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CHECKS = {"sum": "Sum", "xor": "Xor", "crc": "Crc"}  # method -> class
 
 
 def check_class(framing: Json) -> list[str]:
-    """Return the name of the class of the check, if there is one."""
+    """Return the name of the class of the check, or an empty list if packets have none."""
     return [_CHECKS[framing["check"]["method"]]] if "check" in framing else []
 
 
@@ -58,7 +58,7 @@ def _parts(name: str, parts: Iterable[str]) -> Nested:
 
 
 def _bytes(values: Iterable[int]) -> str:
-    """Return a bytes literal, every byte as an escape: they are numbers and no text."""
+    """Return a bytes literal with every byte escaped: they are numbers, not text."""
     return 'b"' + "".join(f"\\x{value:02x}" for value in values) + '"'
 
 

@@ -32,16 +32,15 @@ def command_doc(names: Names, protocol: Protocol, message: Message, layout: Layo
     markup, id = markup_of(names), f"0x{message.id:02X}"
     if message.kind == "setup":
         prefix = f"0x{protocol.framing['prefix']:02X}"
-        first = f"{message.name} ({prefix} {id}), to the controller, two bytes."
+        facts = f"{message.name} ({prefix} {id}), to the controller, two bytes"
     else:
         data = f"{_bytes(layout.length)} of data" if layout.length else "no data"
         slot = "no size slot" if message.size is None else f"size {message.size}"
-        first = f"{message.name} ({id}), to the controller, {data}, {slot}."
+        facts = f"{message.name} ({id}), to the controller, {data}, {slot}"
     refused = f"{names.macro_prefix}_ALLOW_DUMMIES"
     dummy = f"A dummy function: refused unless {refused} is defined."
     return comment([
-        first,
-        *command_paragraphs(protocol, message, layout, markup, dummy),
+        *command_paragraphs(protocol, message, layout, markup, facts, dummy),
         *(erratum_text(erratum, markup) for erratum in errata_of(protocol, message.errata)),
     ])  # fmt: skip
 
@@ -51,8 +50,8 @@ def reply_doc(names: Names, protocol: Protocol, message: Message, layout: Layout
     markup = markup_of(names)
     of_fields = [slug for field in layout.fields for slug in field.errata]
     return comment([
-        f"The reply to {message.name}, to the host, {_bytes(layout.length)}.",
-        "It has no frame: only the command that was sent says what its bytes are.",
+        f"Reply to {message.name}, to the host, {_bytes(layout.length)}.",
+        "A reply has no frame. Its meaning depends on the command that was sent.",
         sentence(layout.note) if layout.note else "",
         *(erratum_text(erratum, markup) for erratum in errata_of(protocol, of_fields)),
     ])  # fmt: skip

@@ -1,4 +1,4 @@
-"""Python classes of commands and their replies, one view a class, and their protocol object."""
+"""Python classes of commands and their replies, one view per class, and the protocol object."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stagewire_generator.targets.python.source import class_doc, command_doc, li
 
 
 def command_views(protocol: Protocol, message: Message) -> list[ClassView]:
-    """Make the views of the classes of a command: its reply first, which the other refers to."""
+    """Make the views of the classes of a command. The reply comes first: the command refers to it."""
     layouts = {layout.form: layout for layout in message.layouts}
     names = message_classes(message)
     request = layouts["request"]
@@ -38,7 +38,7 @@ def command_views(protocol: Protocol, message: Message) -> list[ClassView]:
 
 def _setup(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
     prefix = f"0x{protocol.framing['prefix']:02X}"
-    first = f"``{message.name}`` ({prefix} {_byte(message)}), two bytes."
+    facts = f"``{message.name}`` ({prefix} {_byte(message)}), two bytes"
     more = ['kind="setup"']
     if message.switches_to:
         more.append(f"switches_to={literal(message.switches_to)}")
@@ -46,7 +46,7 @@ def _setup(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         name=name,
         kind="empty",
         base="SetupCommand",
-        doc=command_doc(protocol, message, layout, first),
+        doc=command_doc(protocol, message, layout, facts),
         layout=_layout(message, layout, more),
     )
 
@@ -61,12 +61,12 @@ def _command(
         more.append("dummy=True")
     carried = _bytes(layout.length) + " of data" if layout.length else "no data"
     slot = "no size slot" if message.size is None else f"size {message.size}"
-    first = f"``{message.name}`` ({_byte(message)}), {carried}, {slot}."
+    facts = f"``{message.name}`` ({_byte(message)}), {carried}, {slot}"
     bare = ClassView(
         name=name,
         kind="bare",
         base="Command",
-        doc=command_doc(protocol, message, layout, first),
+        doc=command_doc(protocol, message, layout, facts),
         layout=_layout(message, layout, more),
         reply=reply,
     )
@@ -74,7 +74,7 @@ def _command(
 
 
 def _with_data(protocol: Protocol, message: Message, bare: ClassView, layout: Layout) -> ClassView:
-    """Return the view of a command that carries data, which follows its size."""
+    """Return the view of a command with data, which follows the size slot."""
     codes = "".join(code(field) for field in layout.fields)
     end = f"0x{protocol.framing['terminator']:02X}"
     head = ("axis", _byte(message), str(message.size))
@@ -91,13 +91,13 @@ def _with_data(protocol: Protocol, message: Message, bare: ClassView, layout: La
 
 
 def _reply(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
-    first = f"The reply to ``{message.name}``, {_bytes(layout.length)}."
-    summary = "It has no frame: only the command that was sent says what its bytes are."
+    first = f"Reply to ``{message.name}``, {_bytes(layout.length)}."
+    summary = "A reply has no frame. Its meaning depends on the command that was sent."
     note = sentence(layout.note) if layout.note else ""
     of_fields = [slug for field in layout.fields for slug in field.errata]
     doc = class_doc(first, [summary, note], layout.fields, errata_of(protocol, of_fields))
     made = _layout(message, layout, ['kind="command"'])
-    words = ("reply", "its bytes", "the bytes of the reply")
+    words = ("reply", "the bytes", "the bytes of the reply")
     return payload_view(name, "Reply", doc, made, layout, words)
 
 

@@ -1,4 +1,4 @@
-"""``c/<package>/``: types and accessors in headers, one a chapter, for both ends of the line."""
+"""``c/<package>/``: types and accessors in headers, one per chapter, for hosts and controllers."""
 
 from stagewire_generator.targets.c.view import render, render_tests
 

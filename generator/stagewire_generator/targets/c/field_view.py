@@ -1,4 +1,4 @@
-"""One field: its member, and how it is checked, written and read."""
+"""The view of a field: its struct member, and how it is checked, written and read."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from stagewire_generator.targets.c.source import Names, call, comment, field_doc
 
 @dataclass(frozen=True, slots=True)
 class FieldView:
-    """One field.
+    """A field.
 
     :param initial: its part of the initialiser.
-    :param refused: expressions that are true of a value out of range, as far as the type allows one.
-    :param read: the statement that takes it from the bytes.
-    :param offset: where it stands in what is written.
-    :param put: the function that writes it, and returns where the next one goes.
-    :param value: what this function is given, after the place.
-    :param byte: the same as a single byte, if it is one; else empty.
+    :param refused: conditions that hold for a value out of range; none if the type allows no such value.
+    :param read: the statement that reads it from the bytes.
+    :param offset: its offset in the bytes written.
+    :param put: the function that writes it and returns the position of the next field.
+    :param value: the arguments of this function after the position.
+    :param byte: its value as a single byte; empty if it has several bytes.
     """
 
     name: str
@@ -37,8 +37,8 @@ class FieldView:
 def field_view(names: Names, field: Field, offset: int, read_from: str = "frame") -> FieldView:
     """Make the view of a field.
 
-    :param offset: where it stands in the bytes that are read and written.
-    :param read_from: what these bytes are called where they are read.
+    :param offset: its offset in the bytes.
+    :param read_from: the variable with the bytes to read.
     """
     name, size = field.name, field.format.size
     source, value = f"&{read_from}[{offset}]", f"message->{name}"
@@ -61,7 +61,7 @@ def field_view(names: Names, field: Field, offset: int, read_from: str = "frame"
     if field.format.signed and field.format.is_odd:
         taken = f"{names.prefix}_signed_{8 * size}({taken})"
         unsigned = held
-    wide = "uint64_t" if size > 4 else "uint32_t"  # what the functions take
+    wide = "uint64_t" if size > 4 else "uint32_t"  # parameter type of the functions
     return FieldView(
         name=name,
         doc=doc,
@@ -77,10 +77,10 @@ def field_view(names: Names, field: Field, offset: int, read_from: str = "frame"
 
 
 def parameter_view(name: str, offset: int) -> FieldView:
-    """Make the view of a parameter byte of a header that has no meaning."""
+    """Make the view of an unused parameter byte of a header."""
     return FieldView(
         name=name,
-        doc=comment(["A parameter byte without a meaning; 0 to 255."], 4),
+        doc=comment(["Unused parameter byte; from 0 to 255."], 4),
         declaration=f"uint8_t {name};",
         initial="0",
         refused=(),
@@ -93,12 +93,12 @@ def parameter_view(name: str, offset: int) -> FieldView:
 
 
 def written(fields: Sequence[FieldView], start: int = 0) -> tuple[str, ...]:
-    """Return the statements that write fields that follow each other, to ``out``.
+    """Return the statements that write consecutive fields to ``out``.
 
-    Each function returns where the next field goes: to count from there makes smaller code than to
-    count from the beginning. Bytes alone are simply assigned.
+    Each function returns the position of the next field: counting from there makes smaller code than
+    counting from the beginning. Fields of one byte are assigned.
 
-    :param start: which byte ``out`` points at, as offsets of the fields count.
+    :param start: the offset of the byte that ``out`` points at.
     """
     if all(field.byte for field in fields):
         return tuple(f"out[{field.offset - start}] = {field.byte};" for field in fields)
@@ -116,13 +116,13 @@ def written(fields: Sequence[FieldView], start: int = 0) -> tuple[str, ...]:
 def initialiser(names: Names, fields: Sequence[FieldView]) -> str:
     """Return the initialiser of a struct: constants and defaults, zero for the rest.
 
-    Its braces are those of a macro: formatters take bare ones in a definition for a block.
+    A macro writes its braces: formatters would take bare braces in a definition for a block.
     """
     return f"{names.macro_prefix}_BRACED({', '.join(field.initial for field in fields)})"
 
 
 def _bits(field: Field) -> int:
-    """Return the bits of the type that holds an integer: a power of two."""
+    """Return the width of the type of an integer in bits: a power of two."""
     return max(8, 1 << (8 * field.format.size - 1).bit_length())
 
 
@@ -152,6 +152,6 @@ def _refused(field: Field, value: str) -> tuple[str, ...]:
 
 
 def size_assertion(names: Names, layout: Layout, type: str) -> str:
-    """Return the assertion that the struct of a layout has room for its bytes on the wire."""
+    """Return the assertion that the struct of a layout is as large as its bytes on the wire."""
     facts = [f"sizeof({type}) >= {layout.length}U", f"{type}_holds_its_packet"]
     return call(f"{names.macro_prefix}_STATIC_ASSERT", facts, ";")

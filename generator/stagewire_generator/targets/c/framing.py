@@ -1,4 +1,4 @@
-"""What a C package looks like by the framing of its protocol: its messages, its own files, its tests."""
+"""Parts of a C package that depend on the framing: its messages, some of its files, its tests."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from stagewire_generator.targets.vectors.subject import Subject
 class File:
     """A file of a package.
 
-    :param path: below the folder of the package.
-    :param template: by which it is made; it is given the view of the package as ``package``.
-    :param view: what else it is given, as ``view``: makes it from the protocol.
-    :param included: whether the umbrella includes it.
+    :param path: relative to the directory of the package.
+    :param template: its template, rendered with the view of the package as ``package``.
+    :param view: makes a second view from the protocol, passed to the template as ``view``.
+    :param included: whether the umbrella header includes it.
     """
 
     path: str
@@ -29,18 +29,18 @@ class File:
 
 @dataclass(frozen=True, slots=True)
 class Tests:
-    """What the tests in C have to know of a framing.
+    """Parts of the C tests that depend on the framing.
 
-    :param calls: the template with what stands between a layout and its functions.
-    :param cut: the template with what cuts a stream into events.
-    :param trip: the template of the round trip of one layout.
-    :param trip_needs: the template of what these have in common.
-    :param data_at: where in the bytes of a layout its data begins.
-    :param meant: the layouts, side by side, that bytes could be meant for; all where nothing is.
-    :param form: the form of the layout that an object of the testee protocol is about.
-    :param envelope: members of the envelope beside addresses and extra bytes.
-    :param damaged: the refusal of what was damaged on the way, where a decoder can tell.
-    :param round_trip: what the round trips have to know of the protocol, as arguments of their view.
+    :param calls: template of the adapters between a layout and its functions.
+    :param cut: template of the function that cuts a stream into events.
+    :param trip: template of the round trip of one layout.
+    :param trip_needs: template of the macros that round trips share.
+    :param data_at: returns the offset of the data in the bytes of a layout.
+    :param meant: returns the adjacent layouts that the bytes may belong to; all layouts if unknown.
+    :param form: returns the form of the layout that an object of the testee protocol refers to.
+    :param envelope: returns the members of the envelope besides addresses and extra bytes.
+    :param damaged: refusal code for damaged bytes; empty if the decoder cannot detect damage.
+    :param round_trip: returns further arguments for the view of the round trips.
     """
 
     calls: str
@@ -57,14 +57,14 @@ class Tests:
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """What differs between packages by their framing.
+    """Parts of packages that depend on the framing.
 
-    :param message: the template of the part of a chapter that is a message; it is given ``message``.
-    :param message_view: makes the view for it.
-    :param testee: the template of the package's part of the testee.
-    :param files: what there is beside enumerations, flags and chapters. ``{package}`` in a path is the
-        name of the package.
-    :param tests: what the tests have to know.
+    :param message: template of a message in a chapter.
+    :param message_view: makes its view.
+    :param testee: template of the package's part of the testee.
+    :param files: files besides enumerations, flags and chapters. ``{package}`` in a path is the name of
+        the package.
+    :param tests: the parts of the tests.
     """
 
     message: str
@@ -75,6 +75,6 @@ class Framing:
 
 
 def framing_of(protocol: Protocol) -> Framing:
-    """Return what the framing of a protocol makes of its package."""
+    """Return the :class:`Framing` of a protocol."""
     framing: Framing = part(protocol.framing["kind"], "c")
     return framing

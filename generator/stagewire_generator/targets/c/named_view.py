@@ -1,4 +1,4 @@
-"""Enumerations, flag tables, and the header of conversions: scales that are constant or by a setting."""
+"""Views of enumerations, flag tables, and the header of conversions with its scales."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stagewire_generator.targets.c.source import (
 )
 from stagewire_generator.targets.documentation import sentence
 
-_ENUM_LEAST, _ENUM_GREATEST = -0x8000, 0x7FFF  # what an int holds wherever there is C
+_ENUM_LEAST, _ENUM_GREATEST = -0x8000, 0x7FFF  # the range of int on every platform
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class MemberView:
 class TableView:
     """An enumeration or a flag table.
 
-    :param is_enum: whether it is an ``enum``; else its comment begins a group of macros.
+    :param is_enum: whether it is an ``enum``; otherwise its comment opens a group of macros.
     """
 
     name: str
@@ -44,7 +44,7 @@ class TableView:
 
 
 def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration) -> TableView:
-    """Make the view of an enumeration: an ``enum`` if its values are such everywhere, else macros."""
+    """Make the view of an enumeration: an ``enum`` if its values fit an int everywhere, else macros."""
     name, head = names.table(enumeration), _head(protocol, "Values", enumeration)
     values = [value.value for value in enumeration.values]
     if all(_ENUM_LEAST <= value <= _ENUM_GREATEST for value in values):
@@ -71,7 +71,7 @@ def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration)
 
 
 def flag_table_view(names: Names, protocol: Protocol, table: FlagTable) -> TableView:
-    """Make the view of a flag table: a macro a bit."""
+    """Make the view of a flag table: one macro per bit."""
     name, size = names.table(table), table.format.size
     members = tuple(
         MemberView(
@@ -90,22 +90,22 @@ def _head(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
 
 
 def _numbered(kind: str, number: int, note: str) -> str:
-    """Return the comment on a macro, which has one even where the document says no more of it."""
+    """Return the comment on a macro; it has one even if the registry has no note."""
     return comment([sentence(f"{kind} {number}: {note}" if note else f"{kind} {number}")])
 
 
 def _group(head: str, summary: str) -> str:
-    """Return the comment that begins a group of macros; the template ends it."""
+    """Return the comment that opens a group of macros; the template closes the group."""
     lines = [f" * @name {plain(head)}", *([" *", *comment_lines([summary])] if summary else ())]
     return "\n".join(["/**", *lines, " * @{", " */"])
 
 
-_GREATEST = 2**63 - 1  # that a part of a scale can be
+_GREATEST = 2**63 - 1  # largest numerator or denominator of a scale
 
 
 @dataclass(frozen=True, slots=True)
 class TypeView:
-    """A type of fields that counts are converted for."""
+    """An integer type that counts are converted to."""
 
     name: str  # int32
     named: str  # an int32_t
@@ -115,17 +115,17 @@ class TypeView:
 
 @dataclass(frozen=True, slots=True)
 class ScaleView:
-    """A scale that is a constant; without a name it is none, and the comment says why."""
+    """A constant scale. An unknown scale has no name; its comment gives the reason."""
 
     comment: str
     name: str = ""
     value: str = ""
-    heading: str = ""  # a comment on it and on those that follow
+    heading: str = ""  # a comment on this scale and the following ones
 
 
 @dataclass(frozen=True, slots=True)
 class SettingView:
-    """A scale that a setting of the controller decides; what is on the wire is a share of it."""
+    """A scale that depends on a setting of the controller; counts are a fraction of the setting."""
 
     comment: str
     name: str
@@ -134,12 +134,12 @@ class SettingView:
 
 @dataclass(frozen=True, slots=True)
 class QuantitiesView:
-    """Everything that differs between the headers of protocols."""
+    """The parts of the header that differ between protocols."""
 
     types: tuple[TypeView, ...]
     scales: tuple[ScaleView, ...]
     settings: tuple[SettingView, ...]
-    example: str  # the name of a constant, or none
+    example: str  # the name of a constant, or empty
 
 
 def quantities_view(protocol: Protocol) -> QuantitiesView:
@@ -166,7 +166,7 @@ def quantities_view(protocol: Protocol) -> QuantitiesView:
 
 
 def _types(protocol: Protocol) -> tuple[TypeView, ...]:
-    """Return the types of the fields with a quantity; 64 bits are what conversion makes anyway."""
+    """Return the types of the fields with a quantity, up to 32 bits; conversion itself uses 64 bits."""
     fields = (f for m in protocol.messages for layout in m.layouts for f in layout.all_fields)
     counted = (f for f in fields if f.quantity and f.format.kind == "integer")
     found = {(_bits(f), f.format.signed) for f in counted if f.format.size <= 4}
@@ -188,8 +188,8 @@ def _constant(
 ) -> ScaleView:
     counts = factor.counts_per_unit
     if max(counts.numerator, counts.denominator) > _GREATEST:
-        reason = f"{factor.key} {factor.value} takes more than 64 bits"
-        return _unknown(protocol, entry, f"its factor, {reason}", heading)
+        reason = f"{factor.key} {factor.value} needs more than 64 bits"
+        return _unknown(protocol, entry, f"its factor {reason}", heading)
     facts = [f"{factor.key} {factor.value}"]
     facts += [f"printed as “{factor.printed}”"] if factor.printed else []
     facts += [f"source: {factor.source}"] if factor.source else []
@@ -202,7 +202,7 @@ def _constant(
 
 
 def _unknown(protocol: Protocol, entry: ScaleEntry, reason: str, heading: str) -> ScaleView:
-    text = f"{_subject(protocol, entry)}: there is no scale. {sentence(reason)}"
+    text = f"{_subject(protocol, entry)}: no scale. {sentence(reason)}"
     return ScaleView(_remark(text), heading=heading)
 
 
@@ -212,8 +212,8 @@ def _setting(names: Names, protocol: Protocol, entry: ScaleEntry, rule: Json) ->
     return SettingView(
         comment([
             f"{_subject(protocol, entry, rule.get('page'))}: "
-            f"{counts} counts are the setting {setting}, given in {rule['setting_unit']}{printed}.",
-            f"Refuses as {names.prefix}_scale_of_share() does.",
+            f"{counts} counts equal the setting {setting}, in {rule['setting_unit']}{printed}.",
+            f"Has the same errors as {names.prefix}_scale_of_share().",
         ]),
         f"{names.prefix}_scale_{entry.name}",
         counts,
@@ -221,12 +221,12 @@ def _setting(names: Names, protocol: Protocol, entry: ScaleEntry, rule: Json) ->
 
 
 def _subject(protocol: Protocol, entry: ScaleEntry, page: int | None = None) -> str:
-    """Return what a scale is the scale of: the quantity, what decides, the unit, and the page."""
+    """Return the subject of a scale: the quantity, what it depends on, the unit and the page."""
     name = f"{entry.quantity.name} {entry.of}" if entry.of else entry.quantity.summary.rstrip(".")
     unit = f", in {entry.unit}" if entry.unit else ""
     return f"{name}{unit} ({where(protocol, [page or entry.page], entry.overlay)})"
 
 
 def _remark(text: str) -> str:
-    """Return a comment that belongs to nothing: Doxygen must not take it for that of the next name."""
+    """Return a comment that Doxygen does not attach to the next name."""
     return comment([text]).replace("/**", "/*", 1)

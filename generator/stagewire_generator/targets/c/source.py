@@ -1,4 +1,4 @@
-"""C as text: names, comments, values, and rows of tables, as the views hand them to the templates."""
+"""C source text for views: names, comments, values and rows of tables."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from stagewire_generator.targets.templates import wrapped
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """The names of one package.
+    """The names of a package.
 
-    :param package: the folder.
-    :param prefix: what types and functions begin with, without the underscore.
+    :param package: name of its directory.
+    :param prefix: prefix of types and functions, without the underscore.
     """
 
     package: str
@@ -33,25 +33,25 @@ class Names:
 
     @property
     def macro_prefix(self) -> str:
-        """What macros begin with, without the underscore."""
+        """Prefix of macros, without the underscore."""
         return self.prefix.upper()
 
     def layout(self, message: Message, layout: Layout) -> str:
-        """Return the type of a layout; its functions begin with this name."""
+        """Return the type of a layout, which is also the prefix of its functions."""
         return f"{self.prefix}_{c_layouts(message)[layout.form]}"
 
     def macro(self, name: str) -> str:
-        """Return what the macros of something begin with."""
+        """Return a name as a macro, or as the prefix of macros."""
         return f"{self.macro_prefix}_{name.upper()}"
 
     def table(self, table: Enumeration | FlagTable) -> str:
-        """Return the type of an enumeration, or what the macros of a flag table are called after."""
+        """Return the type of an enumeration, or the prefix of the macros of a flag table."""
         return f"{self.prefix}_{c_table(table)}"
 
     def guard(self, path: str) -> str:
-        """Return the include guard of a file, by its path in the folder of the package.
+        """Return the include guard of a file from its path in the directory of the package.
 
-        No macro of a package begins with these words, whatever its spec names.
+        No other macro of a package can have this prefix.
         """
         return re.sub(r"\W", "_", f"stagewire/{self.prefix}/{path}").upper()
 
@@ -63,20 +63,20 @@ def names_of(protocol: Protocol) -> Names:
 
 WIDTH = 100
 
-_ENDS = re.compile(r"\*(?=/)|/(?=\*)|\?(?=\?)")  # the end of a comment, the beginning, a trigraph
-_COMMANDS = re.compile(r"[\\@]|[<&#%](?=[\w/!:#])")  # what Doxygen would make something of
-# In a string; of a question mark, because two of them could begin a trigraph.
+_ENDS = re.compile(r"\*(?=/)|/(?=\*)|\?(?=\?)")  # the end or beginning of a comment, a trigraph
+_COMMANDS = re.compile(r"[\\@]|[<&#%](?=[\w/!:#])")  # characters that Doxygen interprets
+# Escapes in a string; includes the question mark, because two of them can begin a trigraph.
 _ESCAPED = {
     **{ord(char): f"\\{char}" for char in '"\\?'},
     **{byte: f"\\{byte:03o}" for byte in (*range(0x20), *range(0x7F, 0x100))},
 }
-_LEAST_INT, _GREATEST_INT = -0x7FFF, 0x7FFF  # what every int holds
+_LEAST_INT, _GREATEST_INT = -0x7FFF, 0x7FFF  # the range of int on every platform
 _LEAST_LONG = -0x80000000
 _LEAST_LONG_LONG = -0x8000000000000000
 
 
 def plain(text: str) -> str:
-    """Escape a text for the inside of a comment, and for Doxygen; its blanks become single ones."""
+    """Escape a text for a comment and for Doxygen; runs of white space become single spaces."""
     text = " ".join(text.split())
     return _COMMANDS.sub(
         lambda found: f"\\{found[0]}", _ENDS.sub(lambda found: f"{found[0]} ", text)
@@ -84,9 +84,9 @@ def plain(text: str) -> str:
 
 
 def comment(paragraphs: Iterable[str], indent: int = 0) -> str:
-    """Return a comment of Doxygen with these texts, which are escaped; empty ones are left out.
+    """Return a Doxygen comment with these paragraphs, escaped; empty ones are left out.
 
-    It stands on one line if it fits. The first line carries no indentation (the template has it).
+    A short comment is on one line. The first line is not indented: the template does that.
     """
     lines = _wrapped(paragraphs, indent)
     if len(lines) == 1:
@@ -99,12 +99,12 @@ def comment(paragraphs: Iterable[str], indent: int = 0) -> str:
 
 
 def comment_lines(paragraphs: Iterable[str]) -> tuple[str, ...]:
-    """Return what ``comment`` would, without its first and last line, for a comment that says more."""
+    """Return the inner lines of ``comment``, for a comment with more text."""
     return tuple(f" * {line}".rstrip() for line in _wrapped(paragraphs, 0))
 
 
 def _wrapped(paragraphs: Iterable[str], indent: int) -> list[str]:
-    """Return the lines of escaped paragraphs, with an empty one between two."""
+    """Return the lines of escaped paragraphs, separated by empty lines."""
     lines: list[str] = []
     for text in filter(None, paragraphs):
         lines += [""] if lines else []
@@ -113,29 +113,29 @@ def _wrapped(paragraphs: Iterable[str], indent: int) -> list[str]:
 
 
 def string(text: str) -> str:
-    """Return a string literal: its bytes are those of the text as UTF-8."""
+    """Return a string literal with the text in UTF-8."""
     return octets(text.encode("utf-8"))
 
 
 def octets(raw: bytes) -> str:
-    """Return a string literal of these bytes."""
+    """Return a string literal with these bytes."""
     return f'"{raw.decode("latin-1").translate(_ESCAPED)}"'
 
 
 def integer(value: int, size: int, signed: bool) -> str:
-    """Return a literal of the type that holds integers of so many bytes."""
+    """Return a literal of the type for integers of this size in bytes."""
     if not signed:
         return unsigned(value, size)
     if _LEAST_INT <= value <= _GREATEST_INT:
         return str(value)
     kind = "INT32_C" if size <= 4 else "INT64_C"
-    if value in (_LEAST_LONG, _LEAST_LONG_LONG):  # its number without the sign is none
+    if value in (_LEAST_LONG, _LEAST_LONG_LONG):  # its magnitude does not fit the type
         return f"(-{kind}({-value - 1}) - 1)"
     return f"{kind}({value})" if value >= 0 else f"-{kind}({-value})"
 
 
 def unsigned(value: int, size: int, digits: int = 0) -> str:
-    """Return a literal of an unsigned type; in hex with so many digits if any are asked for."""
+    """Return a literal of an unsigned type; in hex if a number of digits is given."""
     number = f"0x{value:0{digits}X}" if digits else str(value)
     if size <= 2:
         return f"{number}U"
@@ -143,9 +143,10 @@ def unsigned(value: int, size: int, digits: int = 0) -> str:
 
 
 def call(head: str, arguments: Sequence[str], tail: str = "", indent: int = 0) -> str:
-    """Return ``head(arguments)tail``: on one line if it fits, else the arguments on the next or each on one.
+    """Return ``head(arguments)tail``.
 
-    The first line carries no indentation (the template has it).
+    If it does not fit on one line, the arguments go on the next line, or on one line each. The first line
+    is not indented: the template does that.
     """
     inside = ", ".join(arguments)
     line = f"{head}({inside}){tail}"
@@ -167,7 +168,7 @@ def definition(name: str, value: str) -> str:
 
 
 def markup_of(names: Names) -> Markup:
-    """Return how the comments of a package write names: as its code does."""
+    """Return the markup of comments, which write names as the code does."""
 
     def table(table: Enumeration | FlagTable) -> str:
         name = names.table(table)
@@ -183,34 +184,33 @@ def message_doc(
 ) -> str:
     """Return the comment on the type of a layout.
 
-    :param layout: None where the message has none.
-    :param size: how long it is, in words.
+    :param layout: None if the message has none.
+    :param size: its length in words.
     """
     markup = markup_of(names)
     id = f"0x{message.id:0{protocol.id_digits}X}"
-    first = f"{message.name} ({id}), {DIRECTIONS[message.direction]}, {size}"
+    facts = f"{message.name} ({id}), {DIRECTIONS[message.direction]}, {size}"
     if not message.overlay:
-        first += f"; {where(protocol, message.pages)}"
+        facts += f"; {where(protocol, message.pages)}"
     return comment([
-        f"{first}.",
-        *message_paragraphs(protocol, message, layout, markup),
+        *message_paragraphs(protocol, message, layout, markup, f"{facts}."),
         *(erratum_text(erratum, markup) for erratum in errata_of(protocol, message.errata)),
     ])  # fmt: skip
 
 
 def field_doc(names: Names, field: Field) -> str:
-    """Return the comment on a member."""
+    """Return the comment on a struct member."""
     return comment([documentation.sentence(field_facts(field, markup_of(names)))], 4)
 
 
 def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
-    """Return where in the document something stands, as a comment names it."""
+    """Return the place in the document, as a comment names it."""
     return documentation.where(protocol, pages, Markup(str, lambda table: table.name), overlay)
 
 
 @dataclass(frozen=True, slots=True)
 class EntryView:
-    """One row: its initialiser, and the name of its message as a literal."""
+    """A row of a table: its initialiser, and the name of its message as a literal."""
 
     code: str
     name: str

@@ -1,4 +1,4 @@
-"""The C package of a protocol and its tests: the view of each file, and their rendering."""
+"""The C package of a protocol and its tests: the views of the files, and rendering."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from stagewire_generator.targets.templates import Templates
 
 @dataclass(frozen=True, slots=True)
 class ChapterView:
-    """One header of messages; ``doc`` is lines of a comment."""
+    """A header of messages; ``doc`` is the lines of its comment."""
 
     name: str
     doc: tuple[str, ...]
@@ -41,29 +41,29 @@ class ChapterView:
 
 @dataclass(frozen=True, slots=True)
 class PackageView:
-    """The package; ``p`` and ``P`` are what its names and its macros begin with."""
+    """A package; ``p`` and ``P`` are the prefixes of its names and its macros."""
 
     names: Names
     title: str
-    doc: tuple[str, ...]  # lines of a comment: what the protocol is
-    framing: Any  # as the registry has it
+    doc: tuple[str, ...]  # lines of a comment that describes the protocol
+    framing: Any  # as in the registry
     enumerations: tuple[TableView, ...]
     flags: tuple[TableView, ...]
     chapters: tuple[ChapterView, ...]
 
     @property
     def package(self) -> str:
-        """The folder."""
+        """Name of the directory."""
         return self.names.package
 
     @property
     def p(self) -> str:
-        """What types and functions begin with."""
+        """Prefix of types and functions."""
         return self.names.prefix
 
     @property
     def P(self) -> str:
-        """What macros begin with."""
+        """Prefix of macros."""
         return self.names.macro_prefix
 
 
@@ -111,9 +111,9 @@ def _chapter(protocol: Protocol, chapter: Chapter) -> ChapterView:
 class TesteeView:
     """The testee of a protocol; names are literals.
 
-    :param name: of the protocol.
+    :param name: name of the protocol.
     :param nameless: messages that the document names without an id.
-    :param axis: that of some command; empty where messages go to no axis.
+    :param axis: a valid axis; empty if messages have no axis.
     """
 
     name: str
@@ -132,7 +132,7 @@ def testee_view(protocol: Protocol) -> TesteeView:
     )
 
 
-# What there is whatever the framing: one line a file.
+# Files of all framings
 _FILES = (
     File("enumerations.h", "enumerations.h.j2", included=True),
     File("flags.h", "flags.h.j2", included=True),
@@ -150,12 +150,12 @@ _TESTS = (
     File("testing/round_trip.c", "testing_round_trip.c.j2", round_trip_view),
 )
 _TESTEE = "testing/testee.c"
-# The tests that are the same for every package: plain files, copied next to the folders of the packages.
+# Test files that all packages share, copied next to the directories of the packages
 _STATIC = Path(__file__).parent / "static"
 
 
 def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
-    """Return path -> text of the package; nothing where its framing is not made in C."""
+    """Return path -> text of the package; empty if its framing is not supported in C."""
     if not FRAMINGS[protocol.framing["kind"]].c:
         return {}
     package = _Package(protocol, templates)
@@ -172,7 +172,7 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
 
 
 def render_tests(protocol: Protocol, templates: Templates) -> dict[str, str]:
-    """Return path -> text of the tests: those of the package, and those that all packages share."""
+    """Return path -> text of the tests of the package and of the tests that all packages share."""
     if not FRAMINGS[protocol.framing["kind"]].c:
         return {}
     package = _Package(protocol, templates)
@@ -182,7 +182,7 @@ def render_tests(protocol: Protocol, templates: Templates) -> dict[str, str]:
 
 
 class _Package:
-    """The files of a package, as they are rendered."""
+    """The rendered files of a package."""
 
     def __init__(self, protocol: Protocol, templates: Templates) -> None:
         self.view = package_view(protocol)
@@ -199,7 +199,7 @@ class _Package:
 
 @cache
 def _static() -> dict[str, str]:
-    """Return path -> text of what is the same for every package."""
+    """Return path -> text of the files that all packages share."""
     return {
         f"c/{path.relative_to(_STATIC).as_posix()}": path.read_text(encoding="utf-8")
         for path in sorted(_STATIC.rglob("*.[ch]"))

@@ -1,4 +1,4 @@
-"""``python/pyproject.toml`` and its README: what makes of a package a project that pip installs."""
+"""``python/pyproject.toml`` and ``python/README.md``, which make a package installable with pip."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["render"]
 
 
 def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
-    """Return path -> text of the files beside the package."""
+    """Return path -> text of the files next to the package."""
     view = project_view(protocol)
     return {
         "python/README.md": templates.render("readme.md.j2", project=view),

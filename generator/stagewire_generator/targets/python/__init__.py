@@ -1,4 +1,4 @@
-"""``python/<package>/``: messages, enumerations, flags, stages, and the protocol that ties them together."""
+"""``python/<package>/``: messages, enumerations, flags, stages, and the protocol object."""
 
 from stagewire_generator.targets.python.view import render
 

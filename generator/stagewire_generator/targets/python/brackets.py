@@ -1,8 +1,8 @@
-"""Python source as trees of brackets, and their layout in lines as a formatter would choose it.
+"""Python source as trees of brackets, broken into lines as a formatter would.
 
-Views hold data and trees. Templates lay them out with the :data:`FUNCTIONS` of this module, and pass the
-indentation of the place where the source goes. The first line is returned without indentation, because the
-template already has it; all other lines are indented.
+Views hold data and trees. Templates lay them out with the :data:`FUNCTIONS` of this module and pass the
+current indentation. The first line is returned without indentation, because the template already has it.
+All other lines are indented.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stagewire_generator.targets.python.source import WIDTH, literal, width
 class Nested:
     """Something in brackets: ``opening``, then items, then ``closing``.
 
-    :param broken: whether each item has a line of its own, even if all would fit on one.
+    :param broken: whether each item has its own line, even if all items fit on one.
     """
 
     opening: str
@@ -31,7 +31,7 @@ class Nested:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A string literal after ``head``; a long one is broken into pieces in brackets."""
+    """A string literal after ``head``. A long literal is broken into pieces in brackets."""
 
     head: str
     text: str
@@ -39,9 +39,9 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Preferred:
-    """An expression for one line, and an equivalent one that is used when the first does not fit.
+    """An expression for one line, and an equivalent one for the case that the first does not fit.
 
-    It is for chains of calls, in which a formatter would break the arguments of the first call.
+    For chains of calls, where a formatter would break the arguments of the first call.
     """
 
     line: str
@@ -53,7 +53,7 @@ Source: TypeAlias = "str | Text | Preferred | Nested"
 
 @dataclass(frozen=True, slots=True)
 class Import:
-    """Names that a module imports from another; ``name as other`` gives one another name."""
+    """Names that a module imports from another; ``name as other`` renames one."""
 
     module: str
     names: tuple[str, ...]
@@ -91,7 +91,7 @@ def _after(head: str, source: Source) -> Source:
 
 
 def listed(head: str, names: Sequence[str]) -> Nested:
-    """Return ``head`` and a tuple of names, one a line unless it is the only one."""
+    """Return ``head`` and a tuple of names, one per line if there are several."""
     return Nested(f"{head}(", tuple(names), ")", broken=len(names) > 1)
 
 
@@ -109,10 +109,10 @@ def flat(source: Source) -> str:
 
 
 def laid_out(source: Source, indent: int, tail: str = "", head: str = "") -> str:
-    """Return the source on one line if it fits, else one item a line, as a formatter has it.
+    """Return the source on one line if it fits, else with one item per line, as a formatter does.
 
-    :param tail: what follows on the same line.
-    :param head: what comes before it on the same line.
+    :param tail: text after it on the same line.
+    :param head: text before it on the same line.
     """
     if head:
         source = _after(head, source)
@@ -135,7 +135,7 @@ def _is_broken(source: Source) -> bool:
 
 
 def _is_tuple(source: Nested) -> bool:
-    """Whether the brackets are those of a tuple, not of a call."""
+    """Whether the brackets belong to a tuple, not to a call."""
     before = source.opening[:-1]
     return source.opening.endswith("(") and (not before or before.endswith(("=", " ", ":")))
 
@@ -150,7 +150,7 @@ def _in_pieces(source: Text, indent: int) -> str:
 
 
 def assigned(target: str, value: str, indent: int) -> str:
-    """Return the assignment of a value that no bracket breaks: in brackets if it is long."""
+    """Return an assignment; a long value is put in brackets."""
     line = f"{target} = {value}"
     if indent + width(line) <= WIDTH:
         return line
@@ -159,7 +159,7 @@ def assigned(target: str, value: str, indent: int) -> str:
 
 
 def unpacked(targets: Sequence[str], value: str, indent: int) -> str:
-    """Return the assignment of a tuple to its targets, which are in brackets if they are long."""
+    """Return the assignment of a tuple; a long list of targets is put in brackets."""
     if len(targets) == 1:
         return f"({targets[0]},) = {value}"
     line = f"{', '.join(targets)} = {value}"
@@ -169,7 +169,7 @@ def unpacked(targets: Sequence[str], value: str, indent: int) -> str:
 
 
 def either(conditions: Sequence[str], indent: int) -> str:
-    """Return the head of an ``if`` that holds when one of the conditions does."""
+    """Return the head of an ``if`` whose conditions are joined by ``or``."""
     line = f"if {' or '.join(conditions)}:"
     if indent + width(line) <= WIDTH:
         return line
@@ -183,7 +183,7 @@ def natural(name: str) -> list[str | int]:
 
 
 def exported(names: Iterable[str]) -> str:
-    """Return the assignment of ``__all__``, sorted as a linter has it: constants, classes, functions."""
+    """Return the assignment of ``__all__``, sorted as a linter does: constants, classes, functions."""
 
     def rank(name: str) -> tuple[int, list[str | int], str]:
         kind = 0 if name.isupper() else 1 if name[:1].isupper() else 2
@@ -194,14 +194,14 @@ def exported(names: Iterable[str]) -> str:
 
 
 def imported(module: str, names: Iterable[str], indent: int = 0) -> str:
-    """Return an import statement, in brackets if it is long; the names as a linter sorts them."""
+    """Return an import statement, with the names in a linter's order, in brackets if it is long."""
 
     def rank(name: str) -> tuple[int, list[str | int], str]:
         kind = 0 if name.isupper() and len(name) > 1 else 1 if name[:1].isupper() else 2
         return kind, natural(name.lower()), name
 
     names = sorted(names, key=rank)
-    renamed = [name for name in names if " as " in name]  # a linter gives each its own statement
+    renamed = [name for name in names if " as " in name]  # a linter puts each in its own statement
     if renamed and len(names) > 1:
         plain = [name for name in names if name not in renamed]
         groups = [*([name] for name in renamed), *([plain] if plain else [])]
@@ -219,4 +219,4 @@ FUNCTIONS: Final[Mapping[str, Callable[..., object]]] = {
         assigned, call, either, exported, imported, laid_out, listed, literal, mapping, strings, unpacked
     )
 }  # fmt: skip
-"""The functions that templates of Python can call, by name."""
+"""The functions that templates of Python modules can call, by name."""

@@ -1,4 +1,4 @@
-"""View of a message class for its template, for all framings."""
+"""The view of a message class, for all framings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from stagewire_generator.targets.python.source import literal, message_doc
 
 @dataclass(frozen=True, slots=True)
 class SharedView:
-    """One field that all candidates of an undecided payload share, as a property."""
+    """A field that all candidate layouts of an undecided payload share; becomes a property."""
 
     name: str
     type: str
@@ -40,34 +40,34 @@ class ClassView:
     """One message class."""
 
     name: str
-    kind: str  # names the template
-    base: str  # the class that it is made from
+    kind: str  # name of the template
+    base: str  # base class
     doc: str
-    layout: Nested  # the call that makes its Layout
+    layout: Nested  # the call that creates its Layout
     # Classes with named fields only
-    parameters: tuple[str, ...] = ()  # of the constructor; what may be left out follows a star
+    parameters: tuple[str, ...] = ()  # of the constructor; optional ones follow a star
     fields: tuple[FieldView, ...] = ()
-    packer: str = ""  # the name of the Struct of what is sent
+    packer: str = ""  # name of the Struct that packs a message
     sent_format: str = ""  # its format
-    read_format: str = ""  # the format of the Struct that reads the fields from what came
-    packed: tuple[Source, ...] = ()  # what is packed into what is sent
+    read_format: str = ""  # format of the Struct that unpacks the fields
+    packed: tuple[Source, ...] = ()  # arguments of the packing Struct
     # Undecided classes only
     shared: tuple[SharedView, ...] = ()
     # Commands only
     reply: str = ""  # class of the reply, or None
-    # Classes whose bytes are their fields and nothing else: what the docstrings of their methods say
+    # Classes whose bytes are only their fields: words for the docstrings of their methods
     noun: str = ""
     unpacked_from: str = ""
     packed_into: str = ""
 
 
 def packer_name(class_name: str) -> str:
-    """Return the name of the Struct of a class, as a constant of its module."""
+    """Return the name of the Struct of a class, a constant of its module."""
     return "_" + re.sub("(?<=.)(?=[A-Z])", "_", class_name).upper()
 
 
 def parameters(slots: Sequence[Slot]) -> tuple[str, ...]:
-    """Return the parameters of ``__new__``; what may be left out is a keyword."""
+    """Return the parameters of ``__new__``; optional ones are keyword-only."""
     required = [f"{name_of(s)}: {type_of(s)}" for s in slots if not is_optional(s)]
     optional = [f"{name_of(s)}: {type_of(s)} = {default(s)}" for s in slots if is_optional(s)]
     return ("cls", *required, *(["*", *optional] if optional else []))
@@ -81,9 +81,9 @@ def layout_call(
     slots: Sequence[Slot],
     more: Sequence[Source] = (),
 ) -> Nested:
-    """Return the call that makes the Layout of a class.
+    """Return the call that creates the Layout of a class.
 
-    :param more: arguments beyond those that follow from the slots.
+    :param more: arguments that do not follow from the slots.
     """
     names = [name_of(slot) for slot in slots]
     arguments: list[Source] = [
@@ -115,10 +115,10 @@ def layout_call(
 def payload_view(
     name: str, base: str, doc: str, made: Nested, layout: Layout, words: tuple[str, str, str]
 ) -> ClassView:
-    """Return the view of a class that is its fields and nothing around them.
+    """Return the view of a class whose bytes are only its fields.
 
-    :param made: the call that makes its Layout.
-    :param words: what it is called, and what it is read from and packed into.
+    :param made: the call that creates its Layout.
+    :param words: words for docstrings: its name, the source of unpacking, the result of packing.
     """
     format = f"<{''.join(code(field) for field in layout.fields)}"
     noun, read_from, packed_into = words
@@ -141,7 +141,7 @@ def payload_view(
 
 
 def payload_views(protocol: Protocol, message: Message, base: str) -> list[ClassView]:
-    """Make the views of all classes of a message that is a payload, one for each length of it."""
+    """Make the views of all classes of a message that is a payload, one per length."""
     names = message_classes(message)
     return [
         _with_fields(protocol, message, layout, names[layout.form], base)

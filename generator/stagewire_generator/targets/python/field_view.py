@@ -1,4 +1,4 @@
-"""One field: how it is checked, packed and unpacked in generated code."""
+"""The view of a field: how generated code checks, packs and unpacks it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire_generator.targets.python.brackets import Preferred, Source, call
 from stagewire_generator.targets.python.source import integer
 
 Slot: TypeAlias = Field | str
-"""A field of a class; a header parameter without a meaning is a bare name."""
+"""A field of a class; an unused header parameter is a bare name."""
 
 _CODES = {1: "b", 2: "h", 4: "l", 8: "q"}  # capitals without a sign
 _TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
@@ -19,7 +19,7 @@ _TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
 
 @dataclass(frozen=True, slots=True)
 class FieldView:
-    """One field as a slot, and as an argument of the constructor."""
+    """A field as a slot and as an argument of the constructor."""
 
     name: str
     kind: str  # integer, text or bytes
@@ -28,11 +28,13 @@ class FieldView:
     minimum: str = ""  # of an integer
     maximum: str = ""
     flags: str = ""  # class of its flags
-    value: Source = ""  # expression that converts what was unpacked; empty if it is the value
+    value: Source = (
+        ""  # expression that converts the unpacked value; empty if it needs no conversion
+    )
 
     @property
     def target(self) -> str:
-        """The variable that takes what was unpacked."""
+        """The variable for the unpacked value."""
         return self.name if self.value else f"draft.{self.name}"
 
 
@@ -60,7 +62,7 @@ def type_of(slot: Slot) -> str:
 
 
 def code(slot: Slot) -> str:
-    """Return the code of a field in the format of a Struct; it has none for integers of odd sizes."""
+    """Return the format character of a field for Struct; integers of odd sizes are read as bytes."""
     if isinstance(slot, str):
         return "B"
     if slot.format.kind != "integer" or slot.format.is_odd:
@@ -70,17 +72,17 @@ def code(slot: Slot) -> str:
 
 
 def wire_type(field: Field) -> str:
-    """Return the type of what a Struct unpacks for a field."""
+    """Return the type of the value that Struct unpacks for a field."""
     return "bytes" if code(field).endswith("s") else "int"
 
 
 def is_optional(slot: Slot) -> bool:
-    """Whether a field may be left out when a message is made."""
+    """Whether a field may be left out when a message is created."""
     return isinstance(slot, str) or slot.role in ("reserved", "constant")
 
 
 def default(slot: Slot) -> str:
-    """Return the value of a field that is left out."""
+    """Return the default of an optional field."""
     if isinstance(slot, str):
         return "0"
     if slot.format.kind == "text":
@@ -91,7 +93,7 @@ def default(slot: Slot) -> str:
 
 
 def packed(slot: Slot) -> Source:
-    """Return the expression that a Struct packs."""
+    """Return the expression that is passed to Struct for packing."""
     name = name_of(slot)
     if isinstance(slot, Field) and slot.format.kind == "text":
         return call(f"self.{name}.encode", ['"latin-1"'])
@@ -101,12 +103,12 @@ def packed(slot: Slot) -> Source:
 
 
 def is_converted(field: Field) -> bool:
-    """Whether what a Struct unpacks is not yet the value of the field."""
+    """Whether the value that Struct unpacks has to be converted."""
     return field.format.kind == "text" or field.format.is_odd
 
 
 def value_of(field: Field, unpacked: str) -> Source:
-    """Return the expression that turns what was unpacked into the value of the field."""
+    """Return the expression that converts an unpacked value into the value of the field."""
     if field.format.kind == "text":
         bare = f'{unpacked}.rstrip(b"\\0")'
         return Preferred(f'{bare}.decode("latin-1")', call("str", [bare, '"latin-1"']))

@@ -1,4 +1,4 @@
-"""The features of a package that depend on the framing: its classes, and the protocol object."""
+"""Parts of a Python package that depend on the framing: its classes and the protocol object."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from stagewire_generator.targets.python.source import literal
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """The features of packages that depend on the framing.
+    """Parts of packages that depend on the framing.
 
-    :param class_views: makes the views of the classes that a message becomes.
-    :param message_base: the class that all of them have in common.
-    :param imports: returns what the module of the protocol object imports from the runtime.
-    :param protocol: makes the call that makes the protocol object.
+    :param class_views: makes the views of the classes of a message.
+    :param message_base: the common base of these classes.
+    :param imports: returns the names that the module of the protocol object imports from the runtime.
+    :param protocol: makes the call that creates the protocol object.
     """
 
     class_views: Callable[[Protocol, Message], list[ClassView]]
@@ -29,7 +29,7 @@ class Framing:
 
 
 def framing_of(protocol: Protocol) -> Framing:
-    """Return what the framing of a protocol makes of its package."""
+    """Return the :class:`Framing` of a protocol."""
     framing: Framing = part(protocol.framing["kind"], "python")
     return framing
 
@@ -41,7 +41,7 @@ def named(protocol: Protocol) -> list[Source]:
 
 
 def nameless(protocol: Protocol) -> Nested:
-    """Return the argument that says why messages have no id."""
+    """Return the argument with the reasons why messages have no id."""
     why = literal("the document gives it no id")
     reasons = [f"{literal(m.name)}: {why}" for m in protocol.messages if m.id is None]
     return mapping("nameless=", reasons)

@@ -1,4 +1,4 @@
-"""Enumerations, flag tables and stages."""
+"""Views of enumerations, flag tables, quantities and stages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from stagewire_generator.targets.python.source import docstring, literal, paragr
 class MemberView:
     """A named value, or a bit.
 
-    :param note: what is said of it, if anything: of a value escaped for a docstring, of a bit as it is.
+    :param note: its description, or empty; escaped for a docstring if it belongs to a value.
     """
 
     name: str
@@ -51,7 +51,7 @@ class NamedView:
 
 @dataclass(frozen=True, slots=True)
 class QuantityView:
-    """A quantity whose scale depends on nothing."""
+    """A quantity with a constant scale."""
 
     name: str
     scale: Nested
@@ -63,8 +63,8 @@ class StageView:
     """A stage."""
 
     name: str
-    overlay: str  # the one whose document the page is of; empty: the page is of the base document
-    made: Nested  # the call that makes it
+    overlay: str  # the overlay whose document has the page; empty for the base document
+    made: Nested  # the call that creates it
 
 
 def enumeration_view(protocol: Protocol, enumeration: Enumeration) -> NamedView:
@@ -98,7 +98,7 @@ def _named_doc(protocol: Protocol, kind: str, table: Enumeration | FlagTable) ->
 
 
 def quantity_view(protocol: Protocol, quantity: Quantity, factor: Factor) -> QuantityView:
-    """Make the view of a quantity whose factor depends on nothing."""
+    """Make the view of a quantity with a constant factor."""
     found = where(protocol, [factor.page or quantity.page], quantity.overlay)
     text = f"{quantity.summary.rstrip('.')} ({found})"
     doc = docstring(paragraph(sentence(text), 0))
@@ -106,7 +106,7 @@ def quantity_view(protocol: Protocol, quantity: Quantity, factor: Factor) -> Qua
 
 
 def scale_of(factor: Factor, unit: str) -> Nested:
-    """Return the call that makes a scale."""
+    """Return the call that creates a scale."""
     method = "unit_per" if factor.key.endswith("_per_count") else "counts_per"
     value = factor.value
     arguments: list[Source] = [literal(unit), str(value.numerator), str(value.denominator)]

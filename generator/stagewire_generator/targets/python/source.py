@@ -1,4 +1,4 @@
-"""Python as text: literals and docstrings, escaped for the place where they go."""
+"""Python source text: literals and docstrings, escaped for their place."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from stagewire_generator.targets.documentation import (
     errata_of,
     erratum_text,
     field_facts,
+    first_sentence,
     message_paragraphs,
 )
 from stagewire_generator.targets.templates import wrapped
@@ -33,7 +34,7 @@ WIDTH = 100
 
 
 def literal(text: str) -> str:
-    """Return a string literal, in the quotes that a formatter would choose."""
+    """Return a string literal with the quotes that a formatter would choose."""
     quote = "'" if text.count('"') > text.count("'") else '"'
     if quote not in text and "\\" not in text and text.isprintable():
         return f"{quote}{text}{quote}"  # nearly all of them
@@ -49,7 +50,7 @@ def literal(text: str) -> str:
 
 
 def width(source: str) -> int:
-    """Return the columns that a formatter counts for a line: two for a wide sign, none for an accent."""
+    """Return the width of a line as a formatter counts it: 2 for wide characters, 0 for accents."""
     if source.isascii():
         return len(source)
     return sum(
@@ -59,20 +60,20 @@ def width(source: str) -> int:
 
 
 def integer(value: int) -> str:
-    """Return an integer as a reader wants it: masks and limits of a width in hex."""
+    """Return an integer literal: in hex for masks and the limits of a width."""
     if value in (0xFF, 0xFFFF, 0xFFFFFFFF, 0x7FFFFFFF, 0x7FFF, -0x8000, -0x80000000):
         return f"-{-value:#X}".replace("X", "x") if value < 0 else f"0x{value:X}"
     return str(value)
 
 
 def paragraph(text: str, indent: int, hanging: int = 0) -> str:
-    """Wrap a text for a docstring; the first line carries no indentation."""
+    """Wrap a text for a docstring; the first line is not indented."""
     pad = " " * indent
     return f"\n{pad}".join(wrapped(text, WIDTH - indent, hanging))
 
 
 def docstring(text: str) -> str:
-    """Escape a text for the inside of a triple-quoted docstring."""
+    """Escape a text for a triple-quoted docstring."""
     escaped = text.replace("\\", "\\\\")
     if '"' not in escaped:
         return escaped
@@ -80,7 +81,7 @@ def docstring(text: str) -> str:
 
 
 SUPPORT: Final = "stagewire.support"
-"""The one module of the runtime that a package imports."""
+"""The only module of the runtime that a package imports."""
 
 
 def _class(table: Enumeration | FlagTable) -> str:
@@ -98,9 +99,9 @@ def class_doc(
 ) -> str:
     """Return the docstring of a message class, escaped.
 
-    :param first: the first line: what it is, which way it goes, how long it is.
-    :param paragraphs: what follows; empty ones are left out.
-    :param errata: those of the message.
+    :param first: the first line.
+    :param paragraphs: the paragraphs that follow; empty ones are left out.
+    :param errata: the errata of the message.
     """
     parts = [first, *(paragraph(text, 4) for text in paragraphs if text)]
     lines = [
@@ -114,34 +115,52 @@ def class_doc(
 def message_doc(
     protocol: Protocol, message: Message, layout: Layout | None, named: str, size: str
 ) -> str:
-    """Return the docstring of a class of a message, escaped.
+    """Return the docstring of a message class, escaped.
 
-    :param layout: the layout that the class is for; None where the message has none.
+    :param layout: the layout of the class; None if the message has none.
     :param named: the message and its id.
-    :param size: how long it is, in words.
+    :param size: its length in words.
     """
-    first = f"{named}, {DIRECTIONS[message.direction]}, {size}"
-    if not message.overlay:  # two names make a line long
-        first += f"; {where(protocol, message.pages)}"
+    facts = f"{named}, {DIRECTIONS[message.direction]}, {size}"
+    if not message.overlay:  # the pages of an overlay have a paragraph of their own
+        facts += f"; {where(protocol, message.pages)}"
+    paragraphs = message_paragraphs(protocol, message, layout, MARKUP, f"{facts}.")
     return class_doc(
-        f"{first}.",
-        message_paragraphs(protocol, message, layout, MARKUP),
+        *opened(paragraphs),
         layout.all_fields if layout else (),
         errata_of(protocol, message.errata),
     )
 
 
-def command_doc(protocol: Protocol, message: Message, layout: Layout, first: str) -> str:
-    """Return the docstring of a class of a command or a setup command, escaped."""
+def command_doc(protocol: Protocol, message: Message, layout: Layout, facts: str) -> str:
+    """Return the docstring of a class of a command or a setup command, escaped.
+
+    :param facts: its name, bytes and length; the beginning of a sentence.
+    """
     dummy = "A dummy function: refused unless ``allow_dummy`` is given."
     return class_doc(
-        first,
-        command_paragraphs(protocol, message, layout, MARKUP, dummy),
+        *opened(command_paragraphs(protocol, message, layout, MARKUP, facts, dummy)),
         layout.fields,
         errata_of(protocol, message.errata),
     )
 
 
+def opened(paragraphs: Iterable[str], indent: int = 4) -> tuple[str, list[str]]:
+    """Return the first line of a docstring, and the paragraphs after it.
+
+    The first line is the first sentence of the first paragraph. If that is too long for a line, the line
+    is the first sentence of the second paragraph instead.
+
+    :param indent: number of spaces before the docstring.
+    """
+    texts = list(paragraphs)
+    for index in (0, 1):
+        head, rest = first_sentence(texts[index])
+        if indent + len('"""') + len(docstring(head)) <= WIDTH:
+            return head, [*texts[:index], rest, *texts[index + 1 :]]
+    return texts[0], texts[1:]
+
+
 def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
-    """Return where in the document something stands, as a docstring names it."""
+    """Return the place in the document, as a docstring names it."""
     return documentation.where(protocol, pages, MARKUP, overlay)

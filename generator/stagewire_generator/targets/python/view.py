@@ -1,4 +1,4 @@
-"""The Python package of a protocol: the view of each module, its imports, and their rendering."""
+"""The Python package of a protocol: the views of its modules, their imports, and rendering."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from stagewire_generator.targets.registry import registry_text
 from stagewire_generator.targets.templates import Templates, TemplatesError
 from stagewire_generator.targets.vectors import vectors_text
 
-# base of a class -> what else its template names
+# base of a class -> other names that its template uses
 _BESIDE = {"FramedMessage": ("check_addresses",)}
 # kinds of classes
 _WITH_STRUCT = {"plain", "undecided", "command", "payload"}
@@ -39,7 +39,7 @@ _WITH_SELF = {"plain", "command", "payload"}
 
 
 def class_imports(package: str, views: Sequence[ClassView]) -> list[Import]:
-    """Return what a module of messages imports for its classes."""
+    """Return the imports of a module of messages."""
     names = {"Direction", "Layout"}
     for view in views:
         names.update((view.base, *_BESIDE.get(view.base, ())))
@@ -60,8 +60,8 @@ class ChapterView:
     name: str
     doc: str
     classes: tuple[ClassView, ...]
-    uses_struct: bool  # whether a class packs or reads named fields
-    uses_self: bool  # whether a class is made from named fields
+    uses_struct: bool  # whether a class packs or unpacks named fields
+    uses_self: bool  # whether a class has named fields
     imports: tuple[Import, ...]
     names: tuple[str, ...]
 
@@ -79,12 +79,12 @@ class PackageView:
     stages: tuple[StageView, ...]
     stage_imports: tuple[str, ...]
     quantities: tuple[QuantityView, ...]
-    messages: tuple[str, ...]  # the names of all classes of messages
-    message_base: str  # the class that they have in common
-    devices: DevicesView | None  # of a protocol with units
+    messages: tuple[str, ...]  # names of all message classes
+    message_base: str  # their common base class
+    devices: DevicesView | None  # None for a protocol without units
     exports: tuple[str, ...]
     protocol_imports: tuple[str, ...]
-    protocol: Nested  # the call that makes the protocol object
+    protocol: Nested  # the call that creates the protocol object
 
 
 def package_view(protocol: Protocol) -> PackageView:
@@ -137,12 +137,12 @@ def package_view(protocol: Protocol) -> PackageView:
 
 
 def _plain(text: str) -> str:
-    """Return a text with single blanks, and none at its ends."""
+    """Return a text with single spaces, and none at its ends."""
     return " ".join(text.split())
 
 
 def _overlay(overlay: Overlay) -> str:
-    """Return what the package says of a later issue that is laid over the document."""
+    """Return the description of an overlay: a later issue of the document."""
     document = overlay.document
     issue = f"{document['title']}, issue {document['issue']} of {document['date']}"
     return f"With the overlay ``{overlay.name}``: {sentence(overlay.title)} Its document: {issue}."
@@ -188,7 +188,7 @@ _MODULES = {
 def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
     """Return path -> text of the package.
 
-    Raises :class:`TemplatesError` when templates of a user make of it what is no Python.
+    :raises TemplatesError: if the user's templates produce invalid Python.
     """
     view = package_view(protocol)
     folder = f"python/{protocol.package}"
@@ -211,7 +211,7 @@ def render(protocol: Protocol, templates: Templates) -> dict[str, str]:
 
 
 def _devices(rendered: Callable[..., str], devices: DevicesView, folder: str) -> dict[str, str]:
-    """Return path -> text of the device classes, those for threads and those for asyncio."""
+    """Return path -> text of the device classes for threads and for asyncio."""
     files = {
         f"{folder}/devices/{name}.py": rendered(f"device_{name}.py.j2")
         for name in ("facts", "tables")
@@ -232,7 +232,7 @@ def _devices(rendered: Callable[..., str], devices: DevicesView, folder: str) ->
 
 
 def _check_syntax(modules: dict[str, str]) -> None:
-    """Check that modules can be compiled; ours always can, so that it is done for a user's alone."""
+    """Check that the modules compile. Needed only for user templates: ours produce valid Python."""
     problems = []
     for path, text in modules.items():
         try:

@@ -1,4 +1,4 @@
-"""Device classes: what a unit is asked and told, as methods, for threads and for asyncio."""
+"""Device classes, for threads and for asyncio: a method for each request to a unit."""
 
 from stagewire_generator.targets.python.devices.view import DevicesView, devices_view
 

@@ -1,4 +1,4 @@
-"""The arguments and results of one message: its fields, raw and in units, and what they are called."""
+"""The arguments and results of a message: its fields, raw and in units, and their names."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from stagewire_generator.model import Field, Layout, Message, Protocol, Quantity
 from stagewire_generator.naming import camel
 
 _SYMBOLS = {"V": "volts", "N": "newtons"}
-# What every device class has from the runtime, and what the modules of generated parts import.
+# Attributes that every device class inherits from the runtime, and imports of the generated modules.
 METHODS = frozenset(keyword.kwlist) | frozenset({
     "axis", "axis_class", "bay", "bay_class", "bays", "channel", "channel_class", "channels", "close",
     "e", "f", "facts", "info", "is_moving", "low_level", "mode", "mro", "open", "reconnect", "scales",
     "serial_number", "session", "subscribe", "t", "text", "unit", "url", "v", "values"
 })  # fmt: skip
-# What an argument of a method, or an attribute of the values that it returns, cannot be called.
+# Names that arguments of methods, and attributes of the values they return, cannot have.
 ARGUMENTS = frozenset(keyword.kwlist) | frozenset({
     "counts", "e", "exact", "f", "known", "m", "message", "mro", "names", "scales", "self", "t", "told",
     "timeout", "v"
@@ -31,27 +31,27 @@ def unit_words(unit: str) -> str:
 
 
 def short_words(message: Message) -> tuple[str, ...]:
-    """Return the words of a message in small letters, without that of its group."""
+    """Return the words of a message in lower case, without the word of its group."""
     words = tuple(word.lower() for word in message.words)
     return words[1:] if message.group and can_begin(words[1:]) else words
 
 
 def verbless(words: tuple[str, ...]) -> tuple[str, ...]:
-    """Return words without the verb that asks or answers, if others are left."""
+    """Return words without a leading ``get``, ``req`` or ``read``, if others are left."""
     return words[1:] if words[0] in ("get", "req", "read") and can_begin(words[1:]) else words
 
 
 def can_begin(words: Sequence[str]) -> bool:
-    """Whether a name can begin with these words: there are some, and no digit is in front."""
+    """Whether a name can begin with these words: there is one, and it begins with a letter."""
     return bool(words) and words[0][0].isalpha()
 
 
 def apart(things: Iterable[Sequence[str]], taken: Collection[str], word: str) -> list[str]:
-    """Return a name for each thing: no two alike, and none of them taken.
+    """Return a unique name for each thing; none of them is taken.
 
-    :param things: the names that each may have, the best first. Of two that are alike both go on to
-        their next, if they have one.
-    :param word: stands behind a name for which there is no next.
+    :param things: candidate names of each thing, the best first. If two things have the same name, both
+        use their next candidate, if there is one.
+    :param word: appended to a name without a next candidate.
     """
     choices = [list(names) for names in things]
     while True:
@@ -77,7 +77,7 @@ def apart(things: Iterable[Sequence[str]], taken: Collection[str], word: str) ->
 class Way:
     """A unit in which a value may be given.
 
-    :param case: the value of the setting that makes it this unit; empty where none does.
+    :param case: the value of the setting with which the unit applies; empty if no setting decides.
     """
 
     keyword: str
@@ -87,11 +87,11 @@ class Way:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """A field that a caller gives or is given.
+    """A field that is an argument or a result of a method.
 
-    :param keyword: what its raw value is called.
-    :param ways: the units in which it may be given; none where it has none.
-    :param default: what it holds if the caller does not say; None where he has to.
+    :param keyword: name of the argument for the raw value.
+    :param ways: units in which the value may be given.
+    :param default: value if the argument is left out; None if it is required.
     """
 
     field: Field
@@ -101,14 +101,14 @@ class Argument:
 
 
 def table_class(field: Field) -> str:
-    """Return the class that names the values or bits of a field; empty where it has none."""
+    """Return the class of the named values or bits of a field; empty if it has none."""
     if field.enum:
         return f"e.{camel(field.enum.name)}"
     return f"f.{camel(field.flags.name)}" if field.flags else ""
 
 
 def given_fields(protocol: Protocol, layout: Layout) -> list[Field]:
-    """Return the fields that a caller gives: not the channel, and nothing that is reserved."""
+    """Return the fields that are arguments: all but the channel, constants and reserved fields."""
     channel = protocol.framing.get("channel")
     return [f for f in layout.all_fields if f.role == "value" and f.name != channel]
 
@@ -118,9 +118,9 @@ def arguments_of(
 ) -> tuple[Argument, ...]:
     """Return the arguments of a message, in the order of its fields.
 
-    :param words: those of the set. What a field begins with, and the set begins with too, is left out in
-        front of a unit: ``jog_step_size`` of the jog parameters is ``step_size_mm``.
-    :param single: what the raw value is called where only one field has a unit; empty for its own name.
+    :param words: the words of the set. A prefix that a field shares with its set is dropped in names with
+        a unit: ``jog_step_size`` of the jog parameters becomes ``step_size_mm``.
+    :param single: name of the raw value if only one field has a unit; empty for the name of the field.
     """
     units = {field.name: list(_units(field.quantity)) for field in fields}
     alone = sum(map(bool, units.values())) == 1
@@ -145,7 +145,7 @@ def arguments_of(
 
 
 def _names(field: str, unit: str, words: Sequence[str], alone: bool) -> list[str]:
-    """Return what a value in a unit may be called, the best first."""
+    """Return candidate names for a value in a unit, the best first."""
     parts = field.split("_")
     for word in words:
         if parts[0] != word or not can_begin(parts[1:]):
@@ -156,7 +156,7 @@ def _names(field: str, unit: str, words: Sequence[str], alone: bool) -> list[str
 
 
 def _units(quantity: Quantity | None) -> Iterator[tuple[str, str]]:
-    """Yield the units of a quantity, each with the case of the setting that it belongs to."""
+    """Yield the units of a quantity, each with its value of the setting."""
     if quantity is None:
         return
     if "cases" in quantity.rule:

@@ -10,12 +10,13 @@ from stagewire_generator.model import Factor, Field, Message, Protocol
 from stagewire_generator.targets.documentation import (
     errata_of,
     field_facts,
+    first_sentence,
     sentence,
     title_of,
 )
 from stagewire_generator.targets.python.devices.arguments import Argument, Way
 from stagewire_generator.targets.python.devices.plan import Call
-from stagewire_generator.targets.python.source import MARKUP, docstring, paragraph, where
+from stagewire_generator.targets.python.source import MARKUP, WIDTH, docstring, paragraph, where
 
 _FIRST = {
     "get_": "Read the {}.",
@@ -26,30 +27,30 @@ _HOW = {
     "get_": "",
     "set_": "All values are written in one frame.",
     "change_": (
-        "Reads the current values, changes those that are given, and writes all of them in one frame, under "
-        "one lock. Returns the values that were written."
+        "Reads the current values, replaces the given ones and writes all of them in one frame, under one "
+        "lock. Returns the values written."
     ),
     "action": "Waits until the motion has ended.",
-    "halt": "Sent before all other requests.",
+    "halt": "Sent ahead of all waiting requests.",
     "query": "Waits for the reply.",
-    "start_": "Returns a handle to wait on as soon as the message is sent.",
+    "start_": "Returns a handle for the motion as soon as the message is sent.",
 }
 _ROLES = {"get_": ("req", "get"), "set_": ("set",), "change_": ("req", "get", "set")}
 
 _VALUES = {
     "MissingFieldError": "if a value is missing; nothing is sent",
     "OutOfRangeError": "if a value is out of range; nothing is sent",
-    "BadValueError": "if a value is not a number; nothing is sent",
+    "BadValueError": "if a value has the wrong type; nothing is sent",
     "UnknownScaleError": "if a value is in a unit whose scale is unknown; nothing is sent",
 }
 _CHANGED = {
-    "MissingFieldError": "if no value is known for a field; nothing is written",
-    "OutOfRangeError": "if a value is out of range, also one that was only read; nothing is written",
-    "BadValueError": "if a value is not a number; nothing is written",
+    "MissingFieldError": "if the value of a field is unknown; nothing is written",
+    "OutOfRangeError": "if a given value or a current one is out of range; nothing is written",
+    "BadValueError": "if a value has the wrong type; nothing is written",
     "UnknownScaleError": "if a value is in a unit whose scale is unknown; nothing is written",
 }
-_OUTSIDE = {"LimitError": "if the target is outside a known travel; nothing is sent"}
-_BUSY = {"MotionUnderWayError": "if something is moving; nothing is sent"}
+_OUTSIDE = {"LimitError": "if the target is outside the known travel; nothing is sent"}
+_BUSY = {"MotionUnderWayError": "if a motion is under way; nothing is sent"}
 _LATE = {"ReplyTimeoutError": "if no reply arrives in time"}
 _NO_END = {"ReplyTimeoutError": "if the end of the motion is not reported in time"}
 _MISSED = {"TargetNotReachedError": "if the motion ends at another position"}
@@ -63,7 +64,7 @@ _LINK = {
     "SessionClosedError": "if the session is closed",
 }
 _PLACES = 10**9
-_TIMEOUT = ":param timeout: in seconds; by default the timeout of the device."
+_TIMEOUT = ":param timeout: in seconds; default: the timeout of the device."
 
 
 def raw_text(field: Field) -> str:
@@ -84,13 +85,13 @@ def unit_text(argument: Argument, way: Way) -> str:
         low, high = (_number(n, scale) for n in (field.minimum, field.maximum))
         return f"{text}; from {low} to {high}"
     if "unknown" in scale:
-        return f"{text}; refused, because its scale is unknown: {scale['unknown']}"
-    decides = {"stage": "the stage on its controller", "unit": "the kind of unit"}
-    return f"{text}; its scale depends on {decides.get(scale['by'], scale.get('setting'))}"
+        return f"{text}; not available, because the scale is unknown: {scale['unknown']}"
+    decides = {"stage": "the stage and its controller", "unit": "the controller model"}
+    return f"{text}; the scale depends on {decides.get(scale['by'], scale.get('setting'))}"
 
 
 def _number(counts: int, factor: Factor) -> str:
-    """Return counts in a unit: as a decimal if it is one, else in ten digits."""
+    """Return counts in a unit: as an exact decimal if possible, else with ten digits."""
     value = Fraction(counts) / factor.counts_per_unit
     if (value * _PLACES).denominator == 1:
         return f"{Decimal(value.numerator) / Decimal(value.denominator):f}"
@@ -101,23 +102,15 @@ def part_doc(protocol: Protocol, call: Call) -> str:
     """Return the docstring of a part, escaped."""
     names = ", ".join(f"``{message.name}``" for message in call.members.values())
     found = where(protocol, _pages(call.members.values()), call.message.overlay)
-    first = paragraph(f"{_title(call)}.", 4)
+    first = paragraph(_opening(call, start=False)[0], 4)
     return docstring(f"{first}\n\n    {paragraph(f'{names}; {found}.', 4)}\n    ")
 
 
 def _title(call: Call) -> str:
     """Return the title of a call as the beginning of a sentence."""
-    if call.message.kind != "message":  # a heading of the document, so the summary describes it
-        return _summary(call.message)[0]
-    title = title_of(call.message)
+    title = title_of(call.message) if call.message.kind == "message" else " ".join(call.words)
     stored = " that the controller has stored" if call.words[-1:] == ("stored",) else ""
     return title[:1].upper() + title[1:] + stored
-
-
-def _summary(message: Message) -> tuple[str, str]:
-    """Return the first sentence of a summary without its full stop, and the rest."""
-    first, _, rest = message.summary.partition(". ")
-    return first.removesuffix("."), rest
 
 
 def method_doc(
@@ -125,33 +118,48 @@ def method_doc(
 ) -> str:
     """Return the docstring of a method, escaped.
 
-    :param arguments: those that the caller may give.
-    :param timeout: whether the caller may give one.
+    :param arguments: the arguments of the method, without its timeout.
+    :param timeout: whether the method has a timeout.
     """
     if call.kind == "set":
         members = [call.members[role] for role in _ROLES[verb]]
         first = _FIRST[verb].format(title_of(call.message))
-        parts = [first, *_paragraphs(protocol, call, members, _HOW[verb])]
+        summary, how = members[0].summary, _HOW[verb]
     else:
-        start = verb == "start_"
-        first = paragraph(f"{_title(call)}{' without waiting for the end' if start else ''}.", 8)
-        how = _HOW["start_"] if start else _HOW.get(call.kind, "")
-        parts = [first, *_paragraphs(protocol, call, [call.message], how)]
+        members = [call.message]
+        first, summary = _opening(call, verb == "start_")
+        how = _HOW["start_"] if verb == "start_" else _HOW.get(call.kind, "")
+    texts = filter(None, (sentence(summary) if summary else "", how))
+    parts = [first, *_paragraphs(protocol, call, members, " ".join(texts))]
     lines = [paragraph(line, 8, 4) for line in _parameters(arguments)]
     if timeout:
         lines.append(_TIMEOUT)
-    errors = _errors(call, verb, bool(arguments))
+    errors = _errors(call, verb, arguments)
     lines += [paragraph(f":raises {name}: {case}.", 8, 4) for name, case in errors.items()]
     parts.append("\n        ".join(lines))
     return docstring("\n\n        ".join(filter(None, parts)) + "\n        ")
 
 
-def _errors(call: Call, verb: str, given: bool) -> dict[str, str]:
-    """Return the errors that a method raises, each with its case.
+def _opening(call: Call, start: bool) -> tuple[str, str]:
+    """Return the first line of the docstring of a method that sends one message, and the rest of its summary.
 
-    :param given: whether the caller gives it a value.
+    The first line of a command is its summary: its title is the printed heading, which is not a sentence.
     """
-    values = _VALUES if given else {}
+    end = " without waiting for the end" if start else ""
+    message = call.message
+    if message.kind == "message":
+        return f"{_title(call)}{end}.", message.summary
+    head, rest = first_sentence(sentence(message.summary))
+    head = head.removesuffix(".")
+    first = f"{head}{',' if start and ',' in head else ''}{end}."
+    if len(first) + 8 + len('"""') > WIDTH:
+        return f"{_title(call)}{end}.", message.summary
+    return first, rest
+
+
+def _errors(call: Call, verb: str, arguments: Sequence[Argument]) -> dict[str, str]:
+    """Return the errors that a method raises, each with its condition."""
+    values = _errors_of_values(_VALUES, arguments) if arguments else {}
     if call.kind == "action":
         targets = _OUTSIDE if any(a.field.target for a in call.arguments) else {}
         started = values | targets | _BUSY
@@ -164,32 +172,33 @@ def _errors(call: Call, verb: str, given: bool) -> dict[str, str]:
     if call.kind == "halt":
         return values | (_NO_END if call.message.exchange.get("completes_with") else {}) | _LINK
     if verb == "change_":
-        return _CHANGED | _LATE | _LINK
+        return _errors_of_values(_CHANGED, arguments) | _LATE | _LINK
     return values | (_LATE if verb == "get_" or call.kind == "query" else {}) | _LINK
+
+
+def _errors_of_values(errors: dict[str, str], arguments: Sequence[Argument]) -> dict[str, str]:
+    """Return the errors of values, without the one of units if no argument is in a unit."""
+    in_units = any(argument.ways for argument in arguments)
+    return {k: v for k, v in errors.items() if in_units or k != "UnknownScaleError"}
 
 
 def _paragraphs(
     protocol: Protocol, call: Call, members: Sequence[Message], how: str
 ) -> Iterator[str]:
-    """Yield the description of a method: meaning, sequence, messages and pages, notes, errata.
+    """Yield the description of a method: meaning and sequence, messages and pages, notes, errata.
 
-    :param members: the messages that it exchanges.
-    :param how: in which way, as sentences.
+    :param members: the messages that the method exchanges.
+    :param how: sentences on its meaning and sequence.
     """
     found = where(protocol, _pages(members), members[0].overlay)
     names = ", ".join(f"``{member.name}``" for member in members)
-    summary = members[0].summary
-    if members[0].kind != "message":  # its first sentence is the first line
-        summary = _summary(members[0])[1]
-    about = sentence(summary) if summary else ""
-    text = " ".join(filter(None, (about, how, f"{names}, {found}.")))
-    yield paragraph(text, 8)
+    yield paragraph(how, 8)
     notes = [note for note in (members[-1].note, call.layout.note) if note]
     yield paragraph(" ".join(map(sentence, notes)), 8)
     slugs = dict.fromkeys(slug for member in members for slug in member.errata)
     errata = [f"``{erratum.id}``" for erratum in errata_of(protocol, slugs)]
-    if errata:
-        yield paragraph(f"{'Errata' if len(errata) > 1 else 'Erratum'} {', '.join(errata)}.", 8)
+    listed = f" {'Errata' if len(errata) > 1 else 'Erratum'} {', '.join(errata)}." if errata else ""
+    yield paragraph(f"{names}, {found}.{listed}", 8)
 
 
 def _pages(members: Iterable[Message]) -> list[int]:

@@ -1,4 +1,4 @@
-"""The module of facts: the units, the settings that tell their scales, and the rules of quantities."""
+"""The module of facts: the units, the settings that decide on scales, and the rules of quantities."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ from stagewire_generator.targets.python.source import literal, where
 
 
 def setting_entries(protocol: Protocol) -> tuple[Source, ...]:
-    """Return an entry for each setting that decides on a scale."""
+    """Return an entry for each setting that a scale depends on."""
     return tuple(_setting(protocol, name, entry) for name, entry in protocol.settings.items())
 
 
 def quantity_entries(protocol: Protocol) -> tuple[Source, ...]:
-    """Return an entry for each quantity: the rule of its scale."""
+    """Return an entry for each quantity, with the rule of its scale."""
     quantities = sorted(protocol.quantities, key=lambda quantity: quantity.name)
     return tuple(keyed(literal(q.name), _rule(q.factor or q.rule, q.unit)) for q in quantities)
 
@@ -55,7 +55,7 @@ def alias_entries(protocol: Protocol) -> tuple[Source, ...]:
 
 
 def prefixes_of(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
-    """Yield the prefixes of the serial numbers of a unit or alias, if any is known."""
+    """Yield the known prefixes of the serial numbers of a unit or alias."""
     printed = {entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry}
     known = {
         int(prefix)
@@ -67,7 +67,7 @@ def prefixes_of(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
 
 
 def reported_as(entry: Json) -> Iterator[Source]:
-    """Yield the models that a unit or alias reports besides its name, if any is known."""
+    """Yield the models that a unit or alias is known to report besides its name."""
     if "reported_as" in entry:
         yield Nested("reported_as=(", tuple(map(literal, entry["reported_as"])), ")")
 
@@ -80,7 +80,7 @@ def _setting(protocol: Protocol, name: str, entry: Json) -> Nested:
 
 
 def _told(protocol: Protocol, unit: str, owner: str, teller: Json) -> Nested:
-    """Return a set that tells a setting: its messages, its field, and what that holds."""
+    """Return a source of a setting: a parameter set, its field, and the meaning of its values."""
     messages = {m.set[1]: m for m in protocol.messages if m.set and m.set[0] == owner}
     items: list[Source] = []
     for role in ("set", "req", "get"):
@@ -154,10 +154,10 @@ _TOLD = {"identity": "identity", "bays": "bay_used"}
 
 @dataclass(frozen=True, slots=True)
 class FactsView:
-    """The module.
+    """The module of facts.
 
-    :param lists: statements that name the messages of units, and what hinders their motions.
-    :param units: the statement of the units; the others likewise.
+    :param lists: statements with the messages of units and the states that prevent motions.
+    :param units: the statement of the units; the other parameters are also statements.
     """
 
     lists: tuple[Nested, ...]
@@ -169,7 +169,7 @@ class FactsView:
 
     @property
     def statements(self) -> tuple[Nested, ...]:
-        """All of them."""
+        """All statements."""
         return (
             *self.lists, self.units, self.settings, self.quantities, self.aliases, self.facts
         )  # fmt: skip
@@ -209,7 +209,7 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
 
 
 def _channels(protocol: Protocol) -> str:
-    """Return the class that names the channels; empty where none does."""
+    """Return the class of the named channels; empty if there is none."""
     channel = protocol.framing.get("channel")
     fields = (f for m in protocol.messages for layout in m.layouts for f in layout.all_fields)
     classes = {table_class(field) for field in fields if field.name == channel}
@@ -226,12 +226,12 @@ def _frozenset(head: str, names: list[str]) -> Nested:
 
 
 def messages_from(protocol: Protocol, entry: Json) -> str:
-    """Return where the list of the messages of a unit comes from, as a sentence about them."""
+    """Return the source of the list of messages of a unit, as the end of a sentence."""
     units = protocol.units
     family = units["families"][entry["family"]]
     key = entry.get("list") or ("like" in family and units["units"][family["like"]]["list"])
     if not key:
-        return f"its family's, {entry['family']}: {family.get('note', family['title'])}"
+        return f"those of its family {entry['family']}: {family.get('note', family['title'])}"
     found = where(protocol, [units["lists"][key]["page"]])
     if "list" in entry:
         return f"the printed list, {found}"
@@ -286,7 +286,7 @@ def _strings(head: str, names: list[str]) -> Nested:
 
 
 def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
-    """Yield what tells that something moves: bits of a status, what asks for it, or a question."""
+    """Yield how a motion is detected: the bits of a status, the request for it, or a poll."""
     found: dict[str, tuple[int, Source]] = {}
     for message, layout in said_by(protocol, unit):
         for field in layout.fields:
@@ -296,7 +296,7 @@ def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator
                 found[message.name] = (layout.length, f"{class_of(message, layout)}: {value}")
     if (
         found and not rules_of(protocol.framing["kind"]).polls
-    ):  # a command asks whether an axis is idle
+    ):  # otherwise a command polls whether an axis is idle
         yield Nested("moving={", tuple(source for _, source in found.values()), "}")
     asked = [
         (length, call.constant)
@@ -321,7 +321,10 @@ def _motion(field: Field, unit: str) -> int:
 
 
 def _quantities(protocol: Protocol, unit: UnitPlan, *, sent: bool = False) -> set[str]:
-    """Return the quantities of a unit's messages; or of those only that are sent to it."""
+    """Return the quantities of a unit's messages.
+
+    :param sent: whether to include only messages to the unit.
+    """
     return {
         field.quantity.name
         for message in protocol.messages

@@ -1,4 +1,4 @@
-"""What may keep something from moving: the states in the module of facts, and what asks for them."""
+"""States that prevent a motion, as tables in the module of facts, and the requests that read them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stagewire_generator.targets.python.source import literal
 
 
 def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layout]]:
-    """Yield what a unit says: messages to the host and replies, in the layouts that it uses."""
+    """Yield the messages and replies that a unit sends, in the layouts that it uses."""
     status = unit.entry.get("status")
     for message in protocol.messages:
         if message.name in unit.messages:
@@ -33,7 +33,7 @@ def said_by(protocol: Protocol, unit: UnitPlan) -> Iterator[tuple[Message, Layou
 
 
 def hindrance_lists(protocol: Protocol) -> tuple[Nested, ...]:
-    """Return a statement for each table that has states which hinder a motion."""
+    """Return a statement for each table with states that prevent a motion."""
     every: tuple[FlagTable | Enumeration, ...] = (*protocol.flags, *protocol.enumerations)
     tables = [table for table in every if _states(table)]
     return tuple(
@@ -43,7 +43,7 @@ def hindrance_lists(protocol: Protocol) -> tuple[Nested, ...]:
 
 
 def hindrance_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
-    """Yield where a unit says what hinders a motion, and what asks it for that."""
+    """Yield the fields of a unit that report such states, and the requests that read them."""
     if not any(_moves(message) for message in protocol.messages if message.name in unit.messages):
         return
     found: dict[str, tuple[int, FlagTable | Enumeration]] = {}
@@ -66,7 +66,9 @@ def hindrance_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -
     known: set[str] = set()
     questions: list[Source] = []
     knows_status = False
-    for _, table, constant in sorted(asked, key=lambda x: (-x[0], x[2])):  # the longest says most
+    for _, table, constant in sorted(
+        asked, key=lambda x: (-x[0], x[2])
+    ):  # the longest has most states
         causes = {state.hinders["cause"] for state in _states(table)}
         is_status = isinstance(table, FlagTable)
         if causes <= known or (is_status and knows_status):  # one status word is enough
@@ -79,13 +81,13 @@ def hindrance_entries(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -
 
 
 def _moves(message: Message) -> bool:
-    """Whether a message starts something whose end is awaited."""
+    """Whether a message starts a motion whose end is awaited."""
     exchange = message.exchange
     return "ends_when" in exchange or {"completes_with", "halted_by"} <= exchange.keys()
 
 
 def _can_be_asked(call: Call, unit: UnitPlan) -> bool:
-    """Whether a unit takes the question of a call, which needs no value of the user."""
+    """Whether a unit supports the request of a call and the request has no arguments."""
     if call.kind == "set":
         return (
             "req" in call.members and call.members["req"].name in unit.messages and not call.asked

@@ -1,4 +1,4 @@
-"""The imports of the modules of devices: exactly the names that their source uses."""
+"""The imports of the modules of devices: exactly the names that the source uses."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def units_imports(
 
 
 def _bases(names: Iterable[str], aio: bool) -> list[str]:
-    """Return what is imported of base classes: those for asyncio have names of their own there."""
+    """Return the imports of base classes; those for asyncio have other names in the runtime."""
     return [f"Async{name} as {name}" if aio else name for name in names]
 
 
@@ -108,7 +108,7 @@ def _aliased(package: str, used: Collection[str]) -> list[Import]:
 
 
 def _names(sources: Iterable[Source]) -> set[str]:
-    """Return the names in source; one that a dotted name begins with also with its dot."""
+    """Return the names in source; the first part of a dotted name is also included with its dot."""
     names: set[str] = set()
     text = _LITERAL.sub("", "\n".join(map(flat, sources)))
     for dotted in set(re.findall(r"[\w.]+", text)):

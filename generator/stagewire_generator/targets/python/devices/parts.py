@@ -1,4 +1,4 @@
-"""Parts of device classes: the calls that units share, their methods, and which class of a unit has them."""
+"""Mixins of device classes: the calls that units share, their methods, and the classes with each call."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _RETURNS_OF_KIND = {"action": "MotionEnd", "halt": "MotionEnd | None", "command"
 
 @dataclass(frozen=True, slots=True)
 class MethodView:
-    """One method."""
+    """A method."""
 
     name: str
     signature: Nested
@@ -46,8 +46,8 @@ class MethodView:
 def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool) -> MethodView:
     """Make the view of a method.
 
-    :param verb: what its name begins with; empty for one that is called by its words alone.
-    :param aio: whether it is for asyncio.
+    :param verb: the prefix of its name; empty for a name that is only the words of the call.
+    :param aio: whether the method is for asyncio.
     """
     timeout = verb != "start_"
     arguments = call.arguments
@@ -61,7 +61,7 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
     primitive = _PRIMITIVES.get(verb) if call.kind in ("set", "action") else None
     primitive = primitive or _OF_KIND[call.kind]
     if verb == "set_" and "get" not in call.members:
-        primitive = "_tell"  # a command, since nothing reads it
+        primitive = "_tell"  # it cannot be read, so it is a command
     returns = _RETURNS.get(verb) if call.kind in ("set", "action") else None
     if returns is None:
         returns = f"v.{call.values.name}" if call.values else _RETURNS_OF_KIND[call.kind]
@@ -88,7 +88,7 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
 
 
 def _positional(arguments: Sequence[Argument]) -> tuple[Argument, ...]:
-    """Return those that may be given by position: without a unit, and none without a default behind one."""
+    """Return the arguments that may be positional: without a unit, and with defaults at the end."""
     found = tuple(a for a in arguments if not a.ways)
     defaults = [a.default is not None for a in found]
     return found if defaults == sorted(defaults) else ()
@@ -100,13 +100,13 @@ def _without(arguments: Sequence[Argument], others: Sequence[Argument]) -> tuple
 
 
 def _keywords(argument: Argument, some: bool) -> list[str]:
-    """Return the keywords of a value: the raw one, and one for each unit."""
+    """Return the parameters of a value: the raw one, and one for each unit."""
     parameter = _parameter(argument, some or bool(argument.ways))
     return [parameter, *(f"{way.keyword}: Number | None = None" for way in argument.ways)]
 
 
 def _parameter(argument: Argument, optional: bool) -> str:
-    """Return a raw value as a parameter."""
+    """Return the parameter of a raw value."""
     field = argument.field
     head = f"{argument.keyword}: {_type(field)}"
     if argument.default is not None and not optional:
@@ -124,7 +124,7 @@ def _type(field: Field) -> str:
 class Part:
     """A class with the methods of one parameter set, or of one message in all its forms.
 
-    :param verbs: what its methods begin with; of a set perhaps fewer than the set has.
+    :param verbs: prefixes of its methods; may be only some of the set's.
     """
 
     name: str
@@ -136,7 +136,7 @@ class Part:
 class ClassPlan:
     """A class of a unit.
 
-    :param base: the class of the runtime that it is made from.
+    :param base: its base class in the runtime.
     :param element: the class of its bays, channels or axes; empty if it has none.
     """
 
@@ -149,7 +149,7 @@ class ClassPlan:
 
 @dataclass(frozen=True, slots=True)
 class UnitPlan:
-    """A unit and its classes, the device itself the last."""
+    """A unit and its classes; the device itself is the last."""
 
     name: str
     entry: Json
@@ -159,9 +159,9 @@ class UnitPlan:
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """All parts that units have, in the order of the document, and the units.
+    """All parts in the order of the document, and the units.
 
-    :param names: constant of a call -> what its methods are called, behind their verbs.
+    :param names: constant of a call -> name of its methods without the verb.
     """
 
     parts: tuple[Part, ...]
@@ -170,7 +170,7 @@ class Parts:
 
 
 def parts_of(plan: Plan) -> Parts:
-    """Return the parts that the units of a protocol need, and the classes of the units."""
+    """Return the parts that the units of a protocol need, and the units with their classes."""
     protocol = plan.protocol
     entries = dict(sorted(protocol.units.get("units", {}).items()))
     messages = {name: _messages(protocol, entry) for name, entry in entries.items()}
@@ -191,7 +191,7 @@ def parts_of(plan: Plan) -> Parts:
 
 
 def _messages(protocol: Protocol, entry: Json) -> frozenset[str]:
-    """Return what a unit answers and sends: its printed list, or what its family has instead."""
+    """Return the messages of a unit: its printed list, or the list of its family."""
     units = protocol.units
     key = entry.get("list")
     if key is None:
@@ -204,7 +204,7 @@ def _messages(protocol: Protocol, entry: Json) -> frozenset[str]:
 
 
 def _verbs(call: Call, known: frozenset[str]) -> tuple[str, ...]:
-    """Return the methods of a call that a unit with these messages has."""
+    """Return the verbs of a call that a unit with these messages supports."""
     have = {role for role, message in call.members.items() if message.name in known}
     if call.kind != "set":
         answers = call.message.exchange.get("answered_by", ())
@@ -244,7 +244,7 @@ def _classes(
 def _takers(
     framing: DeviceFraming, protocol: Protocol, calls: Sequence[Call], shape: Shape
 ) -> tuple[str, ...]:
-    """Return the levels whose classes get a call: where its message goes, and whose channel it names."""
+    """Return the levels whose classes get a call; they depend on its addressee and its channel."""
     message, controller = calls[0].message, "bay" if "bay" in shape else DEVICE
     if framing.names_channel(protocol, calls):
         return ("channel",) if "channel" in shape else (controller,)
@@ -254,9 +254,9 @@ def _takers(
 
 
 def _method_names(classes: Iterable[Sequence[Part]]) -> Mapping[str, str]:
-    """Return what the methods of each call are called, such that no class has two of one name.
+    """Return the names of the methods of each call, unique within each class.
 
-    Of two calls of one class that are alike both get the word of their group in front.
+    If two calls of a class have the same name, both are prefixed with the word of their group.
     """
     made = list(classes)
     calls = {call.constant: call for parts in made for part in parts for call in part.calls}

@@ -1,4 +1,4 @@
-"""What can be called: a table for each message that a host sends, or for a whole parameter set."""
+"""The calls of a protocol: one for each message that a host sends, or for a whole parameter set."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _VALUES = frozenset({
 
 @dataclass(frozen=True, slots=True)
 class ValuesPlan:
-    """A class for what a controller says in one layout of a message."""
+    """A class for the values that a controller reports in one layout of a message."""
 
     name: str
     message: Message
@@ -44,13 +44,13 @@ class ValuesPlan:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """One table, and what its methods are called.
+    """A table and its methods.
 
     :param kind: set, query, action, halt or command.
-    :param words: what is set, asked or done: ``vel params``, ``move absolute``.
-    :param members: role -> message: of a set ``set``, ``req``, ``get``; else ``message``.
-    :param layout: that of what is sent.
-    :param asked: what the request of a set takes beside its channel.
+    :param words: words of its name: ``vel params``, ``move absolute``.
+    :param members: role -> message: ``set``, ``req`` and ``get`` of a set, else ``message``.
+    :param layout: layout of the message that is sent.
+    :param asked: arguments of the request of a set, without its channel.
     """
 
     kind: str
@@ -64,12 +64,12 @@ class Call:
 
     @property
     def message(self) -> Message:
-        """The message that stands for the call: it says who takes it."""
+        """The message that represents the call and decides who receives it."""
         return next(iter(self.members.values()))
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """The verbs of its methods; an empty one stands for the words alone."""
+        """The verbs of its methods; an empty verb means that the name is only the words."""
         if self.kind == "set":
             readable = {"req", "get"} <= self.members.keys()
             verbs = (("get_", readable), ("set_", "set" in self.members))
@@ -81,7 +81,7 @@ class Call:
 
     @property
     def long_words(self) -> tuple[str, ...]:
-        """Its words with that of its group in front."""
+        """Its words with the word of its group in front."""
         return (*self._group, *self.words)
 
     @property
@@ -91,11 +91,11 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Everything that can be asked and told, and what comes back."""
+    """All calls of a protocol, and the classes of their results."""
 
     protocol: Protocol
     values: tuple[ValuesPlan, ...]
-    calls: tuple[Call, ...]  # halts first: the others refer to them
+    calls: tuple[Call, ...]
 
 
 def camel_words(words: Sequence[str]) -> str:
@@ -104,7 +104,7 @@ def camel_words(words: Sequence[str]) -> str:
 
 
 def plan_of(protocol: Protocol) -> Plan:
-    """Return what can be called: not what has no layout, and no dummy, which a controller ignores."""
+    """Return the calls, without messages that have no layout and without dummies."""
     values = tuple(_values(protocol))
     answers = {v.message.name: v for v in values if v.layout.form == "reply" or _is_alone(v)}
     calls = [*_sets(protocol, answers), *_messages(protocol, answers)]
@@ -137,7 +137,7 @@ def _named(call: Call, constant: str) -> Call:
 
 
 def _values(protocol: Protocol) -> Iterator[ValuesPlan]:
-    """Yield the classes of values, each with a name of its own."""
+    """Yield the classes of values, each with a unique name."""
     sets = {s.name: s for s in protocol.sets}
     answering = {name for m in protocol.messages for name in m.exchange.get("answered_by", ())}
     found: list[tuple[Message, Layout, tuple[Argument, ...]]] = []
@@ -147,7 +147,7 @@ def _values(protocol: Protocol) -> Iterator[ValuesPlan]:
                 continue
             fields = [f for f in layout.all_fields if f.role == "value"]
             if message.name not in answering and not given_fields(protocol, layout):
-                continue  # it says nothing but that it came
+                continue  # it has no values
             words = _set_words(sets[message.set[0]], message) if message.set else ()
             found.append((message, layout, arguments_of(message, fields, words)))
     names = apart([list(_values_names(m, x)) for m, x, _ in found], _VALUES, "Values")
@@ -176,7 +176,7 @@ def _sets(protocol: Protocol, answers: Mapping[str, ValuesPlan]) -> Iterator[Cal
         words = _set_words(owner, first)
         content, request = members.get("set") or members.get("get") or first, members.get("req")
         if any(len(member.layouts) != 1 for member in members.values()):
-            continue  # which of several forms a caller means is not for a table to say
+            continue  # a table cannot choose between several forms
         layout = content.layouts[0]
         asked = given_fields(protocol, request.layouts[0]) if request else []
         yield Call(
@@ -234,19 +234,19 @@ def _kind(message: Message, halting: set[str]) -> str:
 
 
 def _form_words(message: Message, layout: Layout) -> tuple[str, ...]:
-    """Return the words that distinguish a form of a message; a header form uses the stored value."""
+    """Return the words for a form of a message; a header form uses the stored value."""
     suffix = message_classes(message)[layout.form].removeprefix(message.class_name).lower()
     return () if not suffix else ("stored",) if suffix == "header" else (suffix,)
 
 
 def _answer(message: Message, answers: Mapping[str, ValuesPlan]) -> ValuesPlan | None:
-    """Return the values of what answers a message: its own reply, or the one message that does."""
+    """Return the values of the answer to a message: its reply, or the only message that answers it."""
     named = message.exchange.get("answered_by", [message.name])
     return answers.get(named[0]) if len(named) == 1 else None
 
 
 Shape: TypeAlias = Mapping[str, tuple[str, str]]
-"""Level (channel, bay, device) -> what the name of its class ends with, and its base in the runtime."""
+"""Level (channel, bay, device) -> suffix of the name of its class, and its base class in the runtime."""
 
 DEVICE: Final = "device"
 """The level of the device itself."""
@@ -254,11 +254,11 @@ DEVICE: Final = "device"
 
 @dataclass(frozen=True, slots=True)
 class DeviceFraming:
-    """The features of device classes that depend on the framing.
+    """Parts of device classes that depend on the framing.
 
-    :param shape: returns the levels of the classes of a unit, whose entry is given.
-    :param addresses: yields where a unit is reached, as arguments of its facts.
-    :param names_channel: tells whether a call names a channel of its unit.
+    :param shape: returns the levels of the classes of a unit from its entry.
+    :param addresses: yields the addresses of a unit as arguments of its facts.
+    :param names_channel: returns whether a call has a channel.
     """
 
     shape: Callable[[Protocol, Json], Shape]
@@ -267,6 +267,6 @@ class DeviceFraming:
 
 
 def device_framing_of(protocol: Protocol) -> DeviceFraming:
-    """Return what the framing of a protocol makes of its device classes."""
+    """Return the :class:`DeviceFraming` of a protocol."""
     framing: DeviceFraming = part(protocol.framing["kind"], "devices")
     return framing

@@ -1,6 +1,6 @@
-"""The module of tables: one for each call, which the classes for threads and for asyncio share.
+"""The module of tables: one per call, shared by the classes for threads and for asyncio.
 
-Also here: the modules of values, with a class for each reply of a controller.
+Also the modules of values, with a class for each reply of a controller.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from stagewire_generator.targets.python.devices.plan import Call, Plan, ValuesPl
 from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
 
 _ENDS = ("completes_with", "stops_with")
-_RANK = {"set": 0, "query": 0, "halt": 1}  # those that others refer to come first
+_RANK = {"set": 0, "query": 0, "halt": 1}  # tables that others refer to come first
 
 
 def class_of(message: Message, layout: Layout) -> str:
-    """Return the class of a layout as the modules of devices name it."""
+    """Return the class of a layout, as the modules of devices refer to it."""
     return f"m.{message_classes(message)[layout.form]}"
 
 
 def default_value(argument: Argument) -> int | None:
-    """Return the raw value of a default; the registry may have its name."""
+    """Return the raw value of a default, which the registry may give by name."""
     found, table = argument.default, argument.field.enum
     if isinstance(found, str):
-        assert table  # a lint rule has seen to it
+        assert table  # a lint rule ensures it
         return next(value.value for value in table.values if value.name == found)
     return found
 
@@ -53,15 +53,15 @@ class TableWriter:
                 self._of.setdefault(message.name, call)
 
     def tables(self) -> tuple[Nested, ...]:
-        """Return the statements that make the tables, in an order in which none refers to a later one."""
+        """Return the statements of the tables, ordered so that none refers to a later one."""
         return tuple(self._table(call) for call in self.calls)
 
     def poll(self, ends_when: dict[str, str]) -> Nested:
-        """Return what is asked for the end of an action."""
+        """Return the poll for the end of an action."""
         message = self._messages[ends_when["read"]]
         forms = {layout.form: layout for layout in message.layouts}
         field = next(f for f in forms["reply"].fields if f.name == ends_when["field"])
-        assert field.enum  # a lint rule has seen to it
+        assert field.enum  # a lint rule ensures it
         value = next(v.value for v in field.enum.values if v.name == ends_when["value"])
         items = (
             class_of(message, forms["request"]),
@@ -76,7 +76,7 @@ class TableWriter:
             call.kind, "Action"
         )
         if call.kind == "set" and "get" not in call.members:
-            kind = "Command"  # nothing reads it
+            kind = "Command"  # it cannot be read
         parts = {"ParameterSet": self._set, "Query": self._query}.get(kind, self._told)
         items = [literal("_".join(call.words)), *parts(call)]
         if call.message.addressee == "motherboard":
@@ -114,7 +114,7 @@ class TableWriter:
         stored = exchange.get("stored")
         if stored and not targets:
             source = self._of[stored["read"]]
-            assert source.values  # a lint rule has seen to it
+            assert source.values  # a lint rule ensures it
             fields = source.values.layout.all_fields
             items = [source.constant, literal(stored["field"])]
             if "when" in stored:
@@ -129,7 +129,7 @@ class TableWriter:
                 yield _tuple(f"{key}=", self._classes(muted))
 
     def _classes(self, names: Iterable[str]) -> Iterator[str]:
-        """Yield the classes of messages, in all their forms."""
+        """Yield the classes of messages in all their forms."""
         for message in (self._messages[name] for name in names):
             layouts = sorted(message.layouts, key=lambda layout: layout.form)
             yield from (class_of(message, layout) for layout in layouts)
@@ -143,9 +143,9 @@ def _given(key: str, arguments: Sequence[Argument]) -> Iterator[Nested]:
 
 
 def _state(when: dict[str, str], fields: Sequence[Field]) -> str:
-    """Return a field and the number that it holds in a state."""
+    """Return a field and its number in a state."""
     enum = next(field.enum for field in fields if field.name == when["field"])
-    assert enum  # a lint rule has seen to it
+    assert enum  # a lint rule ensures it
     value = next(v.value for v in enum.values if v.name == when["value"])
     return f"({literal(when['field'])}, 0x{value:02X})"
 
@@ -186,7 +186,7 @@ _KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes"}
 
 @dataclass(frozen=True, slots=True)
 class ValueView:
-    """One value: the statement that makes it, and what is said of it."""
+    """A value: its statement and its docstring."""
 
     made: Nested
     doc: str
@@ -194,9 +194,9 @@ class ValueView:
 
 @dataclass(frozen=True, slots=True)
 class ValuesView:
-    """One class.
+    """A class of values.
 
-    :param kinds: the classes of the runtime that they need.
+    :param kinds: the classes of the runtime that its members need.
     """
 
     name: str
@@ -217,11 +217,10 @@ def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
             members.append(ValueView(made, docstring(paragraph(sentence(text), 4))))
     message = plan.message
     found = where(protocol, message.pages, message.overlay)
-    reported = f", as ``{message.name}`` reports them"
     first = (
-        f"Values of ``{message.name}``."
-        if not message.set
-        else f"The {title_of(message)}{reported}."
+        f"The {title_of(message)} reported by ``{message.name}``."
+        if message.set
+        else f"Values of ``{message.name}``."
     )
     doc = f"{first}\n\n    {paragraph(f'{sentence(message.summary)} {sentence(found)}', 4)}\n    "
     return ValuesView(
@@ -235,7 +234,7 @@ def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
 
 
 def _members(argument: Argument) -> Iterator[tuple[str, Nested, str]]:
-    """Yield class, statement and text of each value that a field has."""
+    """Yield class, statement and text of each value of a field."""
     field = argument.field
     kind, items = _kind(field)
     head = f"{argument.keyword} = {kind}("

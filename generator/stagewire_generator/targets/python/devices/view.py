@@ -1,4 +1,4 @@
-"""The packages ``devices`` and ``aio``: which modules there are, and what is in each."""
+"""The packages ``devices`` and ``aio``: their modules and the contents of each."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _WHAT = {
 
 @dataclass(frozen=True, slots=True)
 class UnitClassView:
-    """One class of a unit."""
+    """A class of a unit."""
 
     name: str
     head: Nested
@@ -64,9 +64,9 @@ class UnitClassView:
 
 
 def unit_class_views(protocol: Protocol, unit: UnitPlan, kind: str) -> list[UnitClassView]:
-    """Make the views of the classes of a unit, the device itself the last.
+    """Make the views of the classes of a unit; the device itself is the last.
 
-    :param kind: what their docstrings say of them.
+    :param kind: words for their docstrings, such as ``" for asyncio"``.
     """
     return [_view(protocol, unit, plan, kind) for plan in unit.classes]
 
@@ -90,7 +90,7 @@ def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
         bays = paragraph(_bays(protocol, entry), 4) if plan.level == "bay" else ""
         return docstring(f"{first}\n\n    {bays}\n    " if bays else first)
     texts = [
-        f"{unit.name}, {where(protocol, [entry['page']])}. Its messages are {messages_from(protocol, entry)}",
+        f"{unit.name}, {where(protocol, [entry['page']])}. Its messages: {messages_from(protocol, entry)}",
         entry.get("note", ""),
     ]
     parts = [
@@ -101,7 +101,7 @@ def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
 
 
 def _bays(protocol: Protocol, entry: Json) -> str:
-    """Return the addresses of the bays of a rack; the first is bay 1, as in the document."""
+    """Return a sentence with the addresses of the bays of a rack, counted from 1 as in the document."""
     known = protocol.units.get("addresses", {}).get("bays")
     if not known:
         return ""
@@ -112,7 +112,7 @@ def _bays(protocol: Protocol, entry: Json) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PartView:
-    """One part of device classes."""
+    """A mixin of device classes."""
 
     name: str
     doc: str
@@ -121,7 +121,7 @@ class PartView:
 
 @dataclass(frozen=True, slots=True)
 class ModuleView:
-    """One module: what it imports, and its classes."""
+    """A module: its imports and its classes."""
 
     name: str
     imports: tuple[Import, ...]
@@ -134,7 +134,7 @@ class SideView:
     """The classes for threads, or those for asyncio.
 
     :param package: ``devices`` or ``aio``.
-    :param kind: what its docstrings say of its classes.
+    :param kind: words for docstrings: empty or ``" for asyncio"``.
     """
 
     package: str
@@ -145,10 +145,10 @@ class SideView:
 
 @dataclass(frozen=True, slots=True)
 class DevicesView:
-    """Everything about devices.
+    """All views of device classes.
 
     :param names: the classes of the units.
-    :param values_table: pairs of the classes of messages and of their values.
+    :param values_table: pairs of a message class and the class of its values.
     """
 
     names: tuple[str, ...]
@@ -163,7 +163,7 @@ class DevicesView:
 
 
 def devices_view(protocol: Protocol) -> DevicesView | None:
-    """Make the view; None for a protocol without units, or whose framing has no sessions."""
+    """Make the view; return None for a protocol without units or a framing without sessions."""
     if not FRAMINGS[protocol.framing["kind"]].devices or not protocol.units.get("units"):
         return None
     plan = plan_of(protocol)
@@ -189,7 +189,7 @@ def devices_view(protocol: Protocol) -> DevicesView | None:
 
 
 def _values(plan: Plan) -> tuple[ModuleView, ...]:
-    """Return the modules of values, one a chapter."""
+    """Return the modules of values, one per chapter."""
     modules = []
     for chapter in plan.protocol.chapters:
         views = [

@@ -1,6 +1,6 @@
 /**
  * @file failed.c
- * Prints what failed in a round trip; for hosts.
+ * Prints the failures of a round trip; for hosts.
  */
 #include <stdio.h>
 

@@ -1,9 +1,9 @@
 /**
  * @file layout.h
- * Layouts as data: what a test program asks that speaks any message by its name.
+ * Layouts as data, for test programs that handle any message by its name.
  *
- * The functions of a layout are those of the generated headers; a layout only makes them all look
- * alike. Firmware and hosts use the headers, and need nothing of this.
+ * A layout gives the functions of the generated headers a common signature. Firmware and hosts use
+ * the headers directly and do not need this file.
  */
 #ifndef STAGEWIRE_TESTING_LAYOUT_H
 #define STAGEWIRE_TESTING_LAYOUT_H
@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** What encoding or decoding came to, by the words of the testee protocol. */
+/** Result of encoding or decoding; corresponds to the error codes of the testee protocol. */
 enum stagewire_verdict {
     STAGEWIRE_OK,
     STAGEWIRE_TRUNCATED,
@@ -25,33 +25,33 @@ enum stagewire_verdict {
     STAGEWIRE_UNSUPPORTED
 };
 
-/** What the member of a struct holds that stands for a field. */
+/** Type of a struct member. */
 enum stagewire_kind {
     STAGEWIRE_UNSIGNED,
     STAGEWIRE_SIGNED,
-    STAGEWIRE_TEXT, /**< characters without an end mark */
+    STAGEWIRE_TEXT, /**< characters, not terminated */
     STAGEWIRE_BYTES
 };
 
-/** Whether a command has the slot that says how many bytes of data follow. */
+/** Whether a command has a size slot. */
 enum stagewire_size_slot {
-    STAGEWIRE_SLOT_AS_PRINTED, /**< as the document has it for this command */
+    STAGEWIRE_SLOT_AS_PRINTED, /**< as the document prints this command */
     STAGEWIRE_SLOT_GIVEN,
     STAGEWIRE_SLOT_LEFT_OUT
 };
 
-/** What carries a message, whichever of it the framing has; the rest stays zero. */
+/** The parts around a message. Members that the framing does not have are zero. */
 struct stagewire_envelope {
     uint8_t dest;
     uint8_t source;
     uint8_t axis;
     uint8_t size_slot; /**< one of enum stagewire_size_slot */
     uint32_t address;
-    const uint8_t *extra; /**< bytes beyond the layout; what was decoded has them in its bytes */
+    const uint8_t *extra; /**< bytes after the layout; of a decoded message, a part of its bytes */
     size_t extra_size;
 };
 
-/** One field of a layout, header parameters included. */
+/** A field of a layout, or a header parameter. */
 struct stagewire_field {
     const char *name;
     uint16_t offset; /**< in the C struct, not on the wire */
@@ -59,29 +59,29 @@ struct stagewire_field {
     uint16_t wire_size; /**< bytes on the wire */
     enum stagewire_kind kind;
     bool optional; /**< may be left out; then the constant is sent */
-    bool unnamed; /**< a parameter of a header that means nothing */
-    int64_t constant; /**< of this and of the range: the bits, where 8 bytes have no sign */
+    bool unnamed; /**< an unused parameter of a header */
+    int64_t constant; /**< this and the range hold the bits if the type is uint64_t */
     int64_t minimum;
     int64_t maximum;
 };
 
-/** One way in which a message stands on the wire. */
+/** A layout of a message on the wire. */
 struct stagewire_layout {
     const char *message;
     const char *form;
     const char *kind; /**< message, command or setup */
     uint16_t id;
-    const char *context; /**< what decides for this layout, such as status; NULL where bytes do */
-    const char *value; /**< what it has to be */
+    const char *context; /**< context that selects this layout, such as status, or NULL */
+    const char *value; /**< value of the context for this layout */
     uint16_t length; /**< bytes of payload */
-    uint32_t message_size; /**< bytes of all of the message, as the document prints it */
-    uint16_t struct_size; /**< bytes of the C struct; 0 where there is none */
+    uint32_t message_size; /**< bytes of the message as the document prints it */
+    uint16_t struct_size; /**< bytes of the C struct; 0 if there is none */
     const struct stagewire_field *fields;
     uint16_t field_count;
-    /** Encodes a message; *size is set when it did. Unchecked, no range is looked at. */
+    /** Encodes a message and sets *size on success. Checks ranges only if checked is true. */
     enum stagewire_verdict (*encode)(const void *message, const struct stagewire_envelope *to,
         uint8_t *out, size_t cap, size_t *size, bool checked);
-    /** Decodes exactly one message; *from, which may be NULL, is set when it did. */
+    /** Decodes exactly one message and sets *from on success; from may be NULL. */
     enum stagewire_verdict (*decode)(const uint8_t *bytes, size_t size, void *message,
         struct stagewire_envelope *from);
 };

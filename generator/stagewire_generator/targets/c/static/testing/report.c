@@ -1,12 +1,12 @@
 /**
  * @file report.c
- * Prints findings; the one file of the vectors that needs a standard library.
+ * Prints results; the only file of the vectors that needs a standard library.
  */
 #include "testing/report.h"
 
 #include <stdio.h>
 
-/* How many examples came to what, by enum stagewire_outcome. */
+/* Number of examples for each enum stagewire_outcome. */
 struct tally {
     size_t of[STAGEWIRE_NOTED + 1];
 };

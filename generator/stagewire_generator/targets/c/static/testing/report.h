@@ -1,6 +1,6 @@
 /**
  * @file report.h
- * Runs suites on a host and prints what was found.
+ * Runs suites on a host and prints the results.
  */
 #ifndef STAGEWIRE_TESTING_REPORT_H
 #define STAGEWIRE_TESTING_REPORT_H
@@ -12,9 +12,9 @@ extern "C" {
 #endif
 
 /**
- * Runs suites, prints a line for every example and one with the figures of each suite.
+ * Runs suites, and prints a line for each example and a summary line for each suite.
  *
- * Returns what main() has to return: 0, or 1 when an example failed.
+ * Returns the exit status for main(): 0, or 1 if an example failed.
  */
 int stagewire_print(const struct stagewire_suite *const *suites, size_t count);
 

@@ -1,6 +1,6 @@
 /**
  * @file round_trip.h
- * What the typed tests of all packages have in common.
+ * Macros and functions that the round trips of all packages share.
  */
 #ifndef STAGEWIRE_TESTING_ROUND_TRIP_H
 #define STAGEWIRE_TESTING_ROUND_TRIP_H
@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** Counts a failure into `failed` unless the condition holds, and tells of it. */
+/** Counts a failure in `failed` and reports it, unless the condition holds. */
 #define CHECK(condition) \
     do { \
         if (!(condition)) { \
@@ -18,20 +18,20 @@
         } \
     } while (false)
 
-/** Checks that text or bytes of `message` came back as they were in `content`. */
+/** Checks that text or bytes in `message` are equal to those in `content`. */
 #define CHECK_SAME(member) \
     CHECK(stagewire_same(message.member, sizeof(message.member), content->member))
 
-/** The members of a content. */
+/** The initialiser of a content. */
 #define CONTENT(...) \
     { \
         __VA_ARGS__ \
     }
 
-/** Hears of what failed, in the test of which layout. Every program brings its own. */
+/** Reports a failed condition in the test of a layout. Every program defines this function. */
 void stagewire_failed(const char *layout, const char *condition);
 
-/** Returns whether bytes are the same. */
+/** Returns whether bytes are equal. */
 static inline bool stagewire_same(const void *left, size_t size, const void *right)
 {
     const uint8_t *const a = (const uint8_t *)left;

@@ -1,16 +1,16 @@
 /**
  * @file vectors.c
- * Runs worked examples and cases: every layout through its functions, field by field.
+ * Runs worked examples and cases with the functions of their layouts.
  */
 #include "testing/vectors.h"
 
-/* What buffers hold before a call, to see what it wrote; a value that no field has by habit. */
+/* Content of buffers before a call, to detect writes; an unusual value for a field. */
 #define UNTOUCHED 0xA5U
 #define MOST_EVENTS 16
 
 static void fill(uint8_t *bytes, size_t size)
 {
-    /* volatile, so that no compiler makes a call of memset of it, which a chip may not have */
+    /* volatile: otherwise compilers may call memset, which a chip may lack */
     volatile uint8_t *to = bytes;
 
     for (size_t i = 0; i < size; ++i) {
@@ -47,7 +47,7 @@ static bool same_text(const char *left, const char *right)
     return *left == *right;
 }
 
-/* Says what is looked at next, unless something was wrong before: the first counts. */
+/* Sets the place of the next check, unless a check has already failed. */
 static void look_at(struct stagewire_finding *finding, const char *where)
 {
     if (finding->outcome != STAGEWIRE_FAILED) {
@@ -55,7 +55,7 @@ static void look_at(struct stagewire_finding *finding, const char *where)
     }
 }
 
-/* Notes what is wrong unless it is right. Returns right. */
+/* Records a failure unless right is true. Returns right. */
 static bool expect(struct stagewire_finding *finding, bool right, const char *what)
 {
     if (!right && finding->outcome != STAGEWIRE_FAILED) {
@@ -70,7 +70,7 @@ static void check_encode(const struct stagewire_layout *layout,
 {
     const bool checked = vector->check != STAGEWIRE_CARRIES;
     const bool accepted = vector->verdict == STAGEWIRE_OK;
-    /* just the room that it needs; a size slot that is left out was there before */
+    /* exactly the room needed; encoding writes a size slot before removing it */
     const bool shrinks = vector->envelope.size_slot == STAGEWIRE_SLOT_LEFT_OUT;
     const size_t room = (size_t)vector->size + (shrinks ? 1U : 0U);
     uint8_t made[STAGEWIRE_LARGEST];
@@ -78,20 +78,20 @@ static void check_encode(const struct stagewire_layout *layout,
     enum stagewire_verdict verdict = STAGEWIRE_OK;
 
     fill(made, sizeof made);
-    if (!expect(finding, room <= sizeof made, "is longer than STAGEWIRE_LARGEST")) {
+    if (!expect(finding, room <= sizeof made, "longer than STAGEWIRE_LARGEST")) {
         return;
     }
     verdict = layout->encode(
         vector->values, &vector->envelope, made, accepted ? room : sizeof made, &size, checked);
     if (verdict != vector->verdict) {
-        expect(finding, !accepted, "is refused when it is encoded");
-        expect(finding, false, "is encoded, or refused in another way");
+        expect(finding, !accepted, "encoding failed");
+        expect(finding, false, "encoding succeeded, or failed with another error");
     } else if (accepted) {
-        expect(finding, size == vector->size, "is encoded to another size");
-        expect(finding, same_bytes(made, vector->bytes, vector->size), "is encoded to other bytes");
-        expect(finding, untouched(&made[room], sizeof made - room), "is encoded beyond its room");
-    } else if (vector->envelope.extra_size == 0) { /* what comes before these is encoded first */
-        expect(finding, untouched(made, sizeof made), "is refused, but written");
+        expect(finding, size == vector->size, "encoded with another size");
+        expect(finding, same_bytes(made, vector->bytes, vector->size), "encoded to other bytes");
+        expect(finding, untouched(&made[room], sizeof made - room), "wrote past the buffer");
+    } else if (vector->envelope.extra_size == 0) { /* extra bytes are appended after encoding */
+        expect(finding, untouched(made, sizeof made), "encoding failed, but wrote bytes");
     }
 }
 
@@ -103,22 +103,22 @@ static void check_difference(const struct stagewire_layout *layout,
     const enum stagewire_verdict verdict =
         layout->encode(vector->values, &vector->envelope, made, sizeof made, &size, false);
 
-    expect(finding, verdict == STAGEWIRE_OK, "is refused when it is encoded");
+    expect(finding, verdict == STAGEWIRE_OK, "encoding failed");
     expect(finding, size != vector->size || !same_bytes(made, vector->bytes, size),
-        "is encoded to the bytes that are wrong");
+        "encoded to the wrong bytes of the document");
 }
 
 static void check_envelope(const struct stagewire_envelope *from,
     const struct stagewire_envelope *wanted, struct stagewire_finding *finding)
 {
-    expect(finding, from->dest == wanted->dest, "comes with another destination");
-    expect(finding, from->source == wanted->source, "comes with another source");
-    expect(finding, from->axis == wanted->axis, "comes with another axis");
-    expect(finding, from->address == wanted->address, "comes with another address");
-    expect(finding, from->size_slot == wanted->size_slot, "comes with another form of its size");
-    if (expect(finding, from->extra_size == wanted->extra_size, "comes with other extra bytes")) {
+    expect(finding, from->dest == wanted->dest, "decoded another destination");
+    expect(finding, from->source == wanted->source, "decoded another source");
+    expect(finding, from->axis == wanted->axis, "decoded another axis");
+    expect(finding, from->address == wanted->address, "decoded another address");
+    expect(finding, from->size_slot == wanted->size_slot, "decoded another form of the size slot");
+    if (expect(finding, from->extra_size == wanted->extra_size, "decoded other extra bytes")) {
         expect(finding, same_bytes(from->extra, wanted->extra, wanted->extra_size),
-            "comes with other extra bytes");
+            "decoded other extra bytes");
     }
 }
 
@@ -132,21 +132,21 @@ static void check_decode(const struct stagewire_layout *layout,
     enum stagewire_verdict verdict = STAGEWIRE_OK;
 
     fill(message, sizeof room);
-    if (!expect(finding, layout->struct_size <= sizeof room, "is larger than STAGEWIRE_LARGEST")) {
+    if (!expect(finding, layout->struct_size <= sizeof room, "larger than STAGEWIRE_LARGEST")) {
         return;
     }
     verdict = layout->decode(vector->bytes, vector->size, message, &from);
-    if (!expect(finding, verdict == STAGEWIRE_OK, "is refused when it is decoded")) {
+    if (!expect(finding, verdict == STAGEWIRE_OK, "decoding failed")) {
         return;
     }
     check_envelope(&from, &vector->envelope, finding);
     expect(finding, untouched(&message[layout->struct_size], sizeof room - layout->struct_size),
-        "is decoded beyond its struct");
+        "wrote past the struct");
     for (size_t i = 0; i < layout->field_count; ++i) {
         const struct stagewire_field *const field = &layout->fields[i];
         look_at(finding, field->name);
         expect(finding, same_bytes(&message[field->offset], &wanted[field->offset], field->size),
-            "is decoded to another value");
+            "decoded another value");
     }
 }
 
@@ -160,15 +160,15 @@ static void check_refusals(const struct stagewire_layout *first,
     for (size_t i = 0; i < vector->layout_count; ++i) {
         const struct stagewire_layout *const layout = &first[i];
         if (vector->layout_count > 1 && same_text(layout->form, "reply")) {
-            continue; /* it is its data alone: nothing in the bytes says that they are not such */
+            continue; /* a reply has only data, so any bytes of this length can be a reply */
         }
         look_at(finding, layout->message);
         if (expect(
-                finding, layout->struct_size <= sizeof room, "is larger than STAGEWIRE_LARGEST")) {
+                finding, layout->struct_size <= sizeof room, "larger than STAGEWIRE_LARGEST")) {
             expect(finding,
                 layout->decode(vector->bytes, vector->size, message, NULL) == vector->verdict,
-                "is decoded, or refused in another way");
-            expect(finding, untouched(message, sizeof room), "is refused, but read");
+                "decoding succeeded, or failed with another error");
+            expect(finding, untouched(message, sizeof room), "decoding failed, but wrote values");
         }
     }
 }
@@ -179,8 +179,8 @@ static void check_events(const struct stagewire_suite *suite,
     if (expect(finding, suite->cut != NULL, "needs a parser")) {
         uint8_t events[MOST_EVENTS];
         const size_t count = suite->cut(vector->bytes, vector->size, events, sizeof events);
-        if (expect(finding, count == vector->event_count, "is cut into more events, or fewer")) {
-            expect(finding, same_bytes(events, vector->events, count), "is cut into other events");
+        if (expect(finding, count == vector->event_count, "parsed into more or fewer events")) {
+            expect(finding, same_bytes(events, vector->events, count), "parsed into other events");
         }
     }
 }
@@ -192,18 +192,18 @@ static void check_lack(const struct stagewire_suite *suite,
         const struct stagewire_layout *const layout = &suite->layouts[i];
         const bool in_form = vector->text == NULL || same_text(layout->form, vector->text);
         expect(finding, !in_form || !same_text(layout->message, vector->message),
-            "has a layout after all");
+            "has a layout");
     }
 }
 
-/* Checks what is neither encoded nor decoded. */
+/* Checks a vector that is neither encoded nor decoded. */
 static void check_other(const struct stagewire_suite *suite,
     const struct stagewire_vector *vector, struct stagewire_finding *finding)
 {
     switch (vector->check) {
     case STAGEWIRE_CONVERTS:
         expect(finding, suite->convert != NULL && suite->convert(vector->values),
-            "is converted to other counts");
+            "converted to other counts");
         break;
     case STAGEWIRE_CUTS:
         check_events(suite, vector, finding);
@@ -213,14 +213,14 @@ static void check_other(const struct stagewire_suite *suite,
         check_lack(suite, vector, finding);
         break;
     case STAGEWIRE_HOLDS:
-        expect(finding, vector->holds, "is not what the document says");
+        expect(finding, vector->holds, "differs from the document");
         break;
     case STAGEWIRE_NOTES:
         finding->outcome = STAGEWIRE_NOTED;
         finding->what = vector->text;
         break;
     default:
-        expect(finding, false, "is no kind of vector");
+        expect(finding, false, "unknown kind of vector");
         break;
     }
 }

@@ -1,12 +1,12 @@
 /**
  * @file
- * What a request has, and how it is answered.
+ * Access to requests, and answers to them.
  */
 #include "testing/testee/testee.h"
 
 #include <string.h>
 
-enum { SHOWN = 60 }; /* bytes of a value that a refusal shows */
+enum { SHOWN = 60 }; /* bytes of a value shown in an error */
 
 static const char *const refusals[] = {
     [TESTEE_TRUNCATED] = "truncated",
@@ -25,14 +25,14 @@ static const struct {
     enum testee_refusal refusal;
     const char *text;
 } verdicts[] = {
-    [STAGEWIRE_TRUNCATED] = {TESTEE_TRUNCATED, "the bytes end before the message does"},
-    [STAGEWIRE_TRAILING] = {TESTEE_TRAILING, "the message ends before the bytes do"},
+    [STAGEWIRE_TRUNCATED] = {TESTEE_TRUNCATED, "the message is incomplete"},
+    [STAGEWIRE_TRAILING] = {TESTEE_TRAILING, "bytes follow the message"},
     [STAGEWIRE_BAD_LENGTH] = {TESTEE_BAD_LENGTH, "the message has no form of this length"},
-    [STAGEWIRE_UNKNOWN_MESSAGE] = {TESTEE_UNKNOWN_MESSAGE, "there is no message with this id"},
+    [STAGEWIRE_UNKNOWN_MESSAGE] = {TESTEE_UNKNOWN_MESSAGE, "unknown message id"},
     [STAGEWIRE_OUT_OF_RANGE] = {TESTEE_OUT_OF_RANGE, "a value is out of range"},
-    [STAGEWIRE_BAD_VALUE] = {TESTEE_BAD_VALUE, "a value is of the wrong kind"},
-    [STAGEWIRE_NO_SPACE] = {TESTEE_OUT_OF_RANGE, "the message is longer than any can be"},
-    [STAGEWIRE_UNSUPPORTED] = {TESTEE_UNSUPPORTED, "the document says that this is not to be used"},
+    [STAGEWIRE_BAD_VALUE] = {TESTEE_BAD_VALUE, "a value has the wrong type"},
+    [STAGEWIRE_NO_SPACE] = {TESTEE_OUT_OF_RANGE, "the message is too long"},
+    [STAGEWIRE_UNSUPPORTED] = {TESTEE_UNSUPPORTED, "the document says not to use this command"},
 };
 
 const struct stagewire_layout *testee_layouts_end(void)

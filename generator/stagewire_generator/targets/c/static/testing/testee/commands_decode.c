@@ -53,7 +53,7 @@ static void write_message(struct testee *testee, const struct stagewire_layout *
     }
 }
 
-/* Read a command into the message of the testee. Which one it is the table of the package knows. */
+/* Read a command into the message of the testee; the package identifies it. */
 static enum stagewire_verdict read_command(struct testee *testee, const struct testee_bytes *bytes,
     const struct stagewire_layout **layout, struct stagewire_envelope *envelope)
 {
@@ -66,12 +66,12 @@ static enum stagewire_verdict read_command(struct testee *testee, const struct t
     return (*layout)->decode(bytes->bytes, bytes->size, testee->message, envelope);
 }
 
-/* The reply to the command that the request names. */
+/* Find the reply to the command that the request names. */
 static bool find_reply(struct testee *testee, const struct stagewire_layout **reply)
 {
     const struct json_value *const command = testee_get(testee, "command");
     if (message_layout(command, "request") == NULL) {
-        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "there is no such command", command);
+        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "unknown command", command);
     }
     *reply = message_layout(command, "reply");
     return *reply != NULL
@@ -91,7 +91,7 @@ static void decode(struct testee *testee)
     }
     if (has_command != (direction == COMMANDS_REPLY)) {
         (void)testee_refuse(testee, TESTEE_BAD_REQUEST,
-            "command says what a reply answers, and goes with no other direction", NULL);
+            "command is required for the direction reply, and not allowed otherwise", NULL);
         return;
     }
     memset(&envelope, 0, sizeof envelope);
@@ -140,7 +140,7 @@ static bool put_reply(
     return true;
 }
 
-/* Send the command that the request names. What it carries, and to which axis, decides nothing. */
+/* Send the command that the request names. Its data and its axis do not matter. */
 static bool ask(struct testee *testee)
 {
     const struct json_value *const command = testee_get(testee, "command");
@@ -149,7 +149,7 @@ static bool ask(struct testee *testee)
     uint8_t bytes[COMMANDS_LONGEST];
     struct testee_bytes sent = {bytes, 0};
     if (layout == NULL) {
-        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "there is no such command", command);
+        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "unknown command", command);
     }
     memset(testee->message, 0, layout->struct_size);
     const enum stagewire_verdict verdict =
@@ -166,7 +166,7 @@ static void stream(struct testee *testee)
     const bool at_host = testee_end_of(testee) == TESTEE_END_HOST;
     if (at_host != (testee_get(testee, "command") != NULL)) {
         (void)testee_refuse(testee, TESTEE_BAD_REQUEST,
-            "at the end host, and there alone, command says what was asked", NULL);
+            "command is required for the end host, and not allowed otherwise", NULL);
     } else if (!at_host) {
         testee_protocol.commands->begin();
         testee_stream(testee, &testee_protocol.commands->parser, put_command);

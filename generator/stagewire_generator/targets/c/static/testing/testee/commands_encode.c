@@ -27,11 +27,11 @@ enum command_direction command_direction_of(struct testee *testee)
         return COMMANDS_REPLY;
     }
     (void)testee_refuse(
-        testee, TESTEE_BAD_REQUEST, "direction is one of command, reply", direction);
+        testee, TESTEE_BAD_REQUEST, "direction must be command or reply", direction);
     return COMMANDS_WRONG_DIRECTION;
 }
 
-/* Whether a reply is meant; form and direction, where both are given, have to agree. */
+/* Find out whether the request is for a reply; form and direction must agree if both are given. */
 static bool find_direction(struct testee *testee, bool *is_reply)
 {
     const struct json_value *const form = testee_get(testee, "form");
@@ -45,8 +45,9 @@ static bool find_direction(struct testee *testee, bool *is_reply)
             testee, TESTEE_BAD_VALUE, "form and direction contradict each other", form);
 }
 
-/* The size slot that a form asks for; false when the command has no such form. Data cannot do without
-   the slot, and the form that the document prints has a name of its own. */
+/* Find the size slot of a form; false if the command has no such form. A command with data needs
+ * the
+   slot. The form that the document prints is always called "request". */
 static bool find_size_slot(
     const struct stagewire_layout *layout, const struct json_value *form, uint8_t *size_slot)
 {
@@ -63,7 +64,7 @@ static bool find_size_slot(
         && is_printed == (*size_slot == STAGEWIRE_SLOT_LEFT_OUT);
 }
 
-/* Find the layout that the request means, with its form and kind. */
+/* Find the layout for the message, form and kind of the request. */
 static bool find_layout(struct testee *testee, bool is_reply,
     const struct stagewire_layout **layout, uint8_t *size_slot)
 {
@@ -72,7 +73,7 @@ static bool find_layout(struct testee *testee, bool is_reply,
     const struct stagewire_layout *const request = message_layout(message, "request");
     *layout = is_reply ? message_layout(message, "reply") : request;
     if (request == NULL) {
-        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "there is no such command", message);
+        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "unknown command", message);
     }
     if (*layout == NULL
         || (!is_reply && !find_size_slot(request, testee_get(testee, "form"), size_slot))) {
@@ -80,10 +81,10 @@ static bool find_layout(struct testee *testee, bool is_reply,
             testee, TESTEE_BAD_LENGTH, "the command has no such form", testee_get(testee, "form"));
     }
     return kind == NULL || json_is(kind, request->kind)
-        || testee_refuse(testee, TESTEE_BAD_VALUE, "the command is of another kind", kind);
+        || testee_refuse(testee, TESTEE_BAD_VALUE, "the command has another kind", kind);
 }
 
-/* Refuse what only a command has; null, false and no bytes are nothing. */
+/* Refuse a key that only commands have; null, false and empty bytes are accepted. */
 static bool check_absent(struct testee *testee, const char *key)
 {
     const struct json_value *const value = testee_given(testee, key);
@@ -91,7 +92,7 @@ static bool check_absent(struct testee *testee, const char *key)
         || testee_refuse(testee, TESTEE_BAD_VALUE, key, NULL);
 }
 
-/* A command or a reply while it is made. */
+/* A command or a reply under construction. */
 struct draft {
     const struct stagewire_layout *layout;
     struct stagewire_envelope envelope;
@@ -125,7 +126,7 @@ static bool encode_setup(struct testee *testee, struct draft *draft)
     return testee_passes(testee, encode_draft(testee, draft, true), testee_get(testee, "message"));
 }
 
-/* Encode as far as the draft goes. That a command is a dummy is said when all the rest is right. */
+/* Encode the draft. That a command is a dummy is reported only if all other values are right. */
 static bool try_command(struct testee *testee, struct draft *draft, bool *dummy)
 {
     enum stagewire_verdict verdict = encode_draft(testee, draft, true);
@@ -134,7 +135,7 @@ static bool try_command(struct testee *testee, struct draft *draft, bool *dummy)
         verdict = encode_draft(testee, draft, false);
     }
     if (verdict == STAGEWIRE_BAD_LENGTH && draft->envelope.extra_size != 0) {
-        verdict = STAGEWIRE_BAD_VALUE; /* they would end the command, or have no size before them */
+        verdict = STAGEWIRE_BAD_VALUE; /* extra bytes with a terminator, or without a size slot */
     }
     return testee_passes(testee, verdict, testee_get(testee, "message"));
 }
@@ -145,7 +146,7 @@ static bool encode_command(struct testee *testee, struct draft *draft)
     const struct json_value *const extra = testee_get(testee, "extra");
     bool dummy = false;
     draft->envelope.axis = testee_protocol.commands->axis;
-    /* The first that is wrong decides: fields, the axis, bytes beyond the data. */
+    /* The first error is reported, in the order of fields, axis, extra bytes. */
     if (!message_read(testee, draft->layout) || !try_command(testee, draft, &dummy)
         || !message_read_byte(testee, "axis", &draft->envelope.axis)
         || !try_command(testee, draft, &dummy)) {
@@ -163,7 +164,8 @@ static bool encode_command(struct testee *testee, struct draft *draft)
     const struct testee_bytes command = {draft->bytes, draft->size};
     if (testee_is_set(testee, "refuse_prefix_bytes")
         && testee_protocol.commands->holds_setup(&command)) {
-        return testee_refuse(testee, TESTEE_OUT_OF_RANGE, "it holds a setup command", message);
+        return testee_refuse(
+            testee, TESTEE_OUT_OF_RANGE, "the command contains a setup command", message);
     }
     return true;
 }

@@ -1,6 +1,6 @@
 /**
  * @file
- * Decoding of frames that a header begins, and their streams.
+ * Decoding of frames with a header, and their streams.
  */
 #include "testing/testee/framed.h"
 
@@ -40,11 +40,11 @@ bool framed_check_context(struct testee *testee)
     return true;
 }
 
-/* What a frame says. The layout is that of the struct in which its fields are. */
+/* A decoded frame. The layout is the one of the struct with its fields. */
 struct reading {
     const char *message;
     const char *form;
-    const struct stagewire_layout *layout; /* NULL when the message is undocumented */
+    const struct stagewire_layout *layout; /* NULL if the message is undocumented */
     struct stagewire_envelope envelope;
 };
 
@@ -70,8 +70,9 @@ static enum stagewire_verdict read_undocumented(
     return length > FRAMED_LONGEST_PACKET ? STAGEWIRE_BAD_LENGTH : STAGEWIRE_OK;
 }
 
-/* Whether a layout is to be taken rather than another one, when the bytes fit both: the one for which
-   the context decides, or else the longer one. */
+/* Whether a layout is better than another one if the bytes fit both: the context selects it, or it
+ * is
+   longer. */
 static bool is_better(const struct stagewire_layout *layout, const struct stagewire_layout *than,
     const struct json_value *context)
 {
@@ -81,7 +82,7 @@ static bool is_better(const struct stagewire_layout *layout, const struct stagew
     return framed_agrees(layout, context) || layout->length > than->length;
 }
 
-/* Read a frame. Whether bytes are one of some layout is asked of the decoder of that layout. */
+/* Read a frame: try the decoders of all layouts. */
 static enum stagewire_verdict read_frame(
     struct testee *testee, const uint8_t *frame, size_t size, struct reading *reading)
 {
@@ -117,7 +118,7 @@ static bool is_undecided(const struct reading *reading)
     return reading->form == framed_undecided;
 }
 
-/* Where a field stands in the payload. */
+/* The offset of a field in the payload. */
 static size_t place(const struct stagewire_layout *layout, const struct stagewire_field *field)
 {
     size_t at = 0;
@@ -159,7 +160,7 @@ static void write_shared(struct testee *testee, const struct stagewire_layout *l
     json_close(&testee->writer, '}');
 }
 
-/* What came in the header of an undocumented message; its packet stands under data. */
+/* Write the header parameters of an undocumented message; its packet is written as data. */
 static void write_parameters(struct testee *testee, const uint8_t *frame)
 {
     static const char *const names[] = {"param1", "param2"};

@@ -1,6 +1,6 @@
 /**
  * @file
- * Encoding of frames that a header begins.
+ * Encoding of frames with a header.
  */
 #include "testing/testee/framed.h"
 
@@ -14,14 +14,14 @@ static void put_16(uint8_t *bytes, size_t value)
     bytes[1] = (uint8_t)(value >> 8);
 }
 
-/* A frame while it is made. */
+/* A frame under construction. */
 struct draft {
     struct stagewire_envelope envelope;
     uint8_t bytes[FRAMED_HEADER + FRAMED_LONGEST_PACKET];
     size_t size;
 };
 
-/* The bytes that the request has under a key; there are none when it is not there. */
+/* The bytes under a key of the request; none if the key is missing. */
 static const uint8_t *bytes_under(const struct testee *testee, const char *key, size_t *size)
 {
     const struct json_value *const hex = testee_given(testee, key);
@@ -29,24 +29,24 @@ static const uint8_t *bytes_under(const struct testee *testee, const char *key, 
     return hex == NULL ? NULL : json_bytes(hex, size);
 }
 
-/* Encode the message by its layout, with addresses and extra bytes as they stand in the draft. */
+/* Encode the message with its layout, and the addresses and extra bytes of the draft. */
 static bool encode_layout(
     struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
 {
     enum stagewire_verdict verdict = layout->encode(
         testee->message, &draft->envelope, draft->bytes, sizeof draft->bytes, &draft->size, true);
     if (verdict == STAGEWIRE_BAD_LENGTH) {
-        verdict = STAGEWIRE_BAD_VALUE; /* extra bytes, and there is no packet that could be longer */
+        verdict = STAGEWIRE_BAD_VALUE; /* extra bytes, but no packet */
     }
     return testee_passes(testee, verdict, testee_get(testee, "message"));
 }
 
-/* Read where the frame goes and comes from. Which receivers there are the encoder of a layout knows. */
+/* Read receiver and sender of the frame. The encoder of the layout checks the receiver. */
 static bool read_addresses(
     struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
 {
     if (testee_get(testee, "dest") == NULL || testee_get(testee, "source") == NULL) {
-        return testee_refuse(testee, TESTEE_MISSING_FIELD, "a frame has dest and source", NULL);
+        return testee_refuse(testee, TESTEE_MISSING_FIELD, "dest and source are required", NULL);
     }
     if (!message_read_byte(testee, "dest", &draft->envelope.dest)) {
         return false;
@@ -63,7 +63,7 @@ static bool read_addresses(
 static bool encode_message(
     struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
 {
-    /* The first that is wrong decides: fields, receiver, sender, bytes beyond the layout. */
+    /* The first error is reported, in the order of fields, receiver, sender, extra bytes. */
     if (!message_read(testee, layout) || !encode_layout(testee, layout, draft)
         || !read_addresses(testee, layout, draft)) {
         return false;
@@ -72,7 +72,7 @@ static bool encode_message(
     return encode_layout(testee, layout, draft);
 }
 
-/* Put bytes behind a frame that no layout makes. */
+/* Append bytes to the packet of a frame without a layout. */
 static bool append(struct testee *testee, const uint8_t *bytes, size_t size, struct draft *draft)
 {
     if (size > sizeof draft->bytes - draft->size) {
@@ -86,7 +86,7 @@ static bool append(struct testee *testee, const uint8_t *bytes, size_t size, str
     return true;
 }
 
-/* Begin a frame that no layout makes; parameters are those of a header, or the length of a packet. */
+/* Begin a frame without a layout; parameters are the header's, or the length of a packet. */
 static void begin_frame(struct draft *draft, uint16_t id, uint16_t parameters, bool has_packet)
 {
     put_16(draft->bytes, id);
@@ -96,7 +96,7 @@ static void begin_frame(struct draft *draft, uint16_t id, uint16_t parameters, b
     draft->size = FRAMED_HEADER;
 }
 
-/* Refuse fields that do not say what the packet in the draft does: encoding them changes it. */
+/* Refuse fields that contradict the packet in the draft: encoding them changes it. */
 static bool check_shared(
     struct testee *testee, const struct stagewire_layout *layout, const struct draft *draft)
 {
@@ -118,12 +118,12 @@ static bool check_shared(
     if (verdict != STAGEWIRE_OK || size != draft->size
         || memcmp(&frame[FRAMED_HEADER], &draft->bytes[FRAMED_HEADER], layout->length) != 0) {
         return testee_refuse(
-            testee, TESTEE_BAD_VALUE, "a field says something else than data", NULL);
+            testee, TESTEE_BAD_VALUE, "a field contradicts data", NULL);
     }
     return true;
 }
 
-/* Make a message whose layout only a context decides from its packet; the layout is any of them. */
+/* Make a message with an unknown layout from its packet; layout is any of the candidates. */
 static bool encode_undecided(
     struct testee *testee, const struct stagewire_layout *layout, struct draft *draft)
 {
@@ -135,7 +135,7 @@ static bool encode_undecided(
     const uint8_t *const extra = bytes_under(testee, "extra", &extra_size);
     if (data != NULL && size < length) {
         return testee_refuse(
-            testee, TESTEE_BAD_LENGTH, "the packet has more bytes than data", NULL);
+            testee, TESTEE_BAD_LENGTH, "data is shorter than the packet", NULL);
     }
     for (const struct json_value *at = json_first(fields); at != json_next(fields);
          at = json_next(at + 1)) {
@@ -147,7 +147,7 @@ static bool encode_undecided(
     }
     if (data == NULL) {
         return testee_refuse(testee, TESTEE_MISSING_FIELD,
-            "without a context the message is made from its data", NULL);
+            "data is required if there is no context", NULL);
     }
     begin_frame(draft, layout->id, layout->length, true);
     if (!append(testee, data, length, draft) || !check_shared(testee, layout, draft)
@@ -169,7 +169,7 @@ static bool read_parameter(struct testee *testee, const char *name, uint8_t *par
         || testee_passes(testee, message_set(&field, value, parameter), value);
 }
 
-/* A message without a layout is made from its packet, or from the parameters of its header. */
+/* Make a message without a layout from its packet, or from the parameters of its header. */
 static bool encode_undocumented(struct testee *testee, uint16_t id, struct draft *draft)
 {
     const struct json_value *const fields = testee_object(testee, "fields");
@@ -181,17 +181,17 @@ static bool encode_undocumented(struct testee *testee, uint16_t id, struct draft
     (void)bytes_under(testee, "extra", &extra_size);
     if (extra_size != 0) {
         return testee_refuse(
-            testee, TESTEE_BAD_VALUE, "there is no layout that extra bytes could follow", NULL);
+            testee, TESTEE_BAD_VALUE, "a message without a layout has no extra bytes", NULL);
     }
     if (data != NULL && json_first(fields) != json_next(fields)) {
         return testee_refuse(
-            testee, TESTEE_BAD_VALUE, "it carries data or parameters, not both", NULL);
+            testee, TESTEE_BAD_VALUE, "give data or parameters, not both", NULL);
     }
     for (const struct json_value *at = json_first(fields); at != json_next(fields);
          at = json_next(at + 1)) {
         if (!json_is(at, "param1") && !json_is(at, "param2")) {
             return testee_refuse(
-                testee, TESTEE_UNKNOWN_FIELD, "it has param1 and param2, or data", at);
+                testee, TESTEE_UNKNOWN_FIELD, "without a layout: param1 and param2, or data", at);
         }
     }
     if (size > FRAMED_LONGEST_PACKET) {
@@ -203,7 +203,7 @@ static bool encode_undocumented(struct testee *testee, uint16_t id, struct draft
     }
     if (data == NULL && !given[0] && !given[1]) {
         return testee_refuse(testee, TESTEE_UNSUPPORTED,
-            "its layout is not documented; give the bytes of its data", NULL);
+            "the layout is not documented; give data", NULL);
     }
     if (!read_addresses(testee, NULL, draft)) {
         return false;
@@ -212,12 +212,12 @@ static bool encode_undocumented(struct testee *testee, uint16_t id, struct draft
     return data == NULL || append(testee, data, size, draft);
 }
 
-/* What is meant by a message and a form. */
+/* The layout that the message, the form and the context of a request select. */
 struct choice {
-    const struct stagewire_layout *layout; /* the one of the form; else the only one */
-    const struct stagewire_layout *undecided; /* one of those that a context decides */
-    size_t layouts; /* of the message, whatever their form */
-    bool contradicts; /* form and context do */
+    const struct stagewire_layout *layout; /* the selected layout, or NULL */
+    const struct stagewire_layout *undecided; /* a layout that depends on a context, or NULL */
+    size_t layouts; /* number of layouts of the message in all forms */
+    bool contradicts; /* whether form and context contradict each other */
 };
 
 static struct choice choose(const struct testee *testee)
@@ -249,7 +249,7 @@ static struct choice choose(const struct testee *testee)
     return choice;
 }
 
-/* The id of a message without a layout; false when there is none of this name. */
+/* Find the id of a message without a layout; false if there is no such message. */
 static bool find_undocumented(const struct json_value *message, uint16_t *id)
 {
     size_t position = 0;
@@ -274,7 +274,7 @@ static bool is_nameless(const struct json_value *message)
 
 static bool refuse_form(struct testee *testee)
 {
-    return testee_refuse(testee, TESTEE_BAD_LENGTH, "the message has another form, or several",
+    return testee_refuse(testee, TESTEE_BAD_LENGTH, "the form is missing or unknown",
         testee_get(testee, "form"));
 }
 
@@ -292,7 +292,7 @@ static bool encode_without_layout(struct testee *testee, struct draft *draft)
         return testee_refuse(
             testee, TESTEE_UNSUPPORTED, "the document gives the message no id", message);
     }
-    return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "there is no such message", message);
+    return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "unknown message", message);
 }
 
 static bool encode_frame(struct testee *testee, struct draft *draft)

@@ -1,6 +1,6 @@
 /**
  * @file
- * The values of a JSON text that was read.
+ * Access to the values of a JSON text.
  */
 #include "testing/testee/json.h"
 

@@ -1,6 +1,6 @@
 /**
  * @file
- * The reader of JSON.
+ * The JSON reader.
  */
 #include "testing/testee/json.h"
 
@@ -14,7 +14,7 @@ struct reader {
     char *next;
     char *end;
     uint32_t depth;
-    size_t open[JSON_MAXIMUM_DEPTH]; /* the lists and objects that have not ended, by position */
+    size_t open[JSON_MAXIMUM_DEPTH]; /* positions of the open lists and objects */
 };
 
 static bool fail(struct reader *reader, const char *problem)
@@ -28,7 +28,7 @@ static bool is_digit(char character)
     return character >= '0' && character <= '9';
 }
 
-/* The next character; NUL, which begins nothing, where the text ends. */
+/* The next character; NUL at the end of the text. */
 static char peek(const struct reader *reader)
 {
     if (reader->next == reader->end) {
@@ -58,7 +58,7 @@ static bool add(struct reader *reader, enum json_kind kind)
         const size_t room = json->room + json->room / 2 + 64;
         struct json_value *const values = realloc(json->values, room * sizeof *values);
         if (values == NULL) {
-            return fail(reader, "more values than the memory holds");
+            return fail(reader, "out of memory");
         }
         json->values = values;
         json->room = room;
@@ -93,7 +93,7 @@ static bool is_utf_8(struct reader *reader)
 static bool read_text(struct reader *reader)
 {
     if (!take(reader, '"')) {
-        return fail(reader, "a text is due");
+        return fail(reader, "expected a string");
     }
     if (!add(reader, JSON_TEXT)) {
         return false;
@@ -102,12 +102,12 @@ static bool read_text(struct reader *reader)
     char *to = text;
     while (!take(reader, '"')) {
         if (reader->next == reader->end || (unsigned char)*reader->next < 0x20) {
-            return fail(reader, "a text has an end and no control characters");
+            return fail(reader, "unterminated string or control character");
         }
         if (take(reader, '\\')) {
             const char *const end = json_read_escape(reader->next, reader->end, &to);
             if (end == NULL) {
-                return fail(reader, "there is no such escape");
+                return fail(reader, "invalid escape");
             }
             reader->next += end - reader->next;
         } else {
@@ -137,12 +137,12 @@ static bool read_number(struct reader *reader)
     const bool zero = peek(reader) == '0';
     const size_t digits = skip_digits(reader);
     if (digits == 0 || (zero && digits > 1)) {
-        return fail(reader, "no value begins like this");
+        return fail(reader, "expected a value");
     }
     if (take(reader, '.')) {
         value->kind = JSON_REAL;
         if (skip_digits(reader) == 0) {
-            return fail(reader, "a fraction has digits");
+            return fail(reader, "expected digits after the decimal point");
         }
     }
     if (take(reader, 'e') || take(reader, 'E')) {
@@ -151,11 +151,11 @@ static bool read_number(struct reader *reader)
             (void)take(reader, '-');
         }
         if (skip_digits(reader) == 0) {
-            return fail(reader, "an exponent has digits");
+            return fail(reader, "expected digits in the exponent");
         }
     }
     if (value->kind == JSON_INTEGER && digits > JSON_MAXIMUM_DIGITS) {
-        return fail(reader, "an integer of more digits than are read");
+        return fail(reader, "integer with too many digits");
     }
     value->size = (size_t)(reader->next - value->text);
     return true;
@@ -182,7 +182,7 @@ static bool read_word(struct reader *reader)
             return true;
         }
     }
-    return fail(reader, "no value begins like this");
+    return fail(reader, "expected a value");
 }
 
 static bool open_holder(struct reader *reader, enum json_kind kind)
@@ -211,7 +211,7 @@ static bool read_value(struct reader *reader, bool *opened)
     return first == '-' || is_digit(first) ? read_number(reader) : read_word(reader);
 }
 
-/* The innermost list or object that has not ended; NULL outside of all. */
+/* The innermost open list or object, or NULL. */
 static struct json_value *innermost(const struct reader *reader)
 {
     return reader->depth == 0 ? NULL : &reader->json->values[reader->open[reader->depth - 1]];
@@ -224,7 +224,7 @@ static bool read_key(struct reader *reader)
     }
     skip_space(reader);
     if (!take(reader, ':')) {
-        return fail(reader, "a colon is due");
+        return fail(reader, "expected a colon");
     }
     skip_space(reader);
     return true;
@@ -235,7 +235,7 @@ struct key {
     size_t size;
 };
 
-/* NOLINTNEXTLINE(bugprone-easily-swappable-parameters): qsort has it so */
+/* NOLINTNEXTLINE(bugprone-easily-swappable-parameters): the signature is required by qsort */
 static int compare_keys(const void *left, const void *right)
 {
     const struct key *const a = left;
@@ -246,13 +246,13 @@ static int compare_keys(const void *left, const void *right)
     return memcmp(a->text, b->text, a->size);
 }
 
-/* Refuse a key that stands twice. They are sorted for that: a hostile object may have millions. */
+/* Refuse duplicate keys. Sorting finds them quickly, even among millions of keys. */
 static bool check_keys(struct reader *reader, const struct json_value *object)
 {
     const struct json_value *const end = json_next(object);
     struct key *const keys = malloc(object->span * sizeof *keys);
     if (keys == NULL) {
-        return fail(reader, "more keys than the memory holds");
+        return fail(reader, "out of memory");
     }
     size_t count = 0;
     for (const struct json_value *key = json_first(object); key != end; key = json_next(key + 1)) {
@@ -265,7 +265,7 @@ static bool check_keys(struct reader *reader, const struct json_value *object)
         once = compare_keys(&keys[i - 1], &keys[i]) != 0;
     }
     free(keys);
-    return once || fail(reader, "a key stands twice in the object that ends here");
+    return once || fail(reader, "duplicate key in an object");
 }
 
 static bool close_holder(struct reader *reader)
@@ -278,8 +278,8 @@ static bool close_holder(struct reader *reader)
 
 static bool read_all(struct reader *reader)
 {
-    bool opened = false; /* just now: its end may follow at once */
-    bool after = false; /* a value: a comma or an end has to follow */
+    bool opened = false; /* a list or object was just opened: its end may follow */
+    bool after = false; /* a value was just read: a comma or an end must follow */
     do {
         skip_space(reader);
         const struct json_value *const holder = innermost(reader);
@@ -292,7 +292,7 @@ static bool read_all(struct reader *reader)
             after = true;
         } else if (after) {
             if (!take(reader, ',')) {
-                return fail(reader, "a comma or the end of the list or object is due");
+                return fail(reader, "expected a comma or the end of the list or object");
             }
             after = false;
         } else {
@@ -303,7 +303,7 @@ static bool read_all(struct reader *reader)
         }
     } while (reader->depth > 0 || !after);
     skip_space(reader);
-    return reader->next == reader->end || fail(reader, "more follows on the value");
+    return reader->next == reader->end || fail(reader, "extra text after the value");
 }
 
 bool json_read(struct json *json, char *text, size_t size)
@@ -315,7 +315,7 @@ bool json_read(struct json *json, char *text, size_t size)
     reader.depth = 0;
     json->count = 0;
     json->problem = NULL;
-    if (size > UINT32_MAX) { /* spans are counted in 32 bits */
+    if (size > UINT32_MAX) { /* spans have 32 bits */
         return fail(&reader, "too long");
     }
     return is_utf_8(&reader) && read_all(&reader);

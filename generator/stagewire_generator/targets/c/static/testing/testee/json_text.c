@@ -22,7 +22,7 @@ size_t json_character_size(const char *text, size_t size)
     if (first < 0xC2 || first > 0xF4 || length > size) {
         return 0;
     }
-    /* After some the second byte could make it overlong, a surrogate, or beyond the last character. */
+    /* Exclude overlong forms, surrogates and code points after U+10FFFF. */
     const unsigned char least = first == 0xE0 ? 0xA0 : (first == 0xF0 ? 0x90 : 0x80);
     const unsigned char greatest = first == 0xED ? 0x9F : (first == 0xF4 ? 0x8F : 0xBF);
     if (bytes[1] < least || bytes[1] > greatest) {
@@ -43,7 +43,7 @@ uint32_t json_hex_value(char character)
     return found == NULL ? 16U : (uint32_t)(found - digits) % 16U;
 }
 
-/* The code unit that `uXXXX` gives; NO_UNIT for anything else. */
+/* The code unit of `uXXXX`; NO_UNIT for other text. */
 static uint32_t escaped_unit(const char *from, const char *end)
 {
     uint32_t unit = 0;

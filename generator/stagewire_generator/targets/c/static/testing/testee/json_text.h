@@ -9,22 +9,22 @@
 #include <stdint.h>
 
 /**
- * Bytes of the UTF-8 character that a text begins with; the text is not empty.
+ * The length of the first UTF-8 character of a text, which must not be empty.
  *
- * @return 0 when it begins with none. Overlong ones and surrogates are none.
+ * @return 0 for invalid UTF-8, such as overlong forms and surrogates.
  */
 size_t json_character_size(const char *text, size_t size);
 
-/** The value of a hex digit, small or capital; 16 for any other character. */
+/** The value of a hex digit in lower or upper case; 16 for any other character. */
 uint32_t json_hex_value(char character);
 
 /**
- * Decode the escape whose backslash stands before a position, or two that are one character.
+ * Decode the escape after a backslash, or two escapes that are a surrogate pair.
  *
- * What it means is written to `*to`, which moves on; that is never longer than the escape, so that a
- * text can be decoded in its own place. A surrogate without a partner is kept as if it were a character.
+ * The decoded text is written to `*to`, which is advanced. It is never longer than the escape, so a
+ * text can be decoded in place. A lone surrogate is kept like a character.
  *
- * @return where the escape ends; NULL when it is none.
+ * @return the end of the escape; NULL if it is invalid.
  */
 const char *json_read_escape(const char *from, const char *end, char **to);
 

@@ -1,6 +1,6 @@
 /**
  * @file
- * The writer of JSON.
+ * The JSON writer.
  */
 #include "testing/testee/json_writer.h"
 
@@ -31,10 +31,10 @@ static void begin(struct json_writer *writer)
     writer->separate = true;
 }
 
-/* All but ASCII is escaped: so a surrogate without a partner can be written, too. */
+/* All characters outside ASCII are escaped, so lone surrogates can be written. */
 static void put_character(struct json_writer *writer, uint32_t code)
 {
-    if (code >= 0x10000) { /* two surrogates */
+    if (code >= 0x10000) { /* a surrogate pair */
         put_character(writer, 0xD800 + ((code - 0x10000) >> 10));
         put_character(writer, 0xDC00 + ((code - 0x10000) & 0x3FF));
     } else if (code == '"' || code == '\\') {
@@ -123,7 +123,7 @@ void json_open_text(struct json_writer *writer)
     put(writer, '"');
 }
 
-/* What is put may be the beginning of a text: a character that is not all there is left out. */
+/* The text may be cut off: an incomplete character at its end is left out. */
 void json_put_utf_8_piece(struct json_writer *writer, const char *text, size_t size)
 {
     for (size_t i = 0; i < size;) {

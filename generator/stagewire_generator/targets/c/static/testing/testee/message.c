@@ -1,6 +1,6 @@
 /**
  * @file
- * Messages as JSON: the fields of a request in the C struct of a layout, and back.
+ * Messages as JSON: from the fields of a request to the C struct of a layout, and back.
  */
 #include "testing/testee/message.h"
 
@@ -28,7 +28,7 @@ const struct stagewire_field *message_field(
     return NULL;
 }
 
-/* Integers: 64 bits in two's complement, of which a member of a struct holds the lower ones. */
+/* Integers are 64 bits in two's complement; a struct member has the lower bits of them. */
 
 static void store(const struct stagewire_field *field, uint64_t bits, void *message)
 {
@@ -153,7 +153,7 @@ static enum stagewire_verdict set_text(
     if (length > field->size) {
         return STAGEWIRE_OUT_OF_RANGE;
     }
-    if (last == 0) { /* it would not come back: NULs fill the field */
+    if (last == 0) { /* NULs fill the field, so a NUL at the end would be lost */
         return STAGEWIRE_BAD_VALUE;
     }
     memset(to + length, 0, field->size - length);
@@ -199,7 +199,7 @@ static void set_constant(const struct stagewire_field *field, void *message)
     }
 }
 
-/* Names of fields, and hex that is none, are looked at before what the fields hold. */
+/* Check the names of fields, and that bytes are hex, before all values. */
 static bool check_fields(
     struct testee *testee, const struct stagewire_layout *layout, const struct json_value *fields)
 {
@@ -210,7 +210,7 @@ static bool check_fields(
         if (field == NULL) {
             unknown = unknown == NULL ? at : unknown;
         } else if (field->kind == STAGEWIRE_BYTES && !json_is_hex(at + 1)) {
-            return testee_refuse(testee, TESTEE_BAD_VALUE, "a field takes bytes in hex", at);
+            return testee_refuse(testee, TESTEE_BAD_VALUE, "the field must be hex", at);
         }
     }
     if (unknown != NULL) {
@@ -218,7 +218,7 @@ static bool check_fields(
     }
     if (testee_given(testee, "data") != NULL) {
         return testee_refuse(
-            testee, TESTEE_BAD_VALUE, "the message is made from its fields, not from data", NULL);
+            testee, TESTEE_BAD_VALUE, "give the fields of the message, not data", NULL);
     }
     for (size_t i = 0; i < layout->field_count; ++i) {
         if (!layout->fields[i].optional && json_get(fields, layout->fields[i].name) == NULL) {
@@ -244,7 +244,7 @@ bool message_read(struct testee *testee, const struct stagewire_layout *layout)
         }
         const enum stagewire_verdict verdict = message_set(field, value, testee->message);
         if (verdict != STAGEWIRE_OK) {
-            /* The first that is wrong decides; the encoder may refuse one before it. */
+            /* The first error is reported; a previous field may be out of range. */
             return testee_passes(testee, in_range ? verdict : STAGEWIRE_OUT_OF_RANGE, value);
         }
         in_range = in_range && is_in_range(field, testee->message);

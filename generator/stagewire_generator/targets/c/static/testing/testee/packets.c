@@ -13,7 +13,7 @@ static bool has_address(void)
     return testee_protocol.framing == TESTEE_ADDRESSED_PACKET;
 }
 
-/* Read a packet into the message of the testee. Of the layouts of a message one alone takes it. */
+/* Read a packet into the message of the testee. Only one layout of a message accepts it. */
 static enum stagewire_verdict read_packet(struct testee *testee, const struct testee_bytes *packet,
     const struct stagewire_layout **found, struct stagewire_envelope *envelope)
 {
@@ -92,7 +92,7 @@ static bool is_nameless(const struct json_value *message)
     return false;
 }
 
-/* Find the layout of the form that the request gives; the only one, where it gives none. */
+/* Find the layout of the form in the request, or the only layout if there is no form. */
 static bool find_layout(struct testee *testee, const struct stagewire_layout **found)
 {
     const struct json_value *const message = testee_get(testee, "message");
@@ -114,11 +114,11 @@ static bool find_layout(struct testee *testee, const struct stagewire_layout **f
             testee, TESTEE_UNSUPPORTED, "the document gives the message no id", message);
     }
     if (layouts == 0) {
-        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "there is no such message", message);
+        return testee_refuse(testee, TESTEE_UNKNOWN_MESSAGE, "unknown message", message);
     }
     return meant == 1
         || testee_refuse(
-            testee, TESTEE_BAD_LENGTH, "the message has another form, or several", form);
+            testee, TESTEE_BAD_LENGTH, "the form is missing or unknown", form);
 }
 
 static bool encode_layout(struct testee *testee, const struct stagewire_layout *layout,
@@ -130,7 +130,7 @@ static bool encode_layout(struct testee *testee, const struct stagewire_layout *
     return testee_passes(testee, verdict, testee_get(testee, "message"));
 }
 
-/* Read the address, which has to be given where packets have one. */
+/* Read the address, which is required if packets have one. */
 static bool read_address(struct testee *testee, uint32_t *address)
 {
     static const struct stagewire_field field = {
@@ -152,7 +152,7 @@ static void encode(struct testee *testee)
     struct stagewire_envelope envelope;
     size_t size = 0;
     memset(&envelope, 0, sizeof envelope);
-    /* The first that is wrong decides: fields, the address, bytes beyond the layout. */
+    /* The first error is reported, in the order of fields, address, extra bytes. */
     if (!find_layout(testee, &layout) || !message_read(testee, layout)
         || !encode_layout(testee, layout, &envelope, &size)
         || !read_address(testee, &envelope.address)

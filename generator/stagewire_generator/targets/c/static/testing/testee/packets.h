@@ -7,21 +7,21 @@
 
 #include "testing/testee/testee.h"
 
-/** What the package of such a protocol knows and its layouts do not say. */
+/** The parts of such a package that its layouts do not contain. */
 struct packet_package {
-    /** Room for the longest packet, and its bytes. */
+    /** Buffer for the longest packet, and its size. */
     uint8_t *room;
     size_t longest;
-    /** Say whether bytes are exactly one packet of a known layout. */
+    /** Check that bytes are exactly one packet with a known layout. */
     enum stagewire_verdict (*identify)(const struct testee_bytes *packet);
-    /** Messages that the document names without an id; NULL behind the last one. */
+    /** Messages that the document names without an id; NULL after the last one. */
     const char *const *nameless;
     /** Begin a stream. */
     void (*begin)(void);
     struct testee_reader parser;
 };
 
-/** How such a protocol is decoded and encoded. */
+/** Decoder and encoder of such protocols. */
 extern const struct testee_codec packet_codec;
 
 #endif

@@ -1,6 +1,6 @@
 /**
  * @file
- * The shape of requests: which keys they have, and what these hold.
+ * The form of requests: their keys, and the types of values.
  */
 #include "testing/testee/request.h"
 
@@ -11,7 +11,7 @@ const struct operation_name operation_names[OPERATIONS] = {
     {"stream", STREAM},
 };
 
-/* What a value may be: a bit for each kind. */
+/* Allowed types of a value: a bit for each type. */
 enum {
     BOOLEAN = 1 << JSON_FALSE | 1 << JSON_TRUE,
     TEXT = 1 << JSON_TEXT,
@@ -27,7 +27,7 @@ enum {
     EVERY_FRAMING = TESTEE_HEADER | TESTEE_SLOTS | TESTEE_PACKET | TESTEE_ADDRESSED_PACKET
 };
 
-/* Addresses and axes are values like those of fields: whether they are right the codec says. */
+/* Addresses and axes are checked by the codec, like fields. */
 static const struct key {
     const char *name;
     unsigned kinds;
@@ -75,7 +75,7 @@ static bool find_operation(struct testee *testee, enum operation *operation)
 {
     const struct json_value *const op = testee_get(testee, "op");
     if (op == NULL || op->kind != JSON_TEXT) {
-        return bad(testee, "op names the operation, as text", op);
+        return bad(testee, "op must be the name of an operation", op);
     }
     for (size_t i = 0; i < OPERATIONS; ++i) {
         if (json_is(op, operation_names[i].name)) {
@@ -83,11 +83,11 @@ static bool find_operation(struct testee *testee, enum operation *operation)
             return true;
         }
     }
-    return testee_refuse(testee, TESTEE_UNSUPPORTED, "there is no such operation", op);
+    return testee_refuse(testee, TESTEE_UNSUPPORTED, "unknown operation", op);
 }
 
-/* Check that all keys are known and hold what they should. Which ones are known is the protocol's to
-   say; of a protocol that is not, any of them may be. */
+/* Check that all keys are known and have values of the right type. The known keys depend on the
+   protocol; for another protocol, all keys are known. */
 static bool check_keys(struct testee *testee, enum operation operation)
 {
     const unsigned framing =
@@ -100,10 +100,10 @@ static bool check_keys(struct testee *testee, enum operation operation)
             ++key;
         }
         if (key == keys_end || (key->known_to & operation) == 0 || (key->framings & framing) == 0) {
-            return bad(testee, "the operation does not know this key", at);
+            return bad(testee, "unknown key for this operation", at);
         }
         if ((key->kinds & (1U << at[1].kind)) == 0) {
-            return bad(testee, "a value of another kind is due for this key", at);
+            return bad(testee, "the value of this key has the wrong type", at);
         }
     }
     return true;
@@ -113,7 +113,7 @@ static bool check_needed(struct testee *testee, enum operation operation)
 {
     for (const struct key *key = known_keys; key != keys_end; ++key) {
         if ((key->needed_by & operation) != 0 && testee_get(testee, key->name) == NULL) {
-            return bad(testee, "the operation needs more keys", NULL);
+            return bad(testee, "a required key is missing", NULL);
         }
     }
     return true;
@@ -125,7 +125,7 @@ static bool check_context(struct testee *testee)
     for (const struct json_value *at = json_first(context); at != json_next(context);
          at = json_next(at + 1)) {
         if (at[1].kind != JSON_TEXT) {
-            return bad(testee, "a context is a text", at);
+            return bad(testee, "a context must be a string", at);
         }
     }
     return true;
@@ -134,7 +134,7 @@ static bool check_context(struct testee *testee)
 static bool check_hex(struct testee *testee, const char *key)
 {
     const struct json_value *const hex = testee_given(testee, key);
-    return hex == NULL || json_is_hex(hex) || bad(testee, "bytes are pairs of hex digits", hex);
+    return hex == NULL || json_is_hex(hex) || bad(testee, "bytes must be pairs of hex digits", hex);
 }
 
 static bool check_chunks(struct testee *testee)
@@ -143,7 +143,7 @@ static bool check_chunks(struct testee *testee)
     for (const struct json_value *chunk = json_first(chunks); chunk != json_next(chunks);
          chunk = json_next(chunk)) {
         if (!json_is_hex(chunk)) {
-            return bad(testee, "chunks holds texts, bytes in hex", chunk);
+            return bad(testee, "chunks must be strings of hex digits", chunk);
         }
     }
     return true;
@@ -153,13 +153,13 @@ static bool check_end(struct testee *testee)
 {
     const struct json_value *const end = testee_get(testee, "end");
     return end == NULL || json_is(end, "host") || json_is(end, "device") || json_is(end, "none")
-        || bad(testee, "end is one of host, device, none", end);
+        || bad(testee, "end must be host, device or none", end);
 }
 
 static bool check_protocol(struct testee *testee)
 {
     return is_our_protocol(testee)
-        || testee_refuse(testee, TESTEE_UNSUPPORTED, "this program speaks another protocol",
+        || testee_refuse(testee, TESTEE_UNSUPPORTED, "this program supports another protocol",
             testee_get(testee, "protocol"));
 }
 
@@ -170,7 +170,7 @@ bool check_request(struct testee *testee, enum operation *operation)
         return false;
     }
     switch (
-        *operation) { /* with a protocol that is not known, the order decides about the refusal */
+        *operation) { /* with an unknown protocol, the order decides which error is reported */
     case DECODE:
         return check_protocol(testee) && check_hex(testee, "hex");
     case ENCODE:

@@ -1,13 +1,13 @@
 /**
  * @file
- * The shape of requests: which keys they have, and what these hold.
+ * The form of requests: their keys, and the types of values.
  */
 #ifndef STAGEWIRE_TESTING_TESTEE_REQUEST_H
 #define STAGEWIRE_TESTING_TESTEE_REQUEST_H
 
 #include "testing/testee/testee.h"
 
-/** What is asked. */
+/** Operation of a request. */
 enum operation {
     HELLO = 1,
     DECODE = 2,
@@ -25,13 +25,13 @@ extern const struct operation_name {
     enum operation operation;
 } operation_names[OPERATIONS];
 
-/** Whether the protocol that a request names is the one of this program. */
+/** Whether the request names the protocol of this program. */
 bool is_our_protocol(const struct testee *testee);
 
 /**
- * Check the shape of the request, values of fields and addresses apart.
+ * Check the form of the request, but not the values of fields and addresses.
  *
- * @return false when it was refused.
+ * @return false if the request was refused.
  */
 bool check_request(struct testee *testee, enum operation *operation);
 

@@ -85,7 +85,7 @@ void testee_stream(struct testee *testee, const struct testee_reader *reader,
                 put_bytes(&events, names[event.kind], &event.bytes);
             } else if (!put(&events, names[event.kind], &event.bytes)) {
                 put_bytes(&events, names[TESTEE_NONE],
-                    &event.bytes); /* which is no event that anybody expects */
+                    &event.bytes); /* an unexpected event, which fails the comparison */
             }
         }
     }

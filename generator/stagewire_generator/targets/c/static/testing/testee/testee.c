@@ -1,6 +1,6 @@
 /**
  * @file
- * The lines of the testee: each is read, handed on and answered, whatever it holds.
+ * The main program of the testee: reads requests line by line and answers them.
  */
 #include "testing/testee/testee.h"
 
@@ -9,11 +9,11 @@
 #include <stdlib.h>
 
 #ifndef STAGEWIRE_VERSION
-/** What the testee gives as its version; for whoever builds it to set. */
+/** Version that the testee reports; set it in the build. */
 #define STAGEWIRE_VERSION "unversioned"
 #endif
 
-enum { MAXIMUM_LINE = 16 * 1024 * 1024 }; /* bytes, line end included; a longer one is refused */
+enum { MAXIMUM_LINE = 16 * 1024 * 1024 }; /* bytes, including the line end */
 
 struct line {
     char *text;
@@ -37,7 +37,7 @@ static bool add_to_line(struct line *line, char character)
     return true;
 }
 
-/* Read the next line with its end. The rest of one that is too long is dropped. */
+/* Read the next line with its end. The rest of a line that is too long is dropped. */
 static bool read_line(struct line *line)
 {
     int character = getc(stdin);
@@ -106,7 +106,7 @@ static void answer_line(struct testee *testee, struct json *json, const struct l
     testee->id = NULL;
     testee->request = NULL;
     if (line->too_long) {
-        (void)testee_refuse(testee, TESTEE_BAD_REQUEST, "the line is longer than is read", NULL);
+        (void)testee_refuse(testee, TESTEE_BAD_REQUEST, "the line is too long", NULL);
         return;
     }
     if (!json_read(json, line->text, line->size)) {
@@ -116,16 +116,16 @@ static void answer_line(struct testee *testee, struct json *json, const struct l
     testee->request = json->values;
     const struct json_value *const id = testee_get(testee, "id");
     if (testee->request->kind != JSON_OBJECT) {
-        (void)testee_refuse(testee, TESTEE_BAD_REQUEST, "a request is a JSON object", NULL);
+        (void)testee_refuse(testee, TESTEE_BAD_REQUEST, "a request must be a JSON object", NULL);
     } else if (id == NULL || (id->kind != JSON_INTEGER && id->kind != JSON_TEXT)) {
-        (void)testee_refuse(testee, TESTEE_BAD_REQUEST, "id is an integer or a text", id);
+        (void)testee_refuse(testee, TESTEE_BAD_REQUEST, "id must be an integer or a string", id);
     } else {
         testee->id = id;
         answer_request(testee);
     }
 }
 
-/* Room for the largest C struct of the protocol. */
+/* Allocate room for the largest C struct of the protocol. */
 static void *new_message(void)
 {
     size_t size = 1;

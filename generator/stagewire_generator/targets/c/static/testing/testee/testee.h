@@ -1,16 +1,16 @@
 /**
  * @file
- * The testee: answers requests about one protocol, one JSON object a line in and one out.
+ * The testee: answers requests about one protocol, one JSON object per line.
  *
- * So any implementation can be asked what it makes of bytes and values; this one is the generated C. It
- * is a program for a host and uses the standard library. One program serves one protocol. Its sources
- * are all of this folder, layouts.c and testee.c of the package, and the source of the package itself;
- * in the folder that holds testing/ and stagewire_apt/:
+ * A test suite uses testees to compare how implementations encode and decode. This testee is for
+ * the generated C. It is a program for a host, uses the standard library and serves one protocol.
+ * Its sources are all files of this directory, layouts.c and testee.c of the package, and the
+ * source file of the package. Build it in the directory that contains testing/ and stagewire_apt/:
  *
  *     p=stagewire_apt; t=$(find testing/testee -name '*.c')
  *     cc -std=c99 -I. -o testee $t $p/testing/layouts.c $p/testing/testee.c $p/$p.c
  *
- * Requests and answers have a schema, testee.schema.json.
+ * testee.schema.json is the schema of requests and answers.
  */
 #ifndef STAGEWIRE_TESTING_TESTEE_TESTEE_H
 #define STAGEWIRE_TESTING_TESTEE_TESTEE_H
@@ -22,7 +22,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/** Why a request is not granted. */
+/** Error code of an answer. */
 enum testee_refusal {
     TESTEE_TRUNCATED,
     TESTEE_TRAILING,
@@ -36,7 +36,7 @@ enum testee_refusal {
     TESTEE_UNSUPPORTED
 };
 
-/** What a protocol is framed by, which decides what a request may say. Bits, which can be joined. */
+/** Framing of a protocol, which decides on the keys of requests. The values are bits of a set. */
 enum testee_framing {
     TESTEE_HEADER = 1,
     TESTEE_SLOTS = 2,
@@ -44,30 +44,30 @@ enum testee_framing {
     TESTEE_ADDRESSED_PACKET = 8
 };
 
-/** One line, while it is answered. */
+/** A line that is being answered. */
 struct testee {
     struct json_writer writer;
     const struct json_value
-        *request; /**< The object on the line; its keys are known to be right. */
-    const struct json_value *id; /**< NULL when the line has none. */
+        *request; /**< The object on the line; its keys have been checked. */
+    const struct json_value *id; /**< NULL if the line has none. */
     void *message; /**< Room for the C struct of any layout. */
 };
 
-/** How protocols of one framing are spoken. Each function answers the request. */
+/** The operations for protocols of one framing. Each function answers the request. */
 struct testee_codec {
     void (*decode)(struct testee *testee);
     void (*encode)(struct testee *testee);
     void (*stream)(struct testee *testee);
 };
 
-/** Which end of the line listens to a stream. */
+/** The end of the line that receives a stream. */
 enum testee_end {
     TESTEE_END_NONE,
     TESTEE_END_HOST,
     TESTEE_END_DEVICE
 };
 
-/** Of which kind an event of a stream is. */
+/** Kind of an event of a stream. */
 enum testee_event_kind {
     TESTEE_NONE,
     TESTEE_MESSAGE,
@@ -77,23 +77,23 @@ enum testee_event_kind {
     TESTEE_GARBAGE
 };
 
-/** Bytes in somebody else's memory. */
+/** Bytes that the struct does not own. */
 struct testee_bytes {
     const uint8_t *bytes;
     size_t size;
 };
 
-/** What comes out of a stream. */
+/** An event of a stream. */
 struct testee_event {
     enum testee_event_kind kind;
     struct testee_bytes bytes;
 };
 
-/** What cuts a stream into events: a parser of the package, which keeps one for that. */
+/** The parser of a package. */
 struct testee_reader {
-    /** Take bytes up to the end of the next event; TESTEE_NONE when all were taken without one. */
+    /** Consume bytes up to the end of the next event; TESTEE_NONE when all bytes were consumed. */
     struct testee_event (*next)(struct testee_bytes *data);
-    /** The bytes that wait for more. */
+    /** The pending bytes. */
     struct testee_bytes (*pending)(void);
 };
 
@@ -108,7 +108,7 @@ struct testee_protocol {
     const struct testee_codec *codec;
     const struct stagewire_layout *layouts;
     size_t layout_count;
-    /** What the codec has to know beside the layouts; NULL but for the protocol's own framing. */
+    /** The package's part for the codec; only the member of the protocol's framing is not NULL. */
     const struct framed_package *framed;
     const struct command_package *commands;
     const struct packet_package *packets;
@@ -120,54 +120,54 @@ extern const struct testee_protocol testee_protocol;
 /** The end of its layouts. */
 const struct stagewire_layout *testee_layouts_end(void);
 
-/** What the request has under a key; NULL when it is not there. */
+/** The value of a key of the request; NULL if it is missing. */
 const struct json_value *testee_get(const struct testee *testee, const char *key);
 
-/** What the request has under a key; also NULL when that is null. */
+/** The value of a key of the request; NULL if it is missing or null. */
 const struct json_value *testee_given(const struct testee *testee, const char *key);
 
-/** The object that the request has under a key; an empty one when it is not there. */
+/** The object under a key of the request; an empty object if it is missing. */
 const struct json_value *testee_object(const struct testee *testee, const char *key);
 
-/** Whether the request has true under a key. */
+/** Whether the value of a key of the request is true. */
 bool testee_is_set(const struct testee *testee, const char *key);
 
 /**
- * Answer that the request is not granted.
+ * Answer with an error.
  *
- * @param about shown behind the text; may be NULL.
- * @return false, for whoever returns whether all went well.
+ * @param about shown after the text; may be NULL.
+ * @return false, as the result of functions that return whether they succeeded.
  */
 bool testee_refuse(struct testee *testee, enum testee_refusal refusal, const char *text,
     const struct json_value *about);
 
-/** Refuse unless the verdict is that all went well; return whether it is. */
+/** Answer with an error unless the verdict is STAGEWIRE_OK; return whether it is. */
 bool testee_passes(
     struct testee *testee, enum stagewire_verdict verdict, const struct json_value *about);
 
-/** Begin the answer to a request that is granted: what it says follows, key by key. */
+/** Begin a successful answer; its content follows, key by key. */
 void testee_accept(struct testee *testee);
 
 /** Answer with the bytes of a message. */
 void testee_answer_bytes(struct testee *testee, const uint8_t *bytes, size_t size);
 
-/** Events of a stream, as they are written. Garbage that comes in pieces is one event. */
+/** State of writing events of a stream. Adjacent pieces of garbage become one event. */
 struct testee_events {
     struct testee *testee;
     bool in_garbage;
 };
 
-/** Begin an event of which more is said than its bytes; end it with json_close(). */
+/** Begin an event with more content than its bytes; end it with json_close(). */
 void testee_open_event(struct testee_events *events, const char *name);
 
-/** Which end of the line the request is about. */
+/** The end of the line in the request. */
 enum testee_end testee_end_of(const struct testee *testee);
 
 /**
  * Accept the request and answer with the events of its stream.
  *
- * @param put writes an event that is a message, documented or not; false when the decoders do not take
- *            what the parser found.
+ * @param put writes an event that is a message, documented or not; returns false if the message
+ *            cannot be decoded.
  */
 void testee_stream(struct testee *testee, const struct testee_reader *reader,
     bool (*put)(
