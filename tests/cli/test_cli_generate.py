@@ -156,7 +156,7 @@ def test_wrong_templates_write_nothing(stagewire: Stagewire, here: Path, mode: l
     assert (done.code, done.out) == (1, "")
     undone = {"--check": "compared", "--list-outputs": "listed"}.get("".join(mode), "written")
     assert done.err == (
-        "stagewire: mine/\\x1b[2J.j2: there is no template of this name to shadow\n"
+        "stagewire: mine/\\x1b[2J.j2: no template has this name\n"
         "stagewire: mine/flags.py.j2:1: No filter named 'nothing'.\n"
         f"nothing was {undone}\n"
     )

@@ -1,4 +1,4 @@
-"""Framings of the generator: one folder and one row each, and no other module decides by kind."""
+"""Framings of the generator: each has a directory and a row, and no other module depends on the kind."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TYPES = {
 
 
 def modules() -> list[Path]:
-    """Return the modules outside the folders of the framings, but for compiled templates."""
+    """Return the modules outside the directories of the framings, without compiled templates."""
     return [
         path
         for path in sorted(GENERATOR.rglob("*.py"))
@@ -39,7 +39,7 @@ def modules() -> list[Path]:
 
 
 def decisions(source: str) -> Iterator[str]:
-    """Yield what compares the kind of a framing with one, or looks it up in a table beside ``FRAMINGS``."""
+    """Yield comparisons of the kind of a framing, and look-ups of it in tables other than ``FRAMINGS``."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Compare):
             parts = [node.left, *node.comparators]
@@ -51,7 +51,7 @@ def decisions(source: str) -> Iterator[str]:
             yield ast.unparse(node)
 
 
-def test_every_kind_of_the_schema_has_a_row_and_a_folder() -> None:
+def test_every_kind_of_the_schema_has_a_row_and_a_directory() -> None:
     schema = json.loads((ROOT / "spec" / "schema" / "protocol.schema.json").read_bytes())
     kinds = schema["properties"]["framing"]["properties"]["kind"]["enum"]
     folders = {path.parent.name for path in FRAMING_FOLDER.glob("*/__init__.py")}
@@ -59,7 +59,7 @@ def test_every_kind_of_the_schema_has_a_row_and_a_folder() -> None:
 
 
 @pytest.mark.parametrize("kind", FRAMINGS)
-def test_every_part_is_there(kind: str) -> None:
+def test_every_framing_has_all_parts(kind: str) -> None:
     for name in Parts.__slots__:
         entry, found = getattr(FRAMINGS[kind], name), part(kind, name)
         if not entry:
@@ -72,10 +72,10 @@ def test_every_part_is_there(kind: str) -> None:
 
 
 @pytest.mark.parametrize("path", modules(), ids=lambda path: path.relative_to(GENERATOR).as_posix())
-def test_no_other_module_decides_by_kind(path: Path) -> None:
+def test_no_other_module_depends_on_the_kind(path: Path) -> None:
     source = path.read_text(encoding="utf-8")
     assert list(decisions(source)) == []
-    assert f"from {FOLDER}" not in source, "parts are found by framing.py"
+    assert f"from {FOLDER}" not in source, "framing.py finds the parts"
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_a_decision_is_found(source: str, found: int) -> None:
 
 
 @pytest.mark.parametrize("kind", FRAMINGS)
-def test_checking_needs_no_target(kind: str) -> None:
+def test_checking_imports_no_target(kind: str) -> None:
     for entry in (FRAMINGS[kind].rules, FRAMINGS[kind].witness):
         module, _, _ = entry.partition(":")
         path = FRAMING_FOLDER / f"{module.replace('.', '/')}.py"

@@ -1,4 +1,4 @@
-"""What is generated: its JSON Schemas, its digests, its formatting, its canonical form."""
+"""Generated files: their JSON Schemas, digests, formatting and canonical form."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COMMITTED = {
 
 def validate(data: Any, kind: str) -> None:
     text = (ROOT / "spec" / "schema" / f"{kind}.schema.json").read_text("utf-8")
-    # Rust has no halves of a UTF-16 pair in its texts. It is quick, and says less of what is wrong.
+    # The Rust library is fast but rejects lone surrogates, and its messages have fewer details.
     quick = jsonschema_rs.Draft202012Validator(json.loads(text.replace(r"\\uD800-\\uDFFF", "")))
     if not quick.is_valid(data):
         validator = jsonschema.Draft202012Validator(json.loads(text))
@@ -60,7 +60,7 @@ def test_ruff_format() -> None:
 
 
 @pytest.mark.parametrize("kind", ["registry", "vectors"])
-def test_json_is_as_its_schema_says(tree: dict[str, bytes], kind: str) -> None:
+def test_json_matches_its_schema(tree: dict[str, bytes], kind: str) -> None:
     for data in parsed(tree, kind):
         validate(data, kind)
 
@@ -74,13 +74,13 @@ def test_manifest(tree: dict[str, bytes]) -> None:
 
 
 def test_json_is_canonical(tree: dict[str, bytes]) -> None:
-    """Read and written again it is the same, byte for byte."""
+    """Reading and writing it again gives the same bytes."""
     for path, data in tree.items():
         if path.endswith(".json"):
             assert canonical(json.loads(data), lines=["cases"]).encode("utf-8") == data, path
 
 
-def test_json_holds_no_character_that_steers_a_terminal() -> None:
+def test_json_has_no_terminal_control_characters() -> None:
     text = canonical({"b": "\x1b\x7f\x85\xad é", "a": 1})
     assert text == '{\n  "a": 1,\n  "b": "\\u001b\\u007f\\u0085\\u00ad é"\n}\n'
     assert json.loads(text) == {"a": 1, "b": "\x1b\x7f\x85\xad é"}
@@ -147,7 +147,7 @@ def test_exact_scales(files: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize("name", ["files", "command_files"])
-def test_targets_are_part_of_the_whole(
+def test_each_target_is_a_part_of_the_output(
     protocol: Protocol, commands: Protocol, request: pytest.FixtureRequest, name: str
 ) -> None:
     protocols = [protocol if name == "files" else commands]
@@ -162,8 +162,8 @@ def test_targets_are_part_of_the_whole(
     assert left == {}
 
 
-def test_nothing_drifted() -> None:
-    """What is committed is what the registry makes, byte for byte."""
+def test_committed_files_are_up_to_date() -> None:
+    """Generating them from the registry gives the same bytes."""
     made = {path: text.encode("utf-8") for path, text in render(check(ROOT / "spec")).items()}
     assert made.keys() == COMMITTED.keys()
     assert [path for path in made if made[path] != COMMITTED[path]] == []
@@ -177,7 +177,7 @@ def test_both_protocols_are_committed() -> None:
 def test_order_of_files_and_entries_does_not_matter(
     spec: Path, files: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A message that moves within its chapter's file changes nothing; neither does the file's name."""
+    """Moving a message within the file of its chapter, or renaming the file, changes nothing."""
     path = spec / "tiny" / "messages" / "extra.yaml"
     text = path.read_text(encoding="utf-8")
     start, middle, end = (text.index(f"  {n}:\n") for n in ("LAMP", "LAMP_TEST", "LAMP_BROKEN"))
@@ -214,7 +214,7 @@ def test_facts_of_commands(command_files: dict[str, str]) -> None:
     }  # fmt: skip
     for name, wanted in facts.items():
         assert {key: messages[name][key] for key in wanted} == wanted
-    assert {"size", "dummy"}.isdisjoint(messages["WAKE"])  # it has no slot
+    assert {"size", "dummy"}.isdisjoint(messages["WAKE"])  # without a size slot
     assert "switches_to" not in messages["MOOD"]
     tail = data["enumerations"]["axis"]["values"]["TAIL"]
     assert (tail["value"], tail["keyboard"], tail["reserved"]) == (0x1B, "ESC", True)
@@ -238,7 +238,7 @@ def test_stages_import_what_they_use(spec: Path, files: dict[str, str]) -> None:
 
 
 def test_negative_values_and_signed_bytes(spec: Path) -> None:
-    """What no vendor of ours has, and the language allows."""
+    """The spec language allows them, but our protocols have none."""
     tiny = spec / "tiny"
     head = (tiny / "protocol.yaml").read_text(encoding="utf-8")
     head = head.replace("byte: {size: 1, signed: false", "byte: {size: 1, signed: true")

@@ -23,7 +23,7 @@ from stagewire_generator.model import (
 DIRECTIONS = {
     "to_controller": "to the controller",
     "to_host": "to the host",
-    "both": "either way",
+    "both": "in both directions",
 }
 """Direction of a message -> its phrase in a sentence."""
 
@@ -88,8 +88,8 @@ def message_paragraphs(
 def _exchange_facts(message: Message, layout: Layout | None, markup: Markup) -> Iterator[str]:
     yield exchange(message, markup)
     if layout is not None and layout.when:
-        choice = ", ".join(f"{k} {v}" for k, v in layout.when.items())
-        yield f"This layout: {choice}."
+        choice = " and ".join(f"{k} is {v}" for k, v in layout.when.items())
+        yield f"This layout is used if {choice}."
 
 
 def command_paragraphs(

@@ -1,4 +1,4 @@
-"""The C target: names, comments, ranges, initialisers, and what is refused because of C."""
+"""The C target: names, comments, ranges, initialisers, and specs that cannot be written in C."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def core(files: dict[str, str]) -> str:
 
 
 def part(text: str, beginning: str, end: str = "\n\n") -> str:
-    """Return the only part of a text with this beginning, up to the end, without it."""
+    """Return the only part of a text that begins with ``beginning``, up to ``end``, which is excluded."""
     assert text.count(beginning) == 1, beginning
     return text[text.index(beginning) :].partition(end)[0]
 
@@ -67,7 +67,7 @@ def test_files(files: dict[str, str], command_files: dict[str, str]) -> None:
     assert "c/stagewire_turtle/messages/walk.h" in of_commands
 
 
-def test_the_umbrella_includes_all_but_conversions(files: dict[str, str]) -> None:
+def test_the_umbrella_includes_all_headers_except_conversions(files: dict[str, str]) -> None:
     folder = "c/stagewire_tiny/"
     included = re.findall(r'#include "(.*)"', files[f"{folder}stagewire_tiny.h"])
     headers = {path.removeprefix(folder) for path in files if path.startswith(folder)}
@@ -75,7 +75,9 @@ def test_the_umbrella_includes_all_but_conversions(files: dict[str, str]) -> Non
     assert sorted(included) == sorted(headers - {"quantities.h", "stagewire_tiny.h"})
 
 
-def test_guards_are_apart(protocol: Protocol, commands: Protocol, packets: Protocol) -> None:
+def test_include_guards_are_unique(
+    protocol: Protocol, commands: Protocol, packets: Protocol
+) -> None:
     every = render([protocol, commands, packets], TARGETS)
     guards = []
     for text in (text for path, text in every.items() if path.endswith(".h")):
@@ -94,8 +96,8 @@ def test_another_package_has_other_names(protocol: Protocol) -> None:
     assert "#ifndef STAGEWIRE_DUST_COVER_MESSAGES_CORE_H" in text
 
 
-def test_no_name_of_a_spec_can_be_a_guard(protocol: Protocol) -> None:
-    """The macros of a package begin with its prefix, which is never how guards begin."""
+def test_no_name_of_a_spec_can_be_an_include_guard(protocol: Protocol) -> None:
+    """Macros of a package begin with its prefix; include guards never do."""
     files = render([replace(protocol, package="tiny")], ["c"])
     for path, text in files.items():
         if path.endswith(".h"):
@@ -151,7 +153,7 @@ def test_prefix() -> None:
 
 
 @pytest.mark.parametrize(("name", "taken"), [("STATUS", True), ("COPY", True), ("STATE", False)])
-def test_a_name_that_every_package_has_is_longer(
+def test_a_name_that_every_package_uses_gets_a_suffix(
     protocol: Protocol, name: str, taken: bool
 ) -> None:
     [move] = [m for m in protocol.messages if m.name == "POS_MOVE"]
@@ -167,16 +169,16 @@ def test_a_name_that_every_package_has_is_longer(
 
 
 def code_of(files: dict[str, str], package: str) -> Iterator[str]:
-    """Yield what users see of a package, without comments and strings."""
+    """Yield the files of a package without comments and strings."""
     for path, text in files.items():
         if path.startswith(f"c/{package}/"):
             yield COMMENT.sub("", text)
 
 
-def test_all_names_of_our_own_are_kept(
+def test_all_names_that_do_not_come_from_a_spec_are_reserved(
     protocol: Protocol, commands: Protocol, packets: Protocol
 ) -> None:
-    """What a package has beside what its spec names cannot be taken by a spec."""
+    """A spec cannot use the names that every package defines."""
     committed = check(ROOT / "spec")
     for one in (protocol, commands, packets, *committed):
         prefix = c_prefix(one.package)
@@ -192,34 +194,35 @@ def test_all_names_of_our_own_are_kept(
 
 
 def test_comment_on_a_message(core: str) -> None:
-    text = part(core, "/**\n * POS_GET_VELPARAMS", "typedef")
+    text = part(core, "/**\n * Reports the velocity parameters.", "typedef")
     assert text.splitlines() == [
         "/**",
-        " * POS_GET_VELPARAMS (0x0103), to the host, 14 bytes of data; pages 4, 5.",
-        " *",
         " * Reports the velocity parameters. Speed of the next move.",
+        " *",
+        " * POS_GET_VELPARAMS (0x0103), to the host, 14 bytes of data; pages 4, 5.",
         " */",
     ]
-    assert "Completes with POS_MOVED. Muted by POS_ALIVE." in core
-    assert "This layout: status servo." in core
+    words = " ".join(core.replace("\n * ", " ").split())
+    assert "Completes with POS_MOVED. Muted by POS_ALIVE." in words
+    assert "This layout is used if status is servo." in words
 
 
 def test_comments_on_members(core: str) -> None:
     text = part(core, "typedef struct tiny_pos_set_velparams {", "}")
     assert text.splitlines()[1:] == [
-        "    /** See enum tiny_channel; from 0 to 65535; by default 1. */",
+        "    /** See enum tiny_channel; from 0 to 65535; default 1. */",
         "    uint16_t chan_ident;",
         "    /**",
-        "     * Always zero at present; in counts; the scale to mm/s depends on the stage; "
-        "from 0 to 1000; by",
-        "     * default 0.",
+        "     * Always zero at present; in counts; scale to mm/s depends on the stage; "
+        "from 0 to 1000; default",
+        "     * 0.",
         "     */",
         "    int32_t min_velocity;",
-        "    /** In counts; the scale to mm/s depends on the stage; from 0 to 4294967295. */",
+        "    /** In counts; scale to mm/s depends on the stage; from 0 to 4294967295. */",
         "    uint32_t max_velocity;",
         "    /** In counts of 512/5 us; from -32768 to 32767. */",
         "    int16_t wait;",
-        "    /** Always 0x1234; from 0 to 65535. */",
+        "    /** Always 0x1234. */",
         "    uint16_t marker;",
     ]
     assert (
@@ -227,21 +230,21 @@ def test_comments_on_members(core: str) -> None:
     )
 
 
-def test_errata_are_named(files: dict[str, str]) -> None:
+def test_comments_name_errata(files: dict[str, str]) -> None:
     text = files["c/stagewire_tiny/messages/extra.h"]
     assert (
         " * Erratum tiny-lamp-test: printed the names; encoded messages without a layout." in text
     )
 
 
-def test_python_and_c_say_the_same_of_a_field(files: dict[str, str], core: str) -> None:
+def test_python_and_c_describe_a_field_in_the_same_words(files: dict[str, str], core: str) -> None:
     fact = "in counts of 512/5 us; from -32768 to 32767."
     assert f":param wait: {fact}" in files["python/stagewire_tiny/messages/core.py"]
     assert fact[1:] in core
 
 
 def test_no_line_is_too_long() -> None:
-    """Code has at most 100 columns; so have comments, which are wrapped."""
+    """Code and comments have at most 100 columns."""
     for protocol in check(ROOT / "spec"):
         for path, text in render([protocol], ["c"]).items():
             if "/messages/" in path or path.endswith(("enumerations.h", "flags.h", "wire.h")):
@@ -257,7 +260,7 @@ def test_fields_are_plain_members(core: str) -> None:
     assert members == ["char label[8];", "uint8_t blob[6];", "uint16_t load;"]
 
 
-def test_fields_are_written_in_a_row(core: str) -> None:
+def test_fields_are_written_in_order(core: str) -> None:
     text = part(core, "void tiny_pos_set_velparams_write_fields(", "\n}\n")
     assert text.splitlines()[3:] == [
         "    uint8_t *at = tiny_put_16(out, message->chan_ident);",
@@ -268,7 +271,7 @@ def test_fields_are_written_in_a_row(core: str) -> None:
     ]
 
 
-def test_fields_are_read_where_they_stand(core: str) -> None:
+def test_fields_are_read_at_their_offsets(core: str) -> None:
     text = part(core, "tiny_pos_echo_decode(", "    return")
     assert [line.strip() for line in text.splitlines()[5:-1]] == [
         "tiny_copy(message->label, 8U, &frame[6]);",
@@ -312,15 +315,15 @@ def test_ranges_are_checked_where_the_type_allows_more(core: str) -> None:
         (Format("u64", 8, False, "integer"), 0, 2**64 - 1, ()),
     ],
 )  # fmt: skip
-def test_a_range_that_is_nearly_that_of_its_type(
+def test_a_range_that_is_almost_the_range_of_its_type(
     protocol: Protocol, format: Format, least: int, greatest: int, refused: tuple[str, ...]
 ) -> None:
     field = Field("x", 0, format, "value", least, greatest, 1, PLACE)
     assert field_view(names_of(protocol), field, 0).refused == refused
 
 
-def test_24_bits_are_kept_within_them(command_files: dict[str, str]) -> None:
-    """C has no such type: what it allows more is refused."""
+def test_integers_of_24_bits_are_range_checked(command_files: dict[str, str]) -> None:
+    """Their C type has more bits."""
     text = "".join(text for path, text in command_files.items() if path.endswith("walk.h"))
     assert "-INT32_C(8388608)" in text
     assert re.search(r"message->\w+ = turtle_signed_24\(turtle_get_24\(&\w+\[\d+\]\)\);", text)
@@ -473,7 +476,7 @@ def test_definition_breaks() -> None:
     assert all(len(line) <= 100 for line in long.splitlines())
 
 
-# What is refused
+# Names that are refused
 
 
 def faults(protocol: Protocol) -> list[str]:
@@ -483,12 +486,14 @@ def faults(protocol: Protocol) -> list[str]:
 
 
 def named(protocol: Protocol, *names: str) -> Protocol:
-    """Return the protocol with messages of these names alone."""
+    """Return the protocol with only messages of these names."""
     [alive] = [m for m in protocol.messages if m.name == "POS_ALIVE"]
     return replace(protocol, messages=tuple(replace(alive, name=name) for name in names))
 
 
-def test_all_is_right(protocol: Protocol, commands: Protocol, packets: Protocol) -> None:
+def test_good_specs_have_no_faults(
+    protocol: Protocol, commands: Protocol, packets: Protocol
+) -> None:
     for one in (protocol, commands, packets):
         assert faults(one) == []
 
@@ -522,14 +527,14 @@ def test_messages(protocol: Protocol, names: tuple[str, ...], fault: str | None)
         ("ptrdiff", "T", "ptrdiff_t"),
     ],
 )
-def test_a_prefix_and_a_name_can_be_a_word_of_c(
+def test_a_prefix_and_a_name_can_form_a_reserved_word(
     protocol: Protocol, package: str, name: str, reserved: str
 ) -> None:
     protocol = replace(named(protocol, name), package=package, enumerations=(), flags=())
     assert f"SW023 {name}: in C, {reserved} is reserved" in faults(protocol)
 
 
-def test_63_characters_tell_names_apart(protocol: Protocol) -> None:
+def test_names_must_differ_in_their_first_63_characters(protocol: Protocol) -> None:
     long = "A" * 49  # tiny_AAA…_encode and tiny_AAA…_encode_unchecked differ in the 63rd
     assert faults(named(protocol, f"{long}X", f"{long}Y")) == []
     [fault] = faults(named(protocol, f"{long}XX"))

@@ -1,4 +1,4 @@
-"""Our templates as Python modules: they render the same, and those of other texts are not used."""
+"""Templates compiled to Python modules: same output, and modules of changed templates are not used."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stagewire_generator.targets.templates import Templates
 
 @pytest.fixture
 def compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The modules of our templates, in a place of their own."""
+    """The modules of our templates, in a temporary directory."""
     folder = tmp_path / "compiled"
     compile_templates(folder)
     monkeypatch.setattr(environment, "COMPILED", folder)
@@ -41,7 +41,7 @@ def test_each_template_has_its_module(compiled: Path) -> None:
     assert len(list(compiled.glob("*.py"))) == len(our_templates())
 
 
-def test_they_render_the_same(
+def test_compiled_templates_render_the_same(
     compiled: Path, protocol: Protocol, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from_modules = render([protocol], None, Templates())
@@ -51,10 +51,10 @@ def test_they_render_the_same(
     assert render([protocol], None, from_texts) == from_modules
 
 
-def test_modules_of_other_texts_are_not_used(
+def test_modules_of_changed_templates_are_not_used(
     compiled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The digest is that of all names and texts, of the settings, and of Jinja."""
+    """The digest covers all names and texts, the settings, and the version of Jinja."""
     first, *others = our_templates()
     edited = tmp_path / first.name
     edited.write_bytes(first.read_bytes()[:-1] + b"#")
@@ -71,7 +71,7 @@ def test_modules_of_other_texts_are_not_used(
     assert {file.suffix for file in used(Templates()).values()} == {".j2"}
 
 
-def test_a_module_that_is_missing_is_made_from_the_text(compiled: Path) -> None:
+def test_a_missing_module_is_compiled_from_the_text(compiled: Path) -> None:
     name = our_templates()[0].name
     (compiled / jinja2.ModuleLoader.get_module_filename(name)).unlink()
     missing = {found for found, file in used(Templates()).items() if file.suffix == ".j2"}

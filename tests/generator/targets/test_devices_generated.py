@@ -1,4 +1,4 @@
-"""Generated device classes: every message has its method, and both sides have the same ones."""
+"""Generated device classes: every message has a method, and both sides have the same methods."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def units() -> list[tuple[str, str]]:
 
 
 def methods(cls: type) -> dict[str, Any]:
-    """Return the generated methods of a class: those of its parts."""
+    """Return the generated methods of a class, which its parts define."""
     parts = [c for c in cls.__mro__ if ".parts." in c.__module__]
     return {name: f for part in parts for name, f in vars(part).items() if inspect.isfunction(f)}
 
 
 def elements(cls: type) -> list[type]:
-    """Return a class of a unit and those of its bays, channels or axes."""
+    """Return a class of a unit and the classes of its bays, channels or axes."""
     names = ("bay_class", "channel_class", "axis_class")
     inner = [getattr(cls, name) for name in names if hasattr(cls, name)]
     return [cls, *(each for one in inner for each in elements(one))]
@@ -67,7 +67,7 @@ def tables_of_function(function: Any) -> list[Any]:
 
 
 def tables_of(cls: type) -> list[Any]:
-    """Return the tables under the methods of a class."""
+    """Return the tables that the methods of a class use."""
     found: list[Any] = []
     for function in methods(cls).values():
         found += tables_of_function(function)
@@ -101,7 +101,7 @@ def test_every_message_of_a_unit_can_be_sent_by_a_method(package: str, unit: str
     cls = getattr(importlib.import_module(package), unit)
     sent = set().union(*(messages_of(t) for each in elements(cls) for t in tables_of(each)))
     assert asked == sent & asked
-    # A set may hold a message that the unit has not; then the method for it is not there.
+    # A set may have a message that the unit lacks; then there is no method for it.
     for each in elements(cls):
         for name, function in methods(each).items():
             [table] = tables_of_function(function)
@@ -143,7 +143,7 @@ def test_no_method_hides_one_of_the_runtime_or_of_another_part(package: ModuleTy
         assert not taken & set(every)
 
 
-def test_what_the_runtime_has_is_kept_free() -> None:
+def test_names_of_the_runtime_are_reserved() -> None:
     for name in (*BASES, *(f"Async{base}" for base in BASES)):
         assert {n for n in dir(getattr(support, name)) if not n.startswith("_")} <= METHODS
     assert {name for name in dir(Values) if not name.startswith("_")} <= ARGUMENTS
@@ -151,7 +151,7 @@ def test_what_the_runtime_has_is_kept_free() -> None:
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_lazy(package: ModuleType) -> None:
-    """The package is imported without its device classes, and knows them all the same."""
+    """Importing the package does not import its device classes, but they are available."""
     name = package.__name__
     program = (
         f"import sys, {name}; assert not any('devices' in m or 'aio' in m for m in sys.modules), 1\n"
@@ -196,12 +196,12 @@ def test_units_as_words(unit: str, words: str) -> None:
     assert unit_words(unit) == words
 
 
-def test_names_are_apart() -> None:
+def test_names_are_unique() -> None:
     assert apart([["a", "x_a"], ["a", "y_a"], ["b"]], {"b"}, "too") == ["x_a", "y_a", "b_too"]
     assert apart([["a"], ["a"]], (), "too") == ["a", "a_too"]
 
 
-def test_what_is_moved_to_and_by() -> None:
+def test_targets_of_absolute_and_relative_moves() -> None:
     targets = {
         name: (table.target, table.stored and (table.stored.table.name, table.stored.field))
         for name, table in vars(tables).items()
@@ -220,7 +220,7 @@ def test_what_is_moved_to_and_by() -> None:
     }
 
 
-# Other people's protocols
+# Protocols of users
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +234,7 @@ def test_packets_have_no_device_classes(others: dict[str, dict[str, str]]) -> No
 
 
 @pytest.mark.parametrize("side", ["devices", "aio"])
-def test_units_of_others(
+def test_units_of_user_protocols(
     others: dict[str, dict[str, str]],
     side: str,
     tmp_path: Path,
@@ -264,7 +264,7 @@ def test_names_that_are_taken(
     imported: Callable[..., ModuleType],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """What is called as the runtime or Python calls something gets a longer name."""
+    """Names that the runtime or Python use get a suffix."""
     monkeypatch.setattr(
         pipeline, "check_errata", lambda *_: None
     )  # the names are not those printed
@@ -294,10 +294,10 @@ def test_names_that_are_taken(
         ("stagewire_ms2000", {"axis"}, {}),
     ],
 )  # fmt: skip
-def test_which_lists_of_names_may_be_incomplete(
+def test_some_lists_of_names_may_be_incomplete(
     package: str, opened: set[str], modifiers: dict[str, list[str]]
 ) -> None:
-    """Decided table by table; all others are complete, so that device classes send nothing else."""
+    """This is decided table by table. All others are complete: device classes send only listed values."""
     enumerations, flags = registry(package)["enumerations"], registry(package)["flags"]
     both = enumerations | flags
     assert {name for name, table in both.items() if table.get("open")} == opened

@@ -1,4 +1,4 @@
-"""Whatever the texts are, and however long, the output has its final formatting."""
+"""The output is formatted, for all texts of any length."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def load(path: Path) -> Any:
 
 
 def save(path: Path, data: Any) -> None:
-    path.write_text(json.dumps(data, ensure_ascii=False), encoding="utf-8")  # which is YAML, too
+    path.write_text(json.dumps(data, ensure_ascii=False), encoding="utf-8")  # JSON is also YAML
 
 
 def ruff_format(folder: Path) -> subprocess.CompletedProcess[str]:
@@ -33,14 +33,14 @@ def ruff_format(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def ruff_check(folder: Path) -> subprocess.CompletedProcess[str]:
-    """Look for names that nothing defines, and for what is bound in vain."""
+    """Check for undefined names and unused variables."""
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--no-cache"]
     command += ["--select=F", "--ignore=F401", str(folder)]
     return subprocess.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
 
 
 def stretched(spec: Path, words: str) -> None:
-    """Fill the spec with texts, names and lists of many lengths."""
+    """Fill the spec with texts, names and lists of different lengths."""
     tiny = spec / "tiny"
 
     def text(length: int) -> str:
@@ -160,10 +160,10 @@ def test_formatting_of_long_lists(
     assert shared.a_field_with_a_long_name_4 == bytes(3)
 
 
-def test_formatting_of_little(
+def test_formatting_of_a_small_spec(
     good_spec: Path, tmp_path: Path, imported: Callable[[Path], Any]
 ) -> None:
-    """No stages, no tables, a chapter without a message, one without a message that has an id."""
+    """No stages, no tables, a chapter without messages, and a chapter without ids."""
     spec = Path(shutil.copytree(good_spec, tmp_path / "spec"))
     tiny = spec / "tiny"
     for name in (
@@ -215,7 +215,7 @@ STEMS = (
 
 
 def fields_of(stem: str, count: int, note: Callable[[int], str]) -> tuple[dict[str, Any], int]:
-    """Return so many fields of every format and role, and their size."""
+    """Return ``count`` fields of every format and role, and their size."""
     kinds = list(COMMAND_FORMATS)
     fields: dict[str, Any] = {}
     for n in range(count):
@@ -233,7 +233,7 @@ def fields_of(stem: str, count: int, note: Callable[[int], str]) -> tuple[dict[s
 
 
 def many_commands(spec: Path, words: str) -> None:
-    """Add commands and replies with one to twenty fields, with texts and names of many lengths."""
+    """Add commands and replies with one to twenty fields, and texts and names of different lengths."""
     turtle = spec / "turtle"
 
     def text(length: int) -> str:
@@ -279,7 +279,7 @@ def many_commands(spec: Path, words: str) -> None:
         }  # fmt: skip
     save(turtle / "quantities.yaml", quantities)
     head = load(turtle / "protocol.yaml")
-    head["framing"]["terminator"] = 0xFD  # which none of the sizes is
+    head["framing"]["terminator"] = 0xFD  # not one of the sizes
     save(turtle / "protocol.yaml", head)
 
 
@@ -297,7 +297,9 @@ def test_formatting_of_commands(
     monkeypatch: pytest.MonkeyPatch,
     words: str,
 ) -> None:
-    monkeypatch.setattr(pipeline, "check_errata", lambda *_: None)  # nothing of this is printed
+    monkeypatch.setattr(
+        pipeline, "check_errata", lambda *_: None
+    )  # the document prints none of this
     spec = Path(shutil.copytree(good_commands, tmp_path / "spec"))
     many_commands(spec, words)
     write_files(tmp_path / "out", render(check(spec)))
@@ -316,7 +318,7 @@ def test_formatting_of_commands(
 def test_formatting_of_few_commands(
     good_commands: Path, tmp_path: Path, imported: Callable[[Path], Any]
 ) -> None:
-    """No flags, no quantities, no field at all, and a chapter of setup commands alone."""
+    """No flags, no quantities, no fields, and a chapter with only setup commands."""
     spec = Path(shutil.copytree(good_commands, tmp_path / "spec"))
     turtle = spec / "turtle"
     for name in (

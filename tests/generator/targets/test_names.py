@@ -1,4 +1,4 @@
-"""Names that no spec may take: what generated modules import, what their methods use, keywords."""
+"""Names that specs cannot use: imports of generated modules, names in their methods, keywords."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Modules = Callable[[str], list[ast.Module]]
 def modules(
     files: dict[str, str], command_files: dict[str, str], packet_files: dict[str, str]
 ) -> Modules:
-    """The generated modules of a name in all packages; ``messages/*`` are those of chapters."""
+    """The generated modules with a name in all packages; ``messages/*`` means the chapters."""
     parsed = {
         path: ast.parse(text)
         for generated in (files, command_files, packet_files)
@@ -57,7 +57,7 @@ CPP = """
 
 
 def refused(spec: Path) -> list[str]:
-    """Return what is said of the names of a spec."""
+    """Return the messages about the names of a spec."""
     with pytest.raises(SpecError) as caught:
         check(spec)
     return [d.message for d in caught.value.diagnostics if d.code == "SW023"]
@@ -80,7 +80,7 @@ def restored(spec: Path) -> Iterator[None]:
 
 
 def imported(modules: Modules, *names: str) -> set[str]:
-    """Return the names of classes that generated modules import, but not from each other."""
+    """Return the names of classes that generated modules import from the runtime."""
     return {
         alias.name
         for name in names
@@ -100,10 +100,10 @@ def words(name: str) -> list[str]:
 KEPT = {"False", "None", "True"}
 
 
-OTHER_CHECKS = {"Sum", "Xor"}  # which the packets of the good spec have not
+OTHER_CHECKS = {"Sum", "Xor"}  # the packets of the good spec have none
 
 
-def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, modules: Modules) -> None:
+def test_no_message_has_the_name_of_an_import_of_its_module(spec: Path, modules: Modules) -> None:
     for name in sorted(KEPT | OTHER_CHECKS | imported(modules, CHAPTERS, "messages/__init__.py")):
         taken, spelling = "_".join(words(name)).upper(), " ".join(words(name))
         with restored(spec):
@@ -112,16 +112,16 @@ def test_no_message_takes_the_name_of_what_its_module_imports(spec: Path, module
             assert refused(spec) == [f"{taken}: the class name {name} is reserved"]
 
 
-def test_what_is_imported_is_found(modules: Modules) -> None:
-    """The base classes of all kinds of protocols, and what makes their protocol objects."""
+def test_imports_are_found(modules: Modules) -> None:
+    """They are the base classes of all kinds of protocols, and the classes of their protocol objects."""
     assert imported(modules, CHAPTERS, "messages/__init__.py") >= {
         "Command", "CommandProtocol", "Crc", "Direction", "FramedMessage", "FramedProtocol", "Layout",
         "Message", "PacketMessage", "PacketProtocol", "Reply", "Self", "SetupCommand", "Shape", "Struct",
     }  # fmt: skip
 
 
-def test_underscores_divide_a_name_into_words_where_no_spelling_does(spec: Path) -> None:
-    """Of a message, and of a set with its members."""
+def test_a_name_without_a_spelling_is_split_at_underscores(spec: Path) -> None:
+    """Names of messages, and of sets with their members."""
     spelled = check(spec)[0]
     change(spec, "messages/extra.yaml", "    spelling: lamp test\n", "")
     change(spec, "messages/core.yaml", "    spelling: mode\n", "")
@@ -132,16 +132,14 @@ def test_underscores_divide_a_name_into_words_where_no_spelling_does(spec: Path)
 
 
 @pytest.mark.parametrize("name", ["MESSAGES", "PROTOCOL"])
-def test_no_message_takes_the_name_of_a_constant(spec: Path, name: str) -> None:
-    """Words of one letter each make a class in capitals."""
+def test_no_message_has_the_name_of_a_constant(spec: Path, name: str) -> None:
+    """Words of one letter each become a class in capitals."""
     change(spec, "messages/extra.yaml", "  LAMP:\n", f"  {'_'.join(name)}:\n")
     change(spec, "messages/extra.yaml", "spelling: lamp\n", f"spelling: {' '.join(name.lower())}\n")
     assert refused(spec) == [f"{'_'.join(name)}: the class name {name} is reserved"]
 
 
-def test_no_flag_table_takes_the_name_of_what_its_users_import(
-    spec: Path, modules: Modules
-) -> None:
+def test_no_flag_table_has_the_name_of_an_import_of_its_users(spec: Path, modules: Modules) -> None:
     for name in sorted(KEPT | imported(modules, "flags.py", CHAPTERS)):
         taken = "_".join(words(name))
         with restored(spec):
@@ -150,7 +148,7 @@ def test_no_flag_table_takes_the_name_of_what_its_users_import(
             assert refused(spec) == [f"{taken}: the class name {name} is reserved"]
 
 
-def test_no_enumeration_takes_the_name_of_what_its_module_imports(
+def test_no_enumeration_has_the_name_of_an_import_of_its_module(
     spec: Path, modules: Modules
 ) -> None:
     for name in sorted(KEPT | imported(modules, "enumerations.py")):
@@ -161,7 +159,7 @@ def test_no_enumeration_takes_the_name_of_what_its_module_imports(
             assert refused(spec) == [f"{taken}: the class name {name} is reserved"]
 
 
-def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, modules: Modules) -> None:
+def test_no_stage_has_the_name_of_an_import_of_its_module(spec: Path, modules: Modules) -> None:
     for name in sorted(KEPT | imported(modules, "stages.py")):
         with restored(spec):
             change(spec, "stages.yaml", "  Slide:\n", f'  "{name}":\n')
@@ -170,7 +168,7 @@ def test_no_stage_takes_the_name_of_what_its_module_imports(spec: Path, modules:
 
 
 def used_by_methods(modules: Modules) -> Iterator[str]:
-    """Yield what the methods that have fields for variables name beside them."""
+    """Yield the names in methods with a variable for each field, except these variables."""
     for module in modules(CHAPTERS):
         for kind in module.body:
             if not isinstance(kind, ast.ClassDef):
@@ -200,8 +198,8 @@ def with_bits(spec: Path, names: list[str]) -> Path:
     return spec
 
 
-def test_no_field_takes_a_name_that_its_methods_use(spec: Path, modules: Modules) -> None:
-    names = sorted(set(used_by_methods(modules)) - {"str"})  # of `str` only the annotation is used
+def test_no_field_has_a_name_that_its_methods_use(spec: Path, modules: Modules) -> None:
+    names = sorted(set(used_by_methods(modules)) - {"str"})  # `str` is only an annotation
     assert {"cls", "draft", "raw", "int", "check_integer", "check_text", "check_bytes"} <= set(
         names
     )
@@ -215,10 +213,10 @@ FORMATS = {"u8": 1, "u16": 2, "u24": 3, "s24": 3, "char[3]": 3, "u8[2]": 2}
 
 @pytest.mark.parametrize("form", ["request", "reply"])
 @pytest.mark.parametrize("format", FORMATS)
-def test_no_field_of_a_command_takes_a_name_that_its_methods_use(
+def test_no_field_of_a_command_has_a_name_that_its_methods_use(
     commands_spec: Path, modules: Modules, form: str, format: str
 ) -> None:
-    """An integer of 24 bits and a text have a variable of their name before they are converted."""
+    """Integers of 24 bits and texts have a variable of the same name before conversion."""
     kept = {*used_by_methods(modules), "int", "reply", "marks", "layout", "pack", "unpack"} - {
         "str"
     }

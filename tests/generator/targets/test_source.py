@@ -1,4 +1,4 @@
-"""Pieces of Python source: each is what a formatter would write, and means the text that it was made of."""
+"""Pieces of Python source: formatted as a formatter would, with the meaning of the original text."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ TEXTS = [
 
 
 @pytest.mark.parametrize("text", TEXTS)
-def test_a_literal_is_its_text(text: str) -> None:
+def test_a_literal_evaluates_to_its_text(text: str) -> None:
     source = literal(text)
     assert ast.literal_eval(source) == text
     assert source.isprintable()
@@ -51,7 +51,7 @@ def test_a_literal_is_its_text(text: str) -> None:
         ("a", '"a"'),
         ("it's", '"it\'s"'),
         ('"', "'\"'"),
-        ("'\"", '"\'\\""'),  # as many of each: the usual quotes
+        ("'\"", '"\'\\""'),  # the same number of both: double quotes
         ("\x1b", '"\\x1b"'),
     ],
 )
@@ -60,8 +60,8 @@ def test_quotes_as_a_formatter_chooses_them(text: str, source: str) -> None:
 
 
 @pytest.mark.parametrize("text", [*TEXTS, '"""', 'a"""b', 'a""""', '"a', "\\x41", '\\"""'])
-def test_a_docstring_is_its_text(text: str) -> None:
-    if "\x00" not in text:  # no source can hold it; what prints nothing is refused before
+def test_a_docstring_evaluates_to_its_text(text: str) -> None:
+    if "\x00" not in text:  # no source can contain it; unprintable texts are refused earlier
         assert ast.literal_eval(f'"""{docstring(text)}"""') == text
 
 
@@ -91,7 +91,7 @@ def test_columns() -> None:
         (2**32 - 1, "0xFFFFFFFF"),
     ],
 )
-def test_limits_of_a_width_are_hexadecimal(value: int, source: str) -> None:
+def test_limits_of_a_width_are_in_hex(value: int, source: str) -> None:
     assert integer(value) == source
 
 
@@ -105,7 +105,7 @@ def test_tuples() -> None:
     assert laid_out(listed("T = ", ["A", "B"]), 0) == "T = (\n    A,\n    B,\n)"
 
 
-def test_exported_names_break_beyond_the_limit() -> None:
+def test_long_lists_of_exports_are_broken() -> None:
     assert exported([]) == "__all__ = []"
     assert exported(["b", "Aa", "C10", "C2x", "XY"]) == '__all__ = ["C10", "XY", "Aa", "C2x", "b"]'
     longest = "x" * 86
@@ -113,7 +113,7 @@ def test_exported_names_break_beyond_the_limit() -> None:
     assert exported([longest + "x"]) == f'__all__ = [\n    "{longest}x",\n]'
 
 
-def test_brackets_break_beyond_the_limit() -> None:
+def test_long_brackets_are_broken() -> None:
     fits = "x" * 97
     assert laid_out(call("f", ["a"], ".x"), 0) == "f(a).x"
     assert laid_out(call("f", [fits]), 0) == f"f({fits})"
@@ -127,7 +127,7 @@ def test_brackets_break_beyond_the_limit() -> None:
     assert laid_out(call("f", [fits]), 0, tail=",") == f"f(\n    {fits},\n),"
 
 
-def test_conditions_and_targets_break_beyond_the_limit() -> None:
+def test_long_conditions_and_targets_are_broken() -> None:
     assert either(["a", "b"], 4) == "if a or b:"
     assert either(["a" * 50, "b" * 50], 4) == (
         f"if (\n        {'a' * 50}\n        or {'b' * 50}\n    ):"
@@ -137,7 +137,7 @@ def test_conditions_and_targets_break_beyond_the_limit() -> None:
     assert unpacked(["a" * 50, "b" * 50], "x", 0) == f"(\n    {'a' * 50},\n    {'b' * 50},\n) = x"
 
 
-def test_assignments_break_beyond_the_limit() -> None:
+def test_long_assignments_are_broken() -> None:
     assert assigned("a", "b", 8) == "a = b"
     fits = "x" * 88  # and 8 of indent, and `a = `
     assert assigned("a", fits, 8) == f"a = {fits}"
@@ -152,7 +152,7 @@ def test_paragraphs() -> None:
     assert paragraph(text, 4, 4).split("\n")[1].startswith("        word")
     assert paragraph(" a \n  b ", 0) == "a b"
     assert paragraph("", 4) == ""
-    for whole in ("x" * 200, "a-b-" * 50):  # a name that is broken is none any more
+    for whole in ("x" * 200, "a-b-" * 50):  # names must not be broken
         assert paragraph(whole, 4) == whole
 
 
@@ -163,14 +163,14 @@ def test_sentences() -> None:
 
 
 @pytest.mark.parametrize("text", ["x" * 85, "x" * 86, "x" * 300, "word " * 60, "字" * 100])
-def test_long_texts_are_the_same_in_pieces(text: str) -> None:
+def test_long_texts_do_not_change_in_pieces(text: str) -> None:
     source = laid_out(Text("", text), 10, ",").removesuffix(",")
     assert ast.literal_eval(f"({source})") == text
     assert source.startswith("(\n") is (10 + width(literal(text)) + 1 > 100)
     assert laid_out(Text("source=", "short"), 10) == 'source="short"'
 
 
-def test_names_in_the_order_of_a_linter() -> None:
+def test_names_are_in_the_order_of_a_linter() -> None:
     assert sorted(["Bay10", "Bay2", "Bay", "A"], key=natural) == ["A", "Bay", "Bay2", "Bay10"]
     assert imported("a.b", ["check_b", "Zed", "check_a", "Abc2", "Abc10"]) == (
         "from a.b import Abc2, Abc10, Zed, check_a, check_b"

@@ -1,4 +1,4 @@
-"""Templates of a user: what shadows ours, and that whatever is wrong with them is said with its place."""
+"""Templates of a user: shadowing of ours, and error messages with their places."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def shadowed(folder: Path, protocol: Protocol) -> Shadowed:
-    """Render the small good spec with templates by name; what is not text is bytes."""
+    """Render the small good spec with templates by name, as text or bytes."""
 
     def shadow(**given: str | bytes) -> dict[str, str]:
         for name, text in given.items():
@@ -46,22 +46,22 @@ def problems(shadowed: Shadowed, **given: str | bytes) -> list[str]:
 
 
 def test_names_are_unique_over_all_targets() -> None:
-    """A user shadows by file name alone."""
+    """Only the file name decides which template a file shadows."""
     names = [path.name for path in our_templates()]
     assert "flags.py.j2" in names
     assert sorted(set(names)) == sorted(names)
 
 
-def test_a_file_without_a_tag_is_no_template() -> None:
-    """What is the same for every protocol is a plain file."""
+def test_files_without_tags_are_not_templates() -> None:
+    """Files that are the same for every protocol are plain files."""
     texts = {path.name: path.read_text(encoding="utf-8") for path in our_templates()}
     assert [name for name, text in texts.items() if not re.search(r"\{[{%]", text)] == []
 
 
-def test_a_plain_file_of_ours_cannot_be_shadowed(shadowed: Shadowed, folder: Path) -> None:
+def test_plain_files_cannot_be_shadowed(shadowed: Shadowed, folder: Path) -> None:
     for name in ("answer__c", "answer__c__j2"):
         [problem, *_] = problems(shadowed, **{name: "int x;\n"})
-        assert problem.endswith(": there is no template of this name to shadow")
+        assert problem.endswith(": no template has this name")
         (folder / name.replace("__", ".")).unlink()
 
 
@@ -71,13 +71,13 @@ def test_a_file_shadows_ours_of_the_same_name(shadowed: Shadowed, files: dict[st
     assert {path for path in files if mine[path] != files[path]} == {FLAGS, "manifest.json"}
 
 
-def test_the_shadowed_one_can_be_included(shadowed: Shadowed, files: dict[str, str]) -> None:
+def test_the_shadowed_template_can_be_included(shadowed: Shadowed, files: dict[str, str]) -> None:
     mine = shadowed(flags__py__j2=f'{{% include "_notice" %}}\n{INCLUDED}', _notice="# mine\n")
     assert mine[FLAGS] == f"# mine\n{files[FLAGS]}"
 
 
-def test_what_ours_include_can_be_shadowed(shadowed: Shadowed, files: dict[str, str]) -> None:
-    """Also when ours are included by a template of the user."""
+def test_included_templates_can_be_shadowed(shadowed: Shadowed, files: dict[str, str]) -> None:
+    """Also if a template of the user includes our template that includes them."""
     mine = shadowed(
         chapter__py__j2='# mine\n{% include "stagewire/chapter.py.j2" %}',
         plain__py__j2="# the message {{ view.name }}\n",
@@ -88,11 +88,13 @@ def test_what_ours_include_can_be_shadowed(shadowed: Shadowed, files: dict[str, 
 
 
 @pytest.mark.parametrize("text", [f"\ufeff{INCLUDED}", INCLUDED.replace(" ", "\r\n")])
-def test_files_of_other_systems(shadowed: Shadowed, files: dict[str, str], text: str) -> None:
+def test_files_with_a_byte_order_mark_and_other_line_ends(
+    shadowed: Shadowed, files: dict[str, str], text: str
+) -> None:
     assert shadowed(flags__py__j2=text)[FLAGS] == files[FLAGS]
 
 
-def test_hidden_files_are_not_looked_at(shadowed: Shadowed, files: dict[str, str]) -> None:
+def test_hidden_files_are_ignored(shadowed: Shadowed, files: dict[str, str]) -> None:
     assert shadowed(flags__py__j2=INCLUDED, __swp=b"\xff")[FLAGS] == files[FLAGS]
 
 
@@ -106,14 +108,14 @@ def test_hidden_files_are_not_looked_at(shadowed: Shadowed, files: dict[str, str
         ("\n{{ package|backwards }}", "2: No filter named 'backwards'."),
         ("\n{{ 1 / 0 }}", "2: ZeroDivisionError: division by zero"),
         ("\n{{ package.title|sort(attribute='x') }}", "2: "),
-        ('\n{% include "stagewire/flag.py.j2" %}', "2: there is no template stagewire/flag.py.j2"),
-        ('\n{% include "_mine" %}', "2: there is no template _mine to include"),
-        ('\n{% include "../flags.py.j2" %}', "2: there is no template ../flags.py.j2 to include"),
+        ('\n{% include "stagewire/flag.py.j2" %}', "2: unknown template stagewire/flag.py.j2"),
+        ('\n{% include "_mine" %}', "2: unknown template _mine in an include"),
+        ('\n{% include "../flags.py.j2" %}', "2: unknown template ../flags.py.j2 in an include"),
         ('\n{% include "flags.py.j2" %}', "2: RecursionError: "),
         ("{% extends none %}", "1: "),
     ],
 )
-def test_a_failing_template_is_named_with_its_line(
+def test_an_error_names_the_template_and_its_line(
     shadowed: Shadowed, folder: Path, text: str, said: str
 ) -> None:
     [problem] = problems(shadowed, flags__py__j2=text)
@@ -121,7 +123,7 @@ def test_a_failing_template_is_named_with_its_line(
     assert not problem.endswith(": ")
 
 
-def test_the_place_is_the_innermost(shadowed: Shadowed, folder: Path) -> None:
+def test_an_error_names_the_innermost_place(shadowed: Shadowed, folder: Path) -> None:
     [problem] = problems(shadowed, flags__py__j2='{% include "_part" %}', _part="\n{{ oh }}")
     assert problem == f"{folder / '_part'}:2: 'oh' is undefined"
     given = '{% set package = 0 %}{% include "stagewire/flags.py.j2" %}'
@@ -129,29 +131,27 @@ def test_the_place_is_the_innermost(shadowed: Shadowed, folder: Path) -> None:
     assert problem.startswith("stagewire/flags.py.j2:1: 'int object' has no attribute")
 
 
-def test_a_text_that_cannot_be_written(shadowed: Shadowed, folder: Path) -> None:
+def test_a_text_that_cannot_be_encoded(shadowed: Shadowed, folder: Path) -> None:
     [problem] = problems(shadowed, flags__py__j2='{{ "\\ud800" }}')
-    assert problem == f"{folder / 'flags.py.j2'}: makes a text that cannot be written as UTF-8"
+    assert problem == f"{folder / 'flags.py.j2'}: produces text that cannot be encoded as UTF-8"
 
 
-def test_what_is_no_python_is_not_written(shadowed: Shadowed) -> None:
+def test_invalid_python_is_an_error(shadowed: Shadowed) -> None:
     [said] = problems(shadowed, flags__py__j2="FINE = 1\ndef not python\n")
     assert said.startswith(f"{FLAGS}:2: the templates produce invalid Python: ")
 
 
-def test_a_name_that_shadows_nothing_is_told_the_near_ones(
-    shadowed: Shadowed, folder: Path
-) -> None:
+def test_an_unknown_name_gets_suggestions(shadowed: Shadowed, folder: Path) -> None:
     assert problems(shadowed, quantity__py__j2="", chapter__j2="", README__md="") == [
-        f"{folder / 'README.md'}: there is no template of this name to shadow",
-        f"{folder / 'chapter.j2'}: there is no template of this name to shadow; "
+        f"{folder / 'README.md'}: no template has this name",
+        f"{folder / 'chapter.j2'}: no template has this name; "
         "did you mean chapter.h.j2 or chapter.py.j2?",
-        f"{folder / 'quantity.py.j2'}: there is no template of this name to shadow; "
+        f"{folder / 'quantity.py.j2'}: no template has this name; "
         "did you mean quantities.h.j2 or quantities.py.j2?",
     ]
 
 
-def test_everything_that_is_wrong_with_files_is_reported(
+def test_all_problems_with_files_are_reported(
     shadowed: Shadowed, folder: Path, tmp_path: Path
 ) -> None:
     (folder / "python").mkdir()
@@ -170,20 +170,26 @@ def test_everything_that_is_wrong_with_files_is_reported(
     assert found == {
         str(folder / "chapter.py.j2"): "is larger than 1048576 bytes",
         str(folder / "flags.py.j2"): "byte 3 is not UTF-8",
+<<<<<<< HEAD
         str(folder / "package.py.j2"): "is not a regular file",
         str(folder / "python"): f"is a folder; templates stand in {folder} itself",
         str(folder / "stages.py.j2"): "is a link out of the folder of the templates",
+=======
+        str(folder / "package.py.j2"): "is no regular file",
+        str(folder / "python"): f"is a directory; put templates directly in {folder}",
+        str(folder / "stages.py.j2"): "is a link to a file outside the directory of templates",
+>>>>>>> 79009001 (Name the tests of generated code plainly)
         f"{folder / 'messages.py.j2'}:1": "Encountered unknown tag 'endif'.",
         f"{folder / 'quantities.py.j2'}:1": "unexpected end of template, expected 'end of print statement'.",
     }
 
 
-def test_an_empty_folder_is_a_mistake(folder: Path) -> None:
-    with pytest.raises(TemplatesError, match="there is no template in it"):
+def test_an_empty_directory_is_an_error(folder: Path) -> None:
+    with pytest.raises(TemplatesError, match="contains no templates"):
         Templates(folder)
 
 
-def test_a_link_within_the_folder_is_followed(shadowed: Shadowed, folder: Path) -> None:
+def test_a_link_within_the_directory_is_followed(shadowed: Shadowed, folder: Path) -> None:
     (folder / "_part").write_text("# linked\n", encoding="utf-8")
     (folder / "flags.py.j2").symlink_to("_part")
     assert shadowed()[FLAGS] == "# linked\n"

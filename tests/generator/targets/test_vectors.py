@@ -1,7 +1,7 @@
-"""The cases of the vectors: nothing that the registry says of a message is without one; all fit the schema.
+"""The cases of the vectors: they cover everything the registry states of a message, and match the schema.
 
-What there has to be is counted from the JSON of the registry, and what there is in the JSON of the vectors.
-That the answers are right, the testees say (``conformance/testees/test_cases.py``, ``generated/c``).
+Expected cases are derived from the JSON of the registry and compared with the JSON of the vectors. The tests
+of testees (``conformance/testees/test_cases.py``, ``generated/c``) check the answers.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def cases(name: str) -> list[Json]:
     return list(json.loads(files_of(name)[f"vectors/{name}.json"])["cases"])
 
 
-# What there has to be
+# Expected cases
 
 
 def layouts(registry: Json) -> Iterator[tuple[Json, Json, list[Json]]]:
@@ -73,7 +73,7 @@ def layouts(registry: Json) -> Iterator[tuple[Json, Json, list[Json]]]:
 
 
 def wanted(registry: Json) -> Iterator[tuple[Any, ...]]:
-    """Yield what cases there have to be, in the words of :func:`found`."""
+    """Yield the expected cases as tuples, like :func:`found`."""
     kind = registry["framing"]["kind"]
     for message, layout, fields in layouts(registry):
         here = message["name"], layout["form"]
@@ -151,11 +151,11 @@ def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
         yield *here, "encode", "out_of_range", name
 
 
-# What there is
+# Actual cases
 
 
 def found(registry: Json, cases: list[Json]) -> Iterator[tuple[Any, ...]]:
-    """Yield what the cases look at."""
+    """Yield a tuple for everything that the cases check."""
     enums = {
         (message["name"], layout["form"], field["name"]): set(field["enum"].values())
         for message, layout, fields in layouts(registry)
@@ -190,7 +190,7 @@ def found(registry: Json, cases: list[Json]) -> Iterator[tuple[Any, ...]]:
 
 
 def is_something(value: int | str) -> bool:
-    """Whether a value is neither zero nor nothing but zeros, which are what is sent anyway."""
+    """Whether a value is not all zeros; zeros are also sent for missing fields."""
     return str(value).strip("0") != ""
 
 
@@ -209,7 +209,7 @@ def found_in_fields(
         elif field == about and not isinstance(value, bool):
             yield *here, "encode", verdict, field
             yield *here, "encode", verdict, field, value
-            if id.endswith(".beyond") and value.bit_length() > 8:  # its low bytes are in the range
+            if id.endswith(".beyond") and value.bit_length() > 8:  # its low bytes are in range
                 yield *here, "encode", verdict, field, "beyond the format"
 
 
@@ -223,10 +223,10 @@ def test_everything_has_a_case(registry: Json, cases: list[Json]) -> None:
 
 
 @pytest.mark.parametrize("key", ["enum", "flags"])
-def test_a_name_without_a_case_is_missed(
+def test_a_name_without_a_case_is_found(
     name: str, key: str, registry: Json, cases: list[Json]
 ) -> None:
-    """A value or a flag that the registry has and no case knows of."""
+    """A value or a flag of the registry that no case has."""
     there = set(found(registry, cases))
     for message, layout, fields in layouts(registry):
         for field in [field for field in fields if key in field]:
@@ -237,7 +237,7 @@ def test_a_name_without_a_case_is_missed(
             return
 
 
-def test_a_layout_without_cases_is_missed(registry: Json, cases: list[Json]) -> None:
+def test_a_layout_without_cases_is_found(registry: Json, cases: list[Json]) -> None:
     every = list(layouts(registry))
     for message, layout, fields in every[:: len(every) // 5 or 1]:
         here = message["name"], layout["form"]
@@ -248,7 +248,7 @@ def test_a_layout_without_cases_is_missed(registry: Json, cases: list[Json]) -> 
         assert unmissed == {field["name"] for field in fields if field["role"] == "value"}
 
 
-def test_ids_are_in_order_and_of_one_case_each(registry: Json, cases: list[Json]) -> None:
+def test_ids_are_unique_and_sorted(registry: Json, cases: list[Json]) -> None:
     ids = [case["id"] for case in cases]
     assert len(set(ids)) == len(ids)
     order = [message["name"] for message in registry["messages"]] + ["frame", "stream", "request"]
@@ -257,7 +257,7 @@ def test_ids_are_in_order_and_of_one_case_each(registry: Json, cases: list[Json]
     assert places == sorted(places[: len(places) - len(common)]) + common
 
 
-def test_every_case_stands_on_a_line(name: str, cases: list[Json]) -> None:
+def test_every_case_is_on_one_line(name: str, cases: list[Json]) -> None:
     lines = files_of(name)[f"vectors/{name}.json"].splitlines()
     written = [line for line in lines if line.startswith('    {"')]
     assert [json.loads(line.rstrip(",")) for line in written] == cases
@@ -311,7 +311,7 @@ DAMAGE: dict[str, Callable[[list[Json]], object]] = {
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
-def test_the_schema_bites(damage: str) -> None:
+def test_the_schema_rejects_wrong_vectors(damage: str) -> None:
     data = json.loads(files_of("tiny")["vectors/tiny.json"])
     cases = data["cases"]
     some = [first(cases, operation) for operation in ("encode", "decode", "stream")]
@@ -321,10 +321,10 @@ def test_the_schema_bites(damage: str) -> None:
     assert errors(data) != []
 
 
-# The model that other targets make their arrays of
+# The model of cases that other targets use
 
 
-def test_the_model_says_what_the_json_says(name: str, cases: list[Json]) -> None:
+def test_the_model_equals_the_json(name: str, cases: list[Json]) -> None:
     made = cases_of(checked(SPECS[name])[name])
     assert len(made) == len(cases)
     for case, said in zip(made, cases, strict=True):
@@ -343,11 +343,11 @@ def test_the_model_says_what_the_json_says(name: str, cases: list[Json]) -> None
             assert case.fields == said["answer"]["fields"]
 
 
-# Protocols of others: their packages answer their own cases
+# Protocols of users: their packages pass their own cases
 
 
 def answered(protocol: Protocol, folder: Path, imported: Callable[[Path], Any]) -> list[str]:
-    """Generate a package, ask it its cases, and return what is answered in another way."""
+    """Generate a package, run its cases, and return the wrong answers."""
     write_files(folder, render([protocol], ["python"]))
     package = imported(folder)
     with pytest.MonkeyPatch.context() as patch:
@@ -358,7 +358,7 @@ def answered(protocol: Protocol, folder: Path, imported: Callable[[Path], Any]) 
 
 
 @pytest.mark.parametrize("name", ["tiny", "turtle", "carousel"])
-def test_the_package_of_a_protocol_answers_its_cases(
+def test_the_package_of_a_protocol_passes_its_cases(
     name: str, tmp_path: Path, imported: Callable[[Path], Any]
 ) -> None:
     assert answered(checked(SPECS[name])[name], tmp_path, imported) == []
@@ -398,7 +398,7 @@ SHAPES: dict[str, Json] = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_packets_of_any_shape_answer_their_cases(
+def test_packets_of_any_shape_pass_their_cases(
     shape: str, tmp_path: Path, imported: Callable[[Path], Any]
 ) -> None:
     carousel = checked(SPECS["carousel"])["carousel"]

@@ -1,4 +1,4 @@
-"""Prose is broken where ``textwrap`` breaks it when it may break at blanks alone."""
+"""Prose is wrapped as ``textwrap`` does if it breaks lines only at spaces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ WORDS = st.lists(st.text("ab-µ.", min_size=1, max_size=14), max_size=30)
 
 
 @given(WORDS, st.integers(1, 40), st.integers(0, 6))
-def test_lines_are_those_of_textwrap(words: list[str], width: int, hanging: int) -> None:
+def test_lines_equal_those_of_textwrap(words: list[str], width: int, hanging: int) -> None:
     text = " ".join(words)
     lines = textwrap.wrap(
         text,
@@ -26,5 +26,5 @@ def test_lines_are_those_of_textwrap(words: list[str], width: int, hanging: int)
 
 
 @given(WORDS, st.integers(1, 40))
-def test_blanks_are_one_like_another(words: list[str], width: int) -> None:
+def test_all_white_space_counts_as_a_space(words: list[str], width: int) -> None:
     assert wrapped("\n ".join(["", *words, ""]), width) == wrapped(" ".join(words), width)
