@@ -33,12 +33,7 @@ NEEDS = {
         POSIX,
         "requires named pipes",
     ),
-<<<<<<< HEAD
-    "generator/targets/test_templates.py::test_everything_that_is_wrong_with_files_is_reported": (
-=======
-    "generator/test_output.py::test_a_pipe_in_the_place_of_a_file": (POSIX, "needs named pipes"),
     "generator/targets/test_templates.py::test_all_problems_with_files_are_reported": (
->>>>>>> 79009001 (Name the tests of generated code plainly)
         POSIX,
         "requires named pipes",
     ),

@@ -1,4 +1,4 @@
-"""One folder for each framing, named as ``framing.kind`` in ``protocol.yaml``.
+"""One directory for each framing, named like ``framing.kind`` in ``protocol.yaml``.
 
-:mod:`stagewire_generator.framing` has a row for each, and says what the modules of a folder are for.
+:mod:`stagewire_generator.framing` has a row for each framing and describes the modules of a directory.
 """

@@ -214,8 +214,8 @@ def test_comments_on_members(core: str) -> None:
         "    uint16_t chan_ident;",
         "    /**",
         "     * Always zero at present; in counts; scale to mm/s depends on the stage; "
-        "from 0 to 1000; default",
-        "     * 0.",
+        "from 0 to 1000;",
+        "     * default 0.",
         "     */",
         "    int32_t min_velocity;",
         "    /** In counts; scale to mm/s depends on the stage; from 0 to 4294967295. */",

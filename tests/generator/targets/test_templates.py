@@ -170,15 +170,9 @@ def test_all_problems_with_files_are_reported(
     assert found == {
         str(folder / "chapter.py.j2"): "is larger than 1048576 bytes",
         str(folder / "flags.py.j2"): "byte 3 is not UTF-8",
-<<<<<<< HEAD
         str(folder / "package.py.j2"): "is not a regular file",
-        str(folder / "python"): f"is a folder; templates stand in {folder} itself",
-        str(folder / "stages.py.j2"): "is a link out of the folder of the templates",
-=======
-        str(folder / "package.py.j2"): "is no regular file",
         str(folder / "python"): f"is a directory; put templates directly in {folder}",
         str(folder / "stages.py.j2"): "is a link to a file outside the directory of templates",
->>>>>>> 79009001 (Name the tests of generated code plainly)
         f"{folder / 'messages.py.j2'}:1": "Encountered unknown tag 'endif'.",
         f"{folder / 'quantities.py.j2'}:1": "unexpected end of template, expected 'end of print statement'.",
     }

@@ -1,1 +1,1 @@
-"""Frames that begin with a header: an id, two parameters or the length of a packet, and two addresses."""
+"""Frames with a header: an id, two parameters or the length of a packet, and two addresses."""

@@ -1,4 +1,4 @@
-"""Messages that a header carries in C: a type and its accessors a layout, the parser, and the tests."""
+"""Messages with a header in C: a type and its functions for each layout, the parser, and the tests."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ HEADER_SIZE = 6
 
 @dataclass(frozen=True, slots=True)
 class HeaderLayoutView:
-    """One layout of a message.
+    """A layout of a message.
 
-    :param type: the struct, and what its functions begin with.
+    :param type: the struct, and the prefix of its functions.
     :param initial: the definition of its initialiser.
-    :param assertion: that the struct has room for what is on the wire, where there is a packet.
-    :param write: the beginning of the function that writes its fields, up to the body.
-    :param written: the statements that write them.
-    :param framed: the statement that writes the whole frame.
-    :param checked: the expression that checks that bytes are a frame of it.
-    :param encode: the beginning of the function that checks, up to the body.
-    :param refused: what it refuses, a line of a condition each.
+    :param assertion: the assertion on the size of the struct; empty without a packet.
+    :param write: the head of the function that writes its fields.
+    :param written: the statements that write the fields.
+    :param framed: the statement that writes the frame.
+    :param checked: the expression that checks that bytes are a frame of this layout.
+    :param encode: the head of the encoder with range checks.
+    :param refused: the conditions for values out of range.
     """
 
     type: str
@@ -65,7 +65,7 @@ class HeaderLayoutView:
 
 @dataclass(frozen=True, slots=True)
 class HeaderMessageView:
-    """A message: its id, and its layouts; ``doc`` is that of one without any."""
+    """A message: its id and its layouts; ``doc`` is the comment of a message without layouts."""
 
     name: str
     macro: str
@@ -125,14 +125,14 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
 
 
 def _head(layout: Layout, id: int) -> str:
-    """Return what a header is made from and checked against: the id, and above it the length of a packet."""
+    """Return the first four bytes of a header as a number: the id, and above it the length of a packet."""
     if layout.form == "header":
         return f"0x{id:04X}U"
     return f"UINT32_C(0x{layout.length << 16 | id:08X})"
 
 
 def _fields(names: Names, layout: Layout) -> tuple[FieldView, ...]:
-    """Return the fields of a layout: of a header form its two parameters, named or not."""
+    """Return the fields of a layout; for a header form its two parameters, including unused ones."""
     fields = []
     if layout.form == "header":
         parameters = ("param1", layout.param1), ("param2", layout.param2)
@@ -149,11 +149,11 @@ _DIRECTIONS = {"to_host": "TO_HOST", "to_controller": "TO_CONTROLLER", "both": "
 
 @dataclass(frozen=True, slots=True)
 class HeaderParserView:
-    """The table, and what tells a device from other addresses.
+    """The table, and the addresses of devices.
 
-    :param entries: by id, then by length; an id with packets of several lengths has a row for each.
+    :param entries: rows sorted by id, then by length; an id with several lengths has several rows.
     :param has_several: whether there is such an id.
-    :param devices: conditions on ``address``, one of which holds of a device.
+    :param devices: conditions on ``address``; one of them holds for a device.
     """
 
     entries: tuple[EntryView, ...]
@@ -162,7 +162,7 @@ class HeaderParserView:
 
 
 def header_parser_view(protocol: Protocol) -> HeaderParserView:
-    """Make the view of the parser and of its table."""
+    """Make the view of the parser and its table."""
     prefix = names_of(protocol).macro_prefix
     messages = [message for message in protocol.messages if message.id is not None]
     return HeaderParserView(
@@ -173,7 +173,7 @@ def header_parser_view(protocol: Protocol) -> HeaderParserView:
 
 
 def _entries(prefix: str, message: Message) -> Iterator[EntryView]:
-    """Yield the rows of a message, which are next to each other: no other has its id."""
+    """Yield the rows of a message, which are adjacent in the table."""
     forms = list(_forms(message))
     for length in _lengths(message):
         words = " | ".join(f"{prefix}_ENTRY_{form}" for form in forms)
@@ -185,7 +185,7 @@ def _entries(prefix: str, message: Message) -> Iterator[EntryView]:
 
 def _forms(message: Message) -> Iterator[str]:
     """Yield the flags of the first row of a message."""
-    if not message.documented:  # framed without looking at its direction
+    if not message.documented:  # its direction does not matter
         yield "UNDOCUMENTED"
         return
     yield _DIRECTIONS[message.direction]
@@ -197,7 +197,7 @@ def _forms(message: Message) -> Iterator[str]:
 
 
 def _lengths(message: Message) -> list[int]:
-    """Return the lengths of the packets of a message, sorted; 0 alone where it has none."""
+    """Return the lengths of the packets of a message, sorted; only 0 if it has none."""
     return sorted({layout.length for layout in message.layouts if layout.form != "header"}) or [0]
 
 
@@ -213,7 +213,7 @@ def _conditions(addresses: Iterable[int]) -> Iterator[str]:
         first, last = f"0x{run[0]:02X}U", f"0x{run[-1]:02X}U"
         if first == last:
             yield f"address == {first}"
-        elif run[0] == 0:  # no unsigned number is less
+        elif run[0] == 0:  # unsigned numbers are never negative
             yield f"address <= {last}"
         else:
             yield f"(address >= {first} && address <= {last})"
@@ -221,7 +221,7 @@ def _conditions(addresses: Iterable[int]) -> Iterator[str]:
 
 @lru_cache(maxsize=2)
 def _by_id(protocol: Protocol, every: tuple[Subject, ...]) -> dict[int, list[Subject]]:
-    """Return the layouts of all messages that have an id, by it."""
+    """Return id -> layouts, for all messages with an id."""
     found: dict[int, list[Subject]] = {m.id: [] for m in protocol.messages if m.id is not None}
     for of in every:
         found[of.message.id or 0].append(of)
@@ -231,7 +231,7 @@ def _by_id(protocol: Protocol, every: tuple[Subject, ...]) -> dict[int, list[Sub
 def _meant(
     protocol: Protocol, every: tuple[Subject, ...], raw: bytes, said: Json
 ) -> Sequence[Subject]:
-    """Return the layouts with the id of the bytes; none where it is that of a message without any."""
+    """Return the layouts of the id in the bytes; all layouts if the id is missing or unknown."""
     found = _by_id(protocol, every).get(int.from_bytes(raw[:2], "little"))
     return every if len(raw) < 2 or found is None else found
 

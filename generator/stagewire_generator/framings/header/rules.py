@@ -1,4 +1,4 @@
-"""What frames with a header demand of a spec, and how their document is compared."""
+"""Rules for specs with a header framing, and the comparison with their document."""
 
 from __future__ import annotations
 
@@ -13,31 +13,33 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 
 
 def check_header(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
-    """Check the addresses: they leave the bit free that announces a packet, and tell host from device."""
+    """Check the addresses: they must not use the data flag, and host and devices must differ."""
     framing = protocol.framing
     host, flag = framing["host"], framing["data_flag"]
     channel = framing.get("channel")
     fields = {field.name for m in protocol.messages for x in m.layouts for field in x.all_fields}
     if channel is not None and channel not in fields:
-        what = f"no message has a field {channel}, which is to name the channel"
+        what = f"no message has the field {channel}, which should name the channel"
         diagnostics.add(head.place("framing", "channel"), "SW021", what)
-    free = "an address leaves the bit free that announces a packet; see the document"
+    free = "addresses must not use the data flag, which announces a packet; see the document"
     if host & flag:
-        what = f"the host's address {host:#04x} holds the data flag"
+        what = f"the host's address {host:#04x} contains the data flag"
         diagnostics.add(head.place("framing", "host"), "SW038", what, free)
     for index, device in enumerate(framing["devices"]):
         place = head.place("framing", "devices", index)
         if device & flag:
-            diagnostics.add(place, "SW038", f"the address {device:#04x} holds the data flag", free)
+            diagnostics.add(
+                place, "SW038", f"the address {device:#04x} contains the data flag", free
+            )
         if device == host:
-            what = f"{device:#04x} is the address of the host and of a device"
+            what = f"{device:#04x} is the address of both the host and a device"
             diagnostics.add(place, "SW038", what, "one of the two is wrong; see the document")
 
 
 def compare_tables(
     comparison: Comparison, message: Message, tables: list[Json], path: KeyPath
 ) -> None:
-    """Compare the byte tables of a message, each of which begins with a header."""
+    """Compare the byte tables of a message; each begins with a header."""
     for index, table in enumerate(tables):
         where = f"table/{message.name}" if index == 0 else f"table{index + 1}/{message.name}"
         _table(comparison, where, message, table, (*path, index))

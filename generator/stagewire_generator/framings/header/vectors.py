@@ -1,7 +1,7 @@
-"""Cases of frames that begin with a header.
+"""Cases of frames with a header.
 
-Some layouts are not told apart by their bytes: a context decides, or nothing does. What holds for every frame
-is looked at once: addresses, lengths, ids and contexts that are none.
+Some layouts cannot be distinguished by their bytes: they depend on a context, which may be missing.
+Properties that all frames share are checked once: addresses, lengths, unknown ids and invalid contexts.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from stagewire_generator.targets.vectors.values import fields_to_bytes
 
 
 def contexts(protocol: Protocol) -> dict[str, list[str]]:
-    """Return what decides on layouts, and its values that do."""
+    """Return the contexts that layouts depend on -> their values."""
     known: dict[str, set[str]] = {}
     for message in protocol.messages:
         for layout in message.layouts:
@@ -45,22 +45,22 @@ def contexts(protocol: Protocol) -> dict[str, list[str]]:
 
 
 def context_cases(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]:
-    """Yield a layout that its context chooses, and one that contradicts it."""
+    """Yield a layout selected by its context, and forms that contradict a context."""
     when = dict(of.layout.when)
     if not when:
         return
-    about = "its form left out: the context says it"
+    about = "no form: the context selects it"
     yield of.encode("context", about, raw, context=when, form=LEFT_OUT)
     for key, values in contexts(protocol).items():
         for value in values:
             if key in when and when[key] != value:
-                about = f"a form that the context {key} {value} contradicts"
+                about = f"a form that contradicts the context {key} {value}"
                 name = f"context.{key}={value}"
                 yield of.encode(name, about, "bad_value", context=when | {key: value})
 
 
 def undecided_cases(framing: Framing, message: Message) -> Iterator[Case]:
-    """Yield a packet whose layout no context decides: what is sure of it, and its way back."""
+    """Yield a packet with an unknown layout: its shared fields, and encoding it again."""
     layouts = [layout for layout in message.layouts if layout.when]
     if not layouts:
         return
@@ -74,7 +74,7 @@ def undecided_cases(framing: Framing, message: Message) -> Iterator[Case]:
     )
     longer = framing.frame(of, of.plain.held, b"\xa5")
     data = (packet + b"\xa5").hex()
-    about = "no context, and a byte beyond every layout"
+    about = "no context, and a byte after every layout"
     yield _case(of, "decode", "extra", about, {"hex": longer.hex()}, {**says, "data": data})
     for name, about, change, expected in _encoded(shared, packet, raw, longer):
         asked = {**of.asked, "form": "data:undecided", **change}
@@ -85,22 +85,22 @@ def _encoded(
     shared: Json, packet: bytes, raw: bytes, longer: bytes
 ) -> Iterator[tuple[str, str, Json, Expected]]:
     data = packet.hex()
-    yield "data", "from its packet alone", {"data": data}, raw
-    yield "shared", "fields that its packet bears out", {"data": data, "fields": shared}, raw
+    yield "data", "only data", {"data": data}, raw
+    yield "shared", "fields that agree with data", {"data": data, "fields": shared}, raw
     for name, value in shared.items():
         if isinstance(value, int):
             other = {"data": data, "fields": {name: value + 1}}
-            yield f"{name}.other", f"{name} is another in its packet", other, "bad_value"
-    yield "extra", "bytes beyond every layout", {"data": data, "extra": "a5"}, longer
+            yield f"{name}.other", f"{name} contradicts data", other, "bad_value"
+    yield "extra", "bytes after every layout", {"data": data, "extra": "a5"}, longer
     yield "longer", "a packet longer than every layout", {"data": data + "a5"}, longer
     yield "short", "a packet shorter than every layout", {"data": data[:-2]}, "bad_length"
-    yield "missing", "no packet", {"fields": shared}, "missing_field"
+    yield "missing", "no data", {"fields": shared}, "missing_field"
     unknown = {"data": data, "fields": {"no_such_field": 0}}
-    yield "unknown_field", "a field that it has not", unknown, "unknown_field"
+    yield "unknown_field", "an unknown field", unknown, "unknown_field"
 
 
 def _shared(layouts: list[Layout]) -> list[Field]:
-    """Return the fields that all candidates have, at the same place and in the same format."""
+    """Return the fields that all candidates have at the same offset and in the same format."""
     first, *others = layouts
     return [
         field
@@ -121,7 +121,7 @@ def _case(
 
 
 def protocol_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case]:
-    """Yield the cases of all frames; each kind of form is looked at in one layout."""
+    """Yield the cases that all frames share; each kind of form is checked with one layout."""
     yield from _unknown(framing)
     packets = [of for of in subjects if of.layout.form != "header" and not of.layout.when]
     headers = [of for of in subjects if of.layout.form == "header"]
@@ -142,9 +142,9 @@ def _unknown(framing: Framing) -> Iterator[Case]:
         data_frame(unknown, b"\0", device, host),
     )
     for name, about, raw, code in (
-        ("id.header", "an id that no message has", bare, "unknown_message"),
-        ("id.packet", "such an id, with a packet", packet, "unknown_message"),
-        ("id.trailing", "such an id, and a byte too many", bare + b"\0", "unknown_message"),
+        ("id.header", "an unknown id", bare, "unknown_message"),
+        ("id.packet", "an unknown id with a packet", packet, "unknown_message"),
+        ("id.trailing", "an unknown id and a trailing byte", bare + b"\0", "unknown_message"),
         ("empty", "no bytes", b"", "truncated"),
         ("byte", "one byte", bare[:1], "truncated"),
         ("header.cut", "a header without its last byte", bare[:-1], "truncated"),
@@ -152,9 +152,7 @@ def _unknown(framing: Framing) -> Iterator[Case]:
         request = {"op": "decode", "hex": raw.hex()}
         yield make_case(f"frame/decode/{name}", about, request, code)
     request = {"op": "encode", "message": "NO_SUCH_MESSAGE", "dest": device, "source": host}
-    yield make_case(
-        "frame/encode/message", "a name that no message has", request, "unknown_message"
-    )
+    yield make_case("frame/encode/message", "an unknown name", request, "unknown_message")
 
 
 def _addresses(framing: Framing, of: Subject) -> Iterator[Case]:
@@ -169,11 +167,11 @@ def _addresses(framing: Framing, of: Subject) -> Iterator[Case]:
             yield of.encode(f"{key}.{name}", about, framed, **{key: address})
             yield of.decode(f"{key}.{name}", about, framed, said)
         for name, about, value, code in (
-            ("below", "is less than nothing", -1, "out_of_range"),
-            ("beyond", "is no byte", 0x100, "out_of_range"),
+            ("below", "is negative", -1, "out_of_range"),
+            ("beyond", "does not fit in a byte", 0x100, "out_of_range"),
             ("missing", "is missing", LEFT_OUT, "missing_field"),
-            ("text", "is a text and no number", "1", "bad_value"),
-            ("true", "is true and no number", True, "bad_value"),
+            ("text", "is a string", "1", "bad_value"),
+            ("true", "is a boolean", True, "bad_value"),
         ):
             yield of.encode(f"{key}.{name}", f"{key} {about}", code, **{key: value})
 
@@ -181,21 +179,21 @@ def _addresses(framing: Framing, of: Subject) -> Iterator[Case]:
 def _contexts(framing: Framing, of: Subject) -> Iterator[Case]:
     raw = framing.frame(of, of.plain.held)
     known = contexts(framing.protocol)
-    wrong = [("unknown", "a context that decides nothing", {"no_such_context": "a"})]
+    wrong = [("unknown", "an unknown context", {"no_such_context": "a"})]
     for key, values in known.items():
-        wrong.append((f"{key}.unknown", f"no value of {key}", {key: "no_such_value"}))
-        about = f"a context that decides on others: {key} {values[0]}"
+        wrong.append((f"{key}.unknown", f"an unknown value of {key}", {key: "no_such_value"}))
+        about = f"a context for other messages: {key} {values[0]}"
         yield of.decode(f"context.{key}", about, raw, of.answer(of.plain), context={key: values[0]})
         yield of.encode(f"context.{key}", about, raw, context={key: values[0]})
     for name, about, context in wrong:
         yield of.decode(f"context.{name}", about, raw, "bad_value", context=context)
         yield of.encode(f"context.{name}", about, "bad_value", context=context)
-    about = "a context that is no text"
+    about = "a context that is not a string"
     yield of.decode("context.number", about, raw, "bad_request", context={"a": 1})
 
 
 def _packet_lengths(framing: Framing, of: Subject) -> Iterator[Case]:
-    """Yield packets that are as long as packets can be, and longer."""
+    """Yield packets of the maximum length, and longer ones."""
     id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
     lengths = {layout.length for layout in of.message.layouts}
     room = MOST - of.layout.length
@@ -203,22 +201,22 @@ def _packet_lengths(framing: Framing, of: Subject) -> Iterator[Case]:
     if room and of.layout.length == max(lengths):
         longest = framing.frame(of, of.plain.held, bytes(room))
         extra = "00" * room
-        yield of.encode("extra.most", "as long as a packet can be", longest, extra=extra)
+        yield of.encode("extra.most", "the longest packet", longest, extra=extra)
         answer = of.answer(of.plain, extra=extra)
-        yield of.decode("extra.most", "as long as a packet can be", longest, answer)
-    about = "longer than a packet can be"
+        yield of.decode("extra.most", "the longest packet", longest, answer)
+    about = "a packet that is too long"
     yield of.encode("extra.above", about, "out_of_range", extra="00" * (room + 1))
     beyond = data_frame(id, packet + bytes(room + 1), dest, source)
     yield of.decode("length.above", about, beyond, "bad_length")
     far = data_frame(id, packet, dest, source, declared=0xFFFF)
-    yield of.decode("length.most", "the greatest length that is declared", far, "truncated")
+    yield of.decode("length.most", "the greatest length in a header", far, "truncated")
 
 
 def _announced(of: Subject) -> Iterator[Case]:
-    """Yield packets that the destination does not announce."""
+    """Yield packets without the data flag."""
     id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
     raw = header_frame(id, 1, 0, dest, source) + b"\0"
-    about = "a packet that the destination does not announce"
+    about = "a packet without the data flag"
     yield of.decode("unannounced", about, raw, "trailing")
 
 
@@ -226,7 +224,7 @@ _BYTE = Format("byte", 1, False, "integer")
 
 
 class HeaderFraming(Framing):
-    """A header of six bytes, and perhaps a packet."""
+    """A header of six bytes, optionally with a packet."""
 
     def subject(self, message: Message, layout: Layout) -> Subject:
         """Return a layout as the subject of cases."""
@@ -236,7 +234,7 @@ class HeaderFraming(Framing):
         return Subject(message, layout, _fields(layout), envelope, reading, envelope)
 
     def frame(self, of: Subject, held: Json, extra: bytes = b"") -> bytes:
-        """Return the bytes of a frame that holds values, and bytes beyond the layout."""
+        """Return the bytes of a frame with these values and extra bytes."""
         content = fields_to_bytes(of.fields, held)
         dest, source = of.asked["dest"], of.asked["source"]
         if of.layout.form == "header":
@@ -245,16 +243,16 @@ class HeaderFraming(Framing):
         return data_frame(id_of(of.message), content + extra, dest, source)
 
     def of_layout(self, of: Subject) -> Iterator[Case]:
-        """Yield frames that are too short or too long, and what is wrong with an address or a context."""
+        """Yield frames of a wrong length, and with a wrong address or context."""
         raw = self.frame(of, of.plain.held)
         if of.layout.form == "header":
             yield of.decode("cut", "", raw[:-1], "truncated")
             yield of.decode("trailing", "", raw + b"\0", "trailing")
-            about = "bytes beyond a layout without packet"
+            about = "extra bytes without a packet"
             yield of.encode("extra", about, "bad_value", extra="00")
         else:
             yield from self._lengths(of, raw)
-        about = "an address with the bit that announces a packet"
+        about = "an address with the data flag"
         yield of.encode("dest.above", about, "out_of_range", dest=0x80)
         yield from context_cases(self.protocol, of, raw)
         yield from layout_stream(self.protocol, of, raw)
@@ -277,17 +275,17 @@ class HeaderFraming(Framing):
         dest, source = of.asked["dest"], of.asked["source"]
         if of.layout.length == min(lengths):
             short = data_frame(id_of(of.message), raw[SIZE:-1], dest, source)
-            about = "a packet that is a byte shorter than every layout"
+            about = "a packet one byte shorter than every layout"
             yield of.decode("short", about, short, "bad_length")
         if of.layout.length < MOST and of.layout.length + 1 not in lengths:
             longer = self.frame(of, of.plain.held, b"\xa5")
             answer = of.answer(of.plain, extra="a5")
-            about = "a packet that is a byte longer than its layout"
+            about = "a packet one byte longer than its layout"
             yield of.encode("extra", about, longer, extra="a5")
             yield of.decode("extra", about, longer, answer)
 
     def of_message(self, message: Message) -> Iterator[Case]:
-        """Yield forms that are left out, wrong or undecided, and a message without a layout."""
+        """Yield missing, wrong and undecided forms, and a message without a layout."""
         if message.id is None:
             yield no_id_case(message)
             return
@@ -296,20 +294,20 @@ class HeaderFraming(Framing):
             return
         of = self.subject(message, message.layouts[0])
         raw = self.frame(of, of.plain.held)
-        about = "a form that it has not"
+        about = "an unknown form"
         yield of.encode("form.unknown", about, "bad_length", form="no_such_form")
-        about = "its form left out"
+        about = "no form"
         expected = raw if len(message.layouts) == 1 else "bad_length"
         yield of.encode("form.left_out", about, expected, form=LEFT_OUT)
         dest, source = of.asked["dest"], of.asked["source"]
         if not any(layout.form == "header" for layout in message.layouts):
             bare = header_frame(message.id, 0, 0, dest, source)
-            about = "a header without the packet that it has"
+            about = "a header without its packet"
             yield of.decode("header_alone", about, bare, "bad_length")
         if not lengths_of(message):
             for length in (0, 2):
                 packet = data_frame(message.id, bytes(length), dest, source)
-                about = f"a packet of {length} bytes where none belongs"
+                about = f"a packet of {length} bytes for a message without a packet"
                 yield of.decode(f"packet_of_{length}", about, packet, "bad_length")
         yield from undecided_cases(self, message)
 
@@ -322,7 +320,7 @@ class HeaderFraming(Framing):
 
 
 def _fields(layout: Layout) -> tuple[Field, ...]:
-    """Return what an encoder can be given; both parameters of a header, with a name or without."""
+    """Return the fields that an encoder accepts, including unused parameters of a header."""
     if layout.form != "header":
         return layout.fields
     named = (layout.param1, layout.param2)

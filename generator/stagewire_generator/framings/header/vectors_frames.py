@@ -1,4 +1,4 @@
-"""The bytes of a frame with a header; messages with an id and no layout keep theirs."""
+"""The bytes of frames with a header, and the cases of messages without a layout."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.targets.vectors.subject import Case, Expected, make_case
 from stagewire_generator.targets.vectors.values import greatest_but
 
-SIZE: Final = 6  # bytes of the header
-MOST: Final = 255  # bytes of the longest packet
-ANNOUNCED: Final = 0x80  # the bit of the destination that says that a packet follows
+SIZE: Final = 6  # length of the header
+MOST: Final = 255  # length of the longest packet
+ANNOUNCED: Final = 0x80  # data flag of the destination: a packet follows
 
 
 def header_frame(id: int, param1: int, param2: int, dest: int, source: int) -> bytes:
-    """Return a header that no packet follows."""
+    """Return a header without a packet."""
     return id.to_bytes(2, "little") + bytes((param1, param2, dest, source))
 
 
 def data_frame(
     id: int, packet: bytes, dest: int, source: int, declared: int | None = None
 ) -> bytes:
-    """Return a header and its packet; ``declared`` is said of the packet in the place of its length."""
+    """Return a header and its packet; ``declared`` replaces the length of the packet."""
     length = len(packet) if declared is None else declared
     head = id.to_bytes(2, "little") + length.to_bytes(2, "little")
     return head + bytes((dest | ANNOUNCED, source)) + packet
 
 
 def id_of(message: Message) -> int:
-    """Return the id of a message that has one."""
+    """Return the id of a message, which must have one."""
     assert message.id is not None
     return message.id
 
@@ -37,12 +37,12 @@ def id_of(message: Message) -> int:
 def unknown_id(protocol: Protocol) -> int:
     """Return an id that no message has."""
     unknown = greatest_but((message.id for message in protocol.messages), 2)
-    assert unknown is not None  # no document names 65536 messages
+    assert unknown is not None  # no document has 65536 messages
     return unknown
 
 
 def addresses(protocol: Protocol, message: Message) -> tuple[int, int]:
-    """Return destination and source of a message on its way between the host and the last of the devices."""
+    """Return destination and source of a message between the host and the last device."""
     host, device = protocol.framing["host"], protocol.framing["devices"][-1]
     return (host, device) if message.direction == "to_host" else (device, host)
 
@@ -51,7 +51,7 @@ _PACKET = b"\1\2\3"
 
 
 def undocumented_frames(protocol: Protocol, message: Message) -> dict[bytes, tuple[str, str, Json]]:
-    """Return frames of a message without a layout -> name, what is looked at, and what a decoder says."""
+    """Return frames of a message without a layout -> name, description and answer of a decoder."""
     envelope = addresses(protocol, message)
     id = id_of(message)
     says = {
@@ -81,7 +81,7 @@ def undocumented_frames(protocol: Protocol, message: Message) -> dict[bytes, tup
 
 
 def undocumented_cases(protocol: Protocol, message: Message) -> Iterator[Case]:
-    """Yield its frames in both directions, and what they cannot be made of."""
+    """Yield the frames of a message without a layout, encoded and decoded, and errors."""
     frames = undocumented_frames(protocol, message)
     for raw, (name, about, says) in frames.items():
         yield _case(message, "decode", name, about, {"hex": raw.hex()}, says)
@@ -90,21 +90,21 @@ def undocumented_cases(protocol: Protocol, message: Message) -> Iterator[Case]:
     says = frames[raw][2]
     for name, about, cut, code in (
         ("cut", "without its last byte", raw[:-1], "truncated"),
-        ("trailing", "a byte too many", raw + b"\0", "trailing"),
+        ("trailing", "a trailing byte", raw + b"\0", "trailing"),
     ):
         yield _case(message, "decode", name, about, {"hex": cut.hex()}, code)
     bare = {key: value for key, value in says.items() if key not in ("data", "fields")}
     for name, about, more, code in (
-        ("nothing", "made of nothing", {}, "unsupported"),
+        ("nothing", "no data and no parameters", {}, "unsupported"),
         ("both", "parameters and a packet", {"data": "01", "fields": {"param1": 1}}, "bad_value"),
-        ("extra", "bytes beyond no layout", {"data": "01", "extra": "00"}, "bad_value"),
+        ("extra", "extra bytes without a layout", {"data": "01", "extra": "00"}, "bad_value"),
         ("too_long", "a packet that is too long", {"data": "00" * (MOST + 1)}, "out_of_range"),
-        ("param2.above", "param2 is no byte", {"fields": {"param2": 256}}, "out_of_range"),
+        ("param2.above", "param2 is too great", {"fields": {"param2": 256}}, "out_of_range"),
         ("unknown_field", "a named field", {"fields": {"no_such_field": 0}}, "unknown_field"),
     ):
         yield _case(message, "encode", name, about, {**bare, **more}, code)
     without = {key: value for key, value in says.items() if key != "form"}
-    yield _case(message, "encode", "form.left_out", "its form left out", without, raw)
+    yield _case(message, "encode", "form.left_out", "no form", without, raw)
 
 
 def _case(
@@ -115,5 +115,5 @@ def _case(
 
 
 def lengths_of(message: Message) -> set[int]:
-    """Return the lengths that packets of a message have."""
+    """Return the lengths of the packets of a message."""
     return {layout.length for layout in message.layouts if layout.form != "header"}

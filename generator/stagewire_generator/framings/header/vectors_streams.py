@@ -1,8 +1,7 @@
-"""Streams of frames with headers: what a framer makes of them, whole, cut and damaged.
+"""Streams of frames with headers, complete, cut and damaged, and the events of a framer.
 
-The rule by which a stream is cut is written down here as slowly and simply as it can be said. At each
-position the header that stands there is looked at anew; nothing is searched for or remembered. The rule
-itself, with its reasons, is that of the library's framer.
+This is a slow and simple implementation of the rule of the library's framer, which also gives the reasons
+for it. It examines the header at each position anew, and does not search or remember anything.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ ENDS: Final = {
     "device": frozenset({"to_controller"}),
     "none": frozenset({"to_host", "to_controller"}),
 }
-"""Which end of the line listens -> the directions that it receives."""
+"""End of the line -> the directions that it receives."""
 
 
 class HeaderReader:
@@ -56,7 +55,7 @@ class HeaderReader:
         self._messages = {message.id: message for message in protocol.messages}
 
     def read(self, stream: bytes) -> list[Piece]:
-        """Return what a stream consists of; adjacent garbage is joined."""
+        """Return the pieces of a stream; adjacent garbage is joined."""
         return join_garbage(self._cut(stream))
 
     def _cut(self, stream: bytes) -> Iterator[Piece]:
@@ -70,7 +69,7 @@ class HeaderReader:
             if size > len(rest):
                 yield "pending", rest
                 return
-            if kind == "long":  # a damaged length, if a header that is ours stands inside
+            if kind == "long":  # the length is damaged if the packet contains a header of ours
                 inside = range(1, size - SIZE + 1)
                 hit = any(self._out_of_step(rest[i:])[0] == "message" for i in inside)
                 kind, size = ("garbage", 1) if hit else ("message", size)
@@ -78,7 +77,7 @@ class HeaderReader:
             at, in_step = at + size, kind != "garbage"
 
     def _in_step(self, rest: bytes) -> tuple[str, int]:
-        """Return what begins where a frame is due, and its bytes."""
+        """Return the kind and the length of the piece at the start, in step."""
         message, word, announced, pair = self._header(rest)
         garbage = "garbage", 1
         if announced and word > MOST:
@@ -102,7 +101,7 @@ class HeaderReader:
         return ("message" if word - max(fitting) < SIZE else "long"), size
 
     def _out_of_step(self, rest: bytes) -> tuple[str, int]:
-        """Return what begins where frames are looked for: a message that is exactly right, or nothing."""
+        """Return the kind and the length of the piece at the start, out of step."""
         message, word, announced, pair = self._header(rest)
         if message is not None and self._ours(message):
             if announced and word in lengths_of(message) and pair in self._tolerated:
@@ -113,7 +112,7 @@ class HeaderReader:
         return "garbage", 1
 
     def _header(self, rest: bytes) -> tuple[Message | None, int, bool, tuple[int, int]]:
-        """Return the message of a header, its second word, whether a packet follows, and its addresses."""
+        """Return the message of a header, its second word, its data flag and its addresses."""
         message = self._messages.get(rest[0] | rest[1] << 8)
         announced = bool(rest[4] & ANNOUNCED)
         return message, rest[2] | rest[3] << 8, announced, (rest[4] & ~ANNOUNCED, rest[5])
@@ -127,7 +126,7 @@ class HeaderReader:
         return set().union(*(self._pairs[direction] for direction in directions))
 
     def _has_header(self, message: Message, parameters: int) -> bool:
-        """Whether a header with these parameters may be the message, and no packet that lost its bit."""
+        """Whether a header with these parameters can be the message, not a packet without its data flag."""
         header = next((layout for layout in message.layouts if layout.form == "header"), None)
         if header is None or parameters in lengths_of(message):
             return False
@@ -148,10 +147,12 @@ def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]
 
 
 def stream_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case]:
-    """Yield streams at each end of the line; they lead with a message that this end receives."""
+    """Yield streams at each end of the line; they begin with a message that this end receives."""
     protocol = framing.protocol
     decided = [of for of in subjects if not of.layout.when]
-    decided.sort(key=lambda of: not of.layout.length)  # packets first: more of them can be damaged
+    decided.sort(
+        key=lambda of: not of.layout.length
+    )  # packets first: they can be damaged in more ways
     for end, receives in ENDS.items():
         ours = [of for of in decided if of.message.direction in (*receives, "both")]
         if not ours:
@@ -166,7 +167,7 @@ def stream_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case
 
 
 class _Decoder:
-    """Decodes what stands in a stream without any context."""
+    """Decodes the messages of a stream, without a context."""
 
     def __init__(self, protocol: Protocol, subjects: Sequence[Subject]) -> None:
         self._subjects: dict[int, list[Subject]] = {}
@@ -180,11 +181,11 @@ class _Decoder:
         }
 
     def can(self, raw: bytes) -> bool:
-        """Whether bytes that are a message decide on its layout."""
+        """Whether the bytes of a message decide on its layout."""
         return not self._layout(raw).layout.when
 
     def __call__(self, raw: bytes) -> Json:
-        """Return what a decoder says of a frame."""
+        """Return the answer of a decoder to a frame."""
         if raw in self._undocumented:
             return self._undocumented[raw]
         of = self._layout(raw)
@@ -201,7 +202,7 @@ class _Decoder:
         return {**says, "extra": extra.hex()} if extra else says
 
     def _layout(self, raw: bytes) -> Subject:
-        """Return the longest layout that a packet fills, or the one without a packet."""
+        """Return the longest layout that the packet fills, or the layout without a packet."""
         forms = self._subjects[raw[0] | raw[1] << 8]
         if not raw[4] & ANNOUNCED:
             return next(of for of in forms if of.layout.form == "header")
@@ -216,20 +217,21 @@ def _scenarios(
     lead = ours[0]
     raw = framing.frame(lead, lead.plain.held)
     other = next((of for of in every if of.message.direction != lead.message.direction), lead)
-    yield "nothing", "nothing at all", []
+    yield "nothing", "no chunks", []
     yield "empty", "chunks without bytes", [b"", b""]
     yield "bytes", "one byte at a time", in_bytes(raw + raw)
     back = framing.frame(other, other.plain.held)
-    yield "both_ways", "a message of the other direction between two", [raw + back + raw]
+    yield "both_ways", "a message of the other direction between two frames", [raw + back + raw]
     astray = back[:4] + bytes((back[4] & ANNOUNCED | raw[4] & ~ANNOUNCED, raw[5])) + back[SIZE:]
-    yield "astray", "such a message with addresses of this direction, then a frame", [astray + raw]
-    yield "pending", "a second frame that is not all there", [raw + raw[:-1]]
-    yield "pending.header", "a second header that is not all there", [raw, raw[: SIZE - 1]]
+    about = "a message of the other direction with addresses of this one, then a frame"
+    yield "astray", about, [astray + raw]
+    yield "pending", "an incomplete second frame", [raw + raw[:-1]]
+    yield "pending.header", "an incomplete second header", [raw, raw[: SIZE - 1]]
     yield "garbage.first", "a byte of garbage, then a frame", [_DAMAGE + raw]
     yield "garbage.between", "garbage between two frames", [raw + 3 * _DAMAGE + raw]
-    yield "garbage.alone", "garbage alone", [12 * _DAMAGE]
-    yield "lost.first", "a frame that lost its first byte, then two", [raw[1:] + raw + raw]
-    yield "lost.last", "a frame that lost its last byte, then two", [raw[:-1] + raw + raw]
+    yield "garbage.alone", "only garbage", [12 * _DAMAGE]
+    yield "lost.first", "a frame without its first byte, then two frames", [raw[1:] + raw + raw]
+    yield "lost.last", "a frame without its last byte, then two frames", [raw[:-1] + raw + raw]
     yield from _addressed(framing.protocol, raw)
     yield from _unknown(framing.protocol, lead, raw)
     if lead.layout.length:
@@ -240,36 +242,37 @@ def _scenarios(
 
 
 def _addressed(protocol: Protocol, raw: bytes) -> Iterator[Scenario]:
-    """Yield frames with other addresses than their direction has."""
+    """Yield frames with wrong addresses."""
     flag, dest, source = raw[4] & ANNOUNCED, raw[4] & ~ANNOUNCED, raw[5]
     framing = protocol.framing
     known = {framing["host"], *framing["devices"]}
     foreign = next((address for address in range(0x7F, 0, -1) if address not in known), 0)
     for name, about, pair in (
-        ("unswapped", "addresses the wrong way round", (source & ~ANNOUNCED, dest)),
-        ("zero", "addresses that are zero", (0, 0)),
-        ("foreign", "an address that no device has", (foreign, source)),
+        ("unswapped", "exchanged addresses", (source & ~ANNOUNCED, dest)),
+        ("zero", "addresses 0 and 0", (0, 0)),
+        ("foreign", "an unknown address", (foreign, source)),
     ):
         there = raw[:4] + bytes((pair[0] | flag, pair[1])) + raw[SIZE:]
-        yield f"addresses.{name}", f"{about}, then a right frame", [there + raw]
-        yield f"garbage.{name}", "the same behind a byte of garbage", [_DAMAGE + there + raw]
+        yield f"addresses.{name}", f"{about}, then a valid frame", [there + raw]
+        yield f"garbage.{name}", f"garbage, {about}, then a valid frame", [_DAMAGE + there + raw]
 
 
 def _unknown(protocol: Protocol, lead: Subject, raw: bytes) -> Iterator[Scenario]:
-    """Yield ids that no message has, and messages without a layout."""
+    """Yield unknown ids, and messages without a layout."""
     unknown = unknown_id(protocol)
     dest, source = lead.asked["dest"], lead.asked["source"]
     bare = header_frame(unknown, 0, 0, dest, source)
     yield "unknown.header", "an unknown header, then a frame", [bare + raw]
     packet = data_frame(unknown, raw, dest, source)
-    yield "unknown.packet", "an unknown packet that holds a frame, then a frame", [packet + raw]
+    yield "unknown.packet", "an unknown packet that contains a frame, then a frame", [packet + raw]
     yield (
         "unknown.garbage",
-        "an unknown header behind garbage, then a frame",
+        "garbage, an unknown header, then a frame",
         [_DAMAGE + bare + raw],
     )
     foreign = header_frame(unknown, 0, 0, dest, dest)
-    yield "unknown.addresses", "an unknown header that nobody sends, then a frame", [foreign + raw]
+    about = "an unknown header with invalid addresses, then a frame"
+    yield "unknown.addresses", about, [foreign + raw]
     for message in protocol.messages:
         if message.id is not None and not message.layouts:
             for frame, (name, about, _) in undocumented_frames(protocol, message).items():
@@ -278,7 +281,7 @@ def _unknown(protocol: Protocol, lead: Subject, raw: bytes) -> Iterator[Scenario
 
 
 def _packets(framing: Framing, lead: Subject, raw: bytes) -> Iterator[Scenario]:
-    """Yield packets of other lengths than their layout has, and headers that lost what announces one."""
+    """Yield packets of wrong lengths, and a packet without the data flag."""
     id, dest, source = id_of(lead.message), lead.asked["dest"], lead.asked["source"]
     packet = raw[SIZE:]
     short = data_frame(id, b"", dest, source)
@@ -286,39 +289,39 @@ def _packets(framing: Framing, lead: Subject, raw: bytes) -> Iterator[Scenario]:
     for surplus in (1, SIZE - 1, SIZE):
         if lead.layout.length + surplus <= MOST:
             longer = framing.frame(lead, lead.plain.held, b"\xa5" * surplus)
-            about = f"a packet with {surplus} bytes more, then a frame"
+            about = f"a packet with {surplus} extra bytes, then a frame"
             yield f"extra.{surplus}", about, [longer + raw]
     declared = min(len(packet) + len(raw), MOST)
     damaged = data_frame(id, packet, dest, source, declared)
-    about = "a length that reaches over the next frame"
+    about = "a damaged length that covers the next frame"
     yield "length.damaged", about, [damaged + raw + raw]
     beyond = data_frame(id, packet, dest, source, MOST + 1)
-    yield "length.above", "a length that no packet has, then a frame", [beyond + raw]
+    yield "length.above", "an impossible length, then a frame", [beyond + raw]
     bare = raw[:4] + bytes((dest, source))
-    yield "unannounced", "a packet that lost its announcement, then a frame", [bare + packet + raw]
+    yield "unannounced", "a packet without the data flag, then a frame", [bare + packet + raw]
 
 
 def _headers(framing: Framing, lead: Subject, headers: Sequence[Subject]) -> Iterator[Scenario]:
-    """Yield headers without a packet, and what only looks like one."""
+    """Yield headers without a packet, and bytes that only look like one."""
     bare = framing.frame(headers[0], headers[0].plain.held)
     yield "header", "two headers", [bare, bare]
-    yield "header.garbage", "a header behind a byte of garbage, then one", [_DAMAGE + bare + bare]
+    yield "header.garbage", "a byte of garbage, then two headers", [_DAMAGE + bare + bare]
     zero = bare[:4] + b"\0\0"
-    about = "a header with addresses that are zero, behind a byte of garbage, then a right one"
+    about = "a byte of garbage, a header with the addresses 0 and 0, then a valid one"
     yield "header.zero", about, [_DAMAGE + zero + bare]
     long = framing.frame(lead, lead.plain.held, bare) if lead.layout.length else b""
     if SIZE < len(long) <= SIZE + MOST:
-        about = "a length that reaches over a whole header, then a frame"
+        about = "a packet that contains a complete header, then a frame"
         yield "length.header", about, [long + framing.frame(lead, lead.plain.held)]
     for of in headers:
         lengths = [layout.length for layout in of.message.layouts if layout.form != "header"]
         if lengths:
             spelt = framing.frame(of, of.plain.held)
             spelt = spelt[:2] + lengths[0].to_bytes(2, "little") + spelt[4:]
-            about = "a header whose parameters spell the length of a packet, then a right one"
+            about = "a header whose parameters equal the length of a packet, then a valid one"
             yield f"{of.message.name}.spelt", about, [spelt + bare]
         if of.layout.only_zero:
             other = framing.frame(of, of.plain.held)
             other = other[:2] + b"\0\1" + other[4:]
-            about = "a header that has only zeros, with a one in it, then a right one"
+            about = "a header with a 1 where only zeros are allowed, then a valid one"
             yield f"{of.message.name}.not_zero", about, [other + bare]

@@ -1,1 +1,1 @@
-"""Packets: start bytes, a length, an id, a payload, and perhaps an address, a check and end bytes."""
+"""Packets: start bytes, a length, an id, a payload, and optionally an address, a check and end bytes."""

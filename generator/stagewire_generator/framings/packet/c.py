@@ -1,4 +1,4 @@
-"""Messages that packets carry in C: a type and its accessors a layout, the parser, and the tests."""
+"""Messages in packets in C: a type and its functions for each layout, the parser, and the tests."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from stagewire_generator.targets.vectors.subject import Subject
 
 @dataclass(frozen=True, slots=True)
 class PacketLayoutView:
-    """One layout of a message.
+    """A layout of a message.
 
-    :param type: the struct, and what its functions begin with; without fields there is no struct.
-    :param assertion: that the struct has room for what is on the wire, where there is one.
-    :param length: bytes of its payload.
-    :param size: bytes of the packet.
-    :param begun: the statement that writes what stands before the payload, and the fields, if any.
-    :param checked: the call that checks that bytes are a packet of it.
-    :param refused: what the function that checks refuses, a line of a condition each.
-    :param encode: the beginning of that function, up to the body.
-    :param unchecked: the call of the other one.
+    :param type: the struct, and the prefix of its functions; without fields there is no struct.
+    :param assertion: the assertion on the size of the struct; empty without a struct.
+    :param length: length of its payload in bytes.
+    :param size: length of the packet in bytes.
+    :param begun: the statement that writes the parts before the payload, and the fields.
+    :param checked: the call that checks that bytes are a packet of this layout.
+    :param refused: the conditions for values out of range.
+    :param encode: the head of the encoder with range checks.
+    :param unchecked: the call of the encoder without range checks.
     """
 
     type: str
@@ -65,7 +65,7 @@ class PacketLayoutView:
 
 @dataclass(frozen=True, slots=True)
 class PacketMessageView:
-    """A message: its id, and its layouts."""
+    """A message: its id and its layouts."""
 
     name: str
     macro: str

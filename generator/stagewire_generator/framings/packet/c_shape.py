@@ -1,7 +1,7 @@
-"""The shape of packets: which bytes are where, as the expressions and statements of ``wire.h``.
+"""The shape of packets: the places of their parts, as expressions and statements of ``wire.h``.
 
-Parts are counted from the first byte of a packet, or from the end of its payload. A check is computed bit by
-bit, which needs no table.
+Offsets count from the first byte of a packet, or from the end of its payload. A check is computed bit by
+bit, without a table.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stagewire_generator.targets.c.source import call, names_of, unsigned
 class PacketParts:
     """The parts of the packets of one protocol.
 
-    :param framing: as the registry has it.
+    :param framing: the framing of the registry.
     """
 
     def __init__(self, framing: Json) -> None:
@@ -31,23 +31,23 @@ class PacketParts:
 
     @property
     def overhead(self) -> int:
-        """Bytes of a packet without payload."""
+        """Length of a packet without payload in bytes."""
         return sum(self._sizes.values())
 
     def size(self, part: str) -> int:
-        """Return the bytes of a part; 0 of the payload, whose length is not known before it comes."""
+        """Return the length of a part in bytes; 0 for the payload, whose length varies."""
         return self._sizes.get(part, 0)
 
     def offset(self, part: str) -> int:
-        """Return where a part stands in a packet without payload."""
+        """Return the offset of a part in a packet without payload."""
         return sum(self.size(before) for before in self.order[: self.order.index(part)])
 
     def tail(self, part: str) -> int:
-        """Return where a part stands that is behind the payload, counted from the end of that; 0 for none."""
+        """Return the offset of a part from the end of the payload; 0 if packets have no such part."""
         return self.offset(part) - self.payload_at if part in self.order else 0
 
     def is_behind(self, part: str) -> bool:
-        """Whether a part stands behind the payload."""
+        """Whether a part follows the payload."""
         return self.order.index(part) > self.order.index("payload")
 
 
@@ -55,18 +55,18 @@ class PacketParts:
 class CheckView:
     """A check.
 
-    :param doc: what it is.
-    :param template: that of the function that takes bytes into it.
-    :param type: of the number while it is computed.
-    :param initial: the number before the first byte.
-    :param byte: of a CRC, a byte where it is taken in.
-    :param leaving: of a CRC, the bit that goes out next.
-    :param shifted: of a CRC, the number without that bit.
-    :param polynomial: of a CRC, in the order of its bits.
-    :param runs: the arguments of that function for each run of bytes that is covered.
-    :param covers_payload: whether one of them depends on the length of the payload.
-    :param result: what is sent of the number in the end.
-    :param odd_size: its bytes where these are five to seven, which no field has; else 0.
+    :param doc: its description.
+    :param template: template of the function that updates it with bytes.
+    :param type: its type during the computation.
+    :param initial: its value before the first byte.
+    :param byte: for a CRC, the expression that is combined with a byte.
+    :param leaving: for a CRC, the mask of the bit that is shifted out next.
+    :param shifted: for a CRC, the expression for the shifted value.
+    :param polynomial: for a CRC, the polynomial in the order of its bits.
+    :param runs: the arguments of the function for each covered run of bytes.
+    :param covers_payload: whether one of the runs depends on the length of the payload.
+    :param result: the expression for the value that is sent.
+    :param odd_size: its size if that is five to seven bytes, which fields never have; else 0.
     """
 
     doc: str
@@ -84,7 +84,7 @@ class CheckView:
 
 
 def check_view(shape: PacketParts, framing: Json) -> CheckView | None:
-    """Make the view of the check, if packets have one."""
+    """Make the view of the check; return None if packets have none."""
     check = framing.get("check")
     if not check:
         return None
@@ -101,7 +101,7 @@ def check_view(shape: PacketParts, framing: Json) -> CheckView | None:
 
 
 def _runs(shape: PacketParts, covers: list[str]) -> Iterator[str]:
-    """Yield where each run of parts that follow one another begins, and its bytes."""
+    """Yield the start and the length of each run of consecutive parts."""
     run: list[str] = []
     for part in (*shape.order, ""):
         if part in covers:
@@ -124,8 +124,8 @@ def _number(value: int, size: int) -> str:
 
 
 def _masked(value: str, size: int) -> str:
-    """Return a number without what goes beyond the bytes that it has."""
-    if size in (4, 8):  # its type has no more
+    """Return an expression that keeps only the bytes of the check."""
+    if size in (4, 8):  # its type has exactly these bytes
         return value
     return f"{value} & {_number((1 << 8 * size) - 1, size)}"
 
@@ -178,7 +178,7 @@ def _shifted(size: int) -> str:
 
 
 def _reflected(number: int, width: int) -> int:
-    """Return the number with its bits in the other order."""
+    """Return a number with its bits reversed."""
     return int(f"{number:0{width}b}"[::-1], 2)
 
 
@@ -192,9 +192,9 @@ _TYPES = {1: "uint8_t", 2: "uint16_t", 3: "uint32_t", 4: "uint32_t"}
 class AddressView:
     """The address.
 
-    :param type: the least type that holds it.
-    :param read: the expression that takes it from a packet.
-    :param put: the statement that writes it into one whose payload has ``payload`` bytes.
+    :param type: the smallest type for it.
+    :param read: the expression that reads it from a packet.
+    :param put: the statement that writes it to a packet with ``payload`` bytes of payload.
     :param is_behind: whether it follows the payload.
     """
 
@@ -207,20 +207,20 @@ class AddressView:
 
 @dataclass(frozen=True, slots=True)
 class PacketShapeView:
-    """How packets look.
+    """The shape of packets.
 
-    :param doc: what they consist of, a line of a comment each.
-    :param start: the bytes that begin each.
-    :param known: bytes from which on the length is known.
-    :param overhead: bytes of a packet without payload.
-    :param payload_at: where the payload begins.
-    :param payload: the expression of its length, from the one that a packet says; beyond the maximum for
-        what none can say.
-    :param put_length: the statement that says the length of a payload.
-    :param begin: the beginning of the function that writes what stands before a payload, up to the body.
-    :param before: the statements that write it.
-    :param behind: those that write what stands behind it; the check is the last, since it covers the rest.
-    :param damaged: conditions that are true of a packet that is as long as it says, and damaged.
+    :param doc: lines of a comment on the parts of a packet.
+    :param start: the start bytes.
+    :param known: number of bytes needed to know the length.
+    :param overhead: length of a packet without payload.
+    :param payload_at: offset of the payload.
+    :param payload: the expression for the length of the payload; exceeds the maximum if the length in the
+        packet is impossible.
+    :param put_length: the statement that writes the length of a payload.
+    :param begin: the head of the function that writes the parts before a payload.
+    :param before: the statements that write these parts.
+    :param behind: the statements that write the parts after the payload; the check is the last.
+    :param damaged: conditions for damage in a packet of the right length.
     """
 
     doc: tuple[str, ...]
@@ -295,7 +295,7 @@ def _address(prefix: str, shape: PacketParts, framing: Json) -> AddressView | No
 
 
 def _described(shape: PacketParts, framing: Json) -> Iterator[str]:
-    """Yield a line for each part: how long it is, and what it holds."""
+    """Yield a line for each part: its length and its content."""
     for part in shape.order:
         if part == "payload":
             yield f"payload: at most {framing['maximum_length']} bytes"
@@ -305,16 +305,16 @@ def _described(shape: PacketParts, framing: Json) -> Iterator[str]:
         if part in ("start", "end"):
             text += f", {' '.join(f'{byte:02X}' for byte in framing[part])}"
         elif part == "length":
-            text += f", the number of those in {', '.join(framing['length']['counts'])}"
+            text += f", the number of bytes in {', '.join(framing['length']['counts'])}"
         elif part == "check":
-            text += f", of {', '.join(framing['check']['covers'])}"
+            text += f", covers {', '.join(framing['check']['covers'])}"
         yield text
 
 
 def _before(
     prefix: str, shape: PacketParts, framing: Json, address: AddressView | None
 ) -> Iterator[str]:
-    """Yield the statements that write the parts before the payload, and the address wherever it is."""
+    """Yield the statements that write the parts before the payload, and the address in any case."""
     for part in shape.order:
         at = shape.offset(part)
         if part == "start":
@@ -323,7 +323,7 @@ def _before(
             yield f"{prefix}_put_length(head >> 16, out);"
         elif part == "id":
             size = shape.size(part)
-            # what is above the id is no part of it
+            # the bits above the id are the length
             number = "head" if size < 3 else "head & 0xFFFFU"
             yield _put(prefix, size, f"out[{at}]", number)
         elif part == "address" and address:
@@ -352,7 +352,7 @@ def _byte(byte: int) -> str:
 
 
 def _read(prefix: str, size: int, source: str, at: int, further: str = "") -> str:
-    """Return the expression that reads a number of so many bytes."""
+    """Return the expression that reads a number of ``size`` bytes."""
     place = f"{source}[{at}U{further}]" if further else f"{source}[{at}]"
     return place if size == 1 else f"{prefix}_get_{8 * size}({_pointer(place)})"
 
@@ -362,7 +362,7 @@ def _pointer(place: str) -> str:
 
 
 def _put(prefix: str, size: int, place: str, value: str, fits: bool = False) -> str:
-    """Return the statement that writes a number of so many bytes; of what does not fit, the lower ones."""
+    """Return the statement that writes the lower ``size`` bytes of a number."""
     if size > 1:
         return f"(void){prefix}_put_{8 * size}({_pointer(place)}, {value});"
     if fits:

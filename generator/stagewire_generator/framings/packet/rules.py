@@ -1,4 +1,4 @@
-"""What packets demand of a spec: whether their parts fit together, and whether every message fits in."""
+"""Rules for specs with a packet framing: the parts must fit together, and every message must fit."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _NUMBERS = ("length", "address", "id", "check")
 _NOT_COVERED = ("check", "end")
 _WORDS = ("polynomial", "initial", "final")
 _LONGEST = 4  # bytes of a length, an address or an id
-_SEE = "correct the order, or what stands beside it"
+_SEE = "correct the order or the parts"
 
 
 def check_packets(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
-    """Check order, numbers and check of a packet, and what the messages ask of it.
+    """Check the order, numbers and check of packets, and whether the messages fit.
 
-    :param head: the file of the protocol, for the places of what is wrong in it.
+    :param head: the file of the protocol, for the places of errors.
     """
     rules = _Rules(protocol, head, diagnostics)
     rules.order()
@@ -35,7 +35,7 @@ def check_packets(protocol: Protocol, head: Document, diagnostics: Diagnostics) 
 
 
 class _Rules:
-    """The rules of one framing, each a method."""
+    """The rules for a framing, one per method."""
 
     def __init__(self, protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
         self.framing: Json = protocol.framing
@@ -45,37 +45,37 @@ class _Rules:
         self.diagnostics = diagnostics
 
     def refuse(self, what: str, *path: str, code: str = "SW038", hint: str = _SEE) -> None:
-        """Note what is wrong with the framing, at ``path`` in it."""
+        """Report an error of the framing at ``path``."""
         place = self.head.place("framing", *path)
         self.diagnostics.add(place, code, f"framing: {what}", hint)
 
     def order(self) -> None:
-        """Check that start is first and end last, length and id before the payload, a check behind it."""
+        """Check the order: start, then length and id, the payload, a check, and end last."""
         order = self.order_of_parts
         for part in _ALWAYS:
             if part not in order:
                 self.refuse(f"{part} is not in the order", "order")
         for part in order:
             if part != "payload" and part not in self.framing:
-                self.refuse(f"{part} is in the order, and nothing says what it is", "order")
+                self.refuse(f"{part} is in the order, but not defined", "order")
         for part in ("address", "check", "end"):
             if part in self.framing and part not in order:
                 self.refuse(f"{part} is not in the order", part)
         if "start" in order and order[0] != "start":
-            self.refuse("start is not the first", "order")
+            self.refuse("start is not the first part", "order")
         if "end" in order and order[-1] != "end":
-            self.refuse("end is not the last", "order")
+            self.refuse("end is not the last part", "order")
         if "payload" not in order:
             return
         payload = order.index("payload")
         for part in ("length", "id"):
             if part in order and order.index(part) > payload:
-                self.refuse(f"{part} stands behind the payload", "order")
+                self.refuse(f"{part} is after the payload", "order")
         if "check" in order and order.index("check") < payload:
-            self.refuse("check stands before the payload", "order")
+            self.refuse("check is before the payload", "order")
 
     def references(self) -> None:
-        """Check that the length counts and the check covers what is in the packet."""
+        """Check that the length counts, and the check covers, parts of the packet."""
         counts = self.framing["length"]["counts"]
         self._parts(counts, "length", "counts")
         if "payload" not in counts:
@@ -92,36 +92,36 @@ class _Rules:
                 self.refuse(f"{part}.{key} names {other}, which is not in the order", part, key)
 
     def numbers(self) -> bool:
-        """Check that numbers are short and have no sign; return whether the size of all is known."""
+        """Check that numbers are short and unsigned; return whether all sizes are known."""
         numbers = [part for part in _NUMBERS if part in self.framing]
         for part in numbers:
             name = self.framing[part]["format"]
-            hint = "name another format"
+            hint = "use another format"
             if self.formats.get(name, {}).get("signed"):
-                self.refuse(f"{part} is a {name}, which has a sign", part, "format", hint=hint)
+                self.refuse(f"{part} has the signed format {name}", part, "format", hint=hint)
             if part != "check" and self.framing[part].get("size", 0) > _LONGEST:
-                what = f"{part} is a {name}; it has at most {_LONGEST} bytes"
+                what = f"{part} has the format {name}, but may have at most {_LONGEST} bytes"
                 self.refuse(what, part, "format", hint=hint)
         return all("size" in self.framing[part] for part in numbers)
 
     def length(self) -> None:
-        """Check that the length of the longest payload can be written."""
+        """Check that the length of the longest payload fits its format."""
         sizes = {part: self.framing[part]["size"] for part in _NUMBERS if part in self.framing}
         sizes |= {part: len(self.framing.get(part, ())) for part in ("start", "end")}
         sizes["payload"] = self.framing["maximum_length"]
         most = sum(sizes.get(part, 0) for part in self.framing["length"]["counts"])
         size = self.framing["length"]["size"]
         if most >= 1 << 8 * size:
-            what = f"a length of {most} does not fit into {size} byte{'s' * (size > 1)}"
-            hint = "lessen maximum_length, or choose a longer format"
+            what = f"a length of {most} does not fit in {size} byte{'s' * (size > 1)}"
+            hint = "reduce maximum_length, or use a longer format"
             self.refuse(what, "length", code="SW033", hint=hint)
 
     def check(self) -> None:
-        """Check that an exclusive or has one byte, and that the numbers of a CRC fit it."""
+        """Check that an exclusive or has one byte, and that the numbers of a CRC fit its size."""
         check = self.framing.get("check", {})
         size = check.get("size", 0)
         if check.get("method") == "xor" and size != 1:
-            self.refuse("the exclusive or of bytes is one byte", "check", "format")
+            self.refuse("an exclusive or must have one byte", "check", "format")
         for word in _WORDS:
             if check.get(word, 0) >= 1 << 8 * size:
                 what = f"{word} {check[word]:#x} has more than {8 * size} bits"
@@ -129,28 +129,28 @@ class _Rules:
                 self.refuse(what, "check", word, code="SW033", hint=hint)
 
     def id(self, message: Message) -> None:
-        """Check that the id of a message can be written."""
+        """Check that the id of a message fits its format."""
         size = self.framing["id"]["size"]
         if message.id is not None and message.id >= 1 << 8 * size:
-            what = f"{message.name}: the id {message.id:#x} in {size} byte{'s' * (size > 1)}"
+            what = f"{message.name}: the id {message.id:#x} does not fit in {size} byte{'s' * (size > 1)}"
             hint = "correct the id, or the format of the id in protocol.yaml"
             self.diagnostics.add(message.place, "SW033", what, hint)
 
 
 def _layouts(message: Message, diagnostics: Diagnostics) -> None:
-    """Check that a message is a payload and nothing else, and that its length alone tells the forms apart."""
+    """Check that a message is only a payload, and that its forms differ in length."""
     if message.id is not None and not message.documented:
         what = f"{message.name}: a packet without a layout"
-        hint = "give it a layout; `header: {}` is one without a payload"
+        hint = "add a layout; `header: {}` is a layout without a payload"
         diagnostics.add(message.place, "SW038", what, hint)
     for layout in message.layouts:
         where = f"{message.name} ({layout.form})"
         if layout.only_zero:
-            hint = "remove it: there are no parameters that could be zero"
+            hint = "remove it: packets have no parameters"
             diagnostics.add(layout.place, "SW038", f"{where}: only_zero", hint)
         if layout.when:
             hint = "give the layouts different lengths, and remove the `when`"
-            diagnostics.add(layout.place, "SW038", f"{where}: a `when`, in a packet", hint)
+            diagnostics.add(layout.place, "SW038", f"{where}: `when` in a packet", hint)
 
 
 RULES = Rules(
@@ -163,7 +163,7 @@ RULES = Rules(
     ),
     lists=("order", "start", "end"),
     formats=_NUMBERS,
-    same_length="give them different lengths: nothing else tells packets apart",
+    same_length="give them different lengths: packets differ in nothing else",
     encode=(("address", "--address"),),
 )
 WITNESS = Witness(MESSAGE_CHAPTERS, sections=True)

@@ -1,7 +1,7 @@
-"""The bytes of a packet, and streams of packets: what a framer makes of them, whole, cut and damaged.
+"""The bytes of packets, and streams of packets, complete, cut and damaged, with the events of a framer.
 
-The parts of a packet and their order are data of its protocol. The rule by which a stream is cut is written
-down here as slowly and simply as it can be said.
+The parts of a packet and their order are data of its protocol. This is a slow and simple implementation of
+the rule of the framer.
 """
 
 from __future__ import annotations
@@ -40,21 +40,21 @@ class Packets:
 
     @property
     def counted(self) -> int:
-        """What the length says of a packet without payload."""
+        """The value of the length in a packet without payload."""
         return sum(self.sizes.get(part, 0) for part in self._counts)
 
     @property
     def least(self) -> int:
-        """Bytes of a packet without payload."""
+        """Length of a packet without payload in bytes."""
         return sum(self.sizes.values())
 
     @property
     def greatest_address(self) -> int:
-        """The greatest address; 0 where packets have none."""
+        """The greatest address; 0 if packets have none."""
         return (1 << 8 * self.sizes["address"]) - 1
 
     def pack(self, id: int, address: int, payload: bytes, declared: int | None = None) -> bytes:
-        """Return a packet; ``declared`` is said in the place of its length."""
+        """Return a packet; ``declared`` replaces its length."""
         length = self.counted + len(payload) if declared is None else declared
         parts = {
             "start": self.start,
@@ -68,13 +68,13 @@ class Packets:
         return b"".join([parts[part] for part in self.order])
 
     def place(self, part: str, payload: int) -> slice:
-        """Return where a part stands in a packet with ``payload`` bytes of payload."""
+        """Return the place of a part in a packet with ``payload`` bytes of payload."""
         sizes = {**self.sizes, "payload": payload}
         at = sum(sizes[before] for before in self.order[: self.order.index(part)])
         return slice(at, at + sizes[part])
 
     def number(self, part: str, packet: bytes, payload: int) -> int:
-        """Return the number that a part of a packet holds; 0 where packets have no such part."""
+        """Return the number in a part of a packet; 0 if packets have no such part."""
         return (
             int.from_bytes(packet[self.place(part, payload)], "little") if part in self.order else 0
         )
@@ -101,7 +101,7 @@ def _xor(data: bytes, check: Json) -> int:
 
 
 def _crc(data: bytes, check: Json) -> int:
-    """Return a cyclic redundancy check bit by bit, in the terms of the Rocksoft model."""
+    """Compute a cyclic redundancy check bit by bit, with the parameters of the Rocksoft model."""
     width: int = 8 * check["size"]
     register: int = check.get("initial", 0)
     for byte in data:
@@ -123,13 +123,13 @@ _METHODS = {"sum": _sum, "xor": _xor, "crc": _crc}
 
 
 def unknown_id(protocol: Protocol) -> int | None:
-    """Return an id that no message has, if there is one."""
+    """Return an id that no message has; None if all ids are in use."""
     ids = {message.id for message in protocol.messages}
     return greatest_but(ids, protocol.framing["id"]["size"])
 
 
 class PacketReader:
-    """Reads the streams of one protocol; packets look alike at both ends of the line."""
+    """Reads the streams of one protocol; both ends of the line receive the same kind of packets."""
 
     def __init__(self, protocol: Protocol) -> None:
         self._packets = Packets(protocol)
@@ -139,11 +139,11 @@ class PacketReader:
         }
 
     def read(self, stream: bytes) -> list[Piece]:
-        """Return what a stream consists of; adjacent garbage is joined."""
+        """Return the pieces of a stream; adjacent garbage is joined."""
         return cut(stream, self._begins)
 
     def _begins(self, rest: bytes) -> tuple[str, int]:
-        """Return what begins with the first byte, and its bytes."""
+        """Return the kind and the length of the piece at the start."""
         packets = self._packets
         if rest[: len(packets.start)] != packets.start[: len(rest)]:
             return "garbage", 1
@@ -177,7 +177,7 @@ def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]
 def stream_cases(
     protocol: Protocol, subjects: Sequence[Subject], raws: Sequence[bytes]
 ) -> Iterator[Case]:
-    """Yield streams of plain packets, and of damaged ones."""
+    """Yield streams of plain packets and of damaged ones."""
     packets = Packets(protocol)
     reader, decode = PacketReader(protocol), _Decoder(packets, subjects)
     for scenario in _scenarios(protocol, packets, subjects, raws):
@@ -196,7 +196,7 @@ class _Decoder:
             self._subjects.setdefault(of.message.id, []).append(of)
 
     def __call__(self, raw: bytes) -> Json:
-        """Return what a decoder says of a packet."""
+        """Return the answer of a decoder to a packet."""
         packets = self._packets
         length = len(raw) - packets.least
         forms = self._subjects[packets.number("id", raw, length)]
@@ -214,33 +214,33 @@ def _scenarios(
     protocol: Protocol, packets: Packets, subjects: Sequence[Subject], raws: Sequence[bytes]
 ) -> Iterator[Scenario]:
     raw, bare = raws[0], raws[-1]  # the longest and the shortest
-    yield "nothing", "nothing at all", []
+    yield "nothing", "no chunks", []
     yield "empty", "chunks without bytes", [b"", b""]
     yield "bytes", "one byte at a time", in_bytes(raw + bare)
     yield "every", "every message", [b"".join(raws)]
-    yield "pending", "a second packet that is not all there", [bare + raw[:-1]]
-    yield "pending.start", "of a second packet only the first byte", [bare, raw[:1]]
+    yield "pending", "an incomplete second packet", [bare + raw[:-1]]
+    yield "pending.start", "only the first byte of a second packet", [bare, raw[:1]]
     start = packets.start[:1]
     yield "start", "the first byte of a packet, then a packet", [start + raw]
     other = bytes((start[0] ^ 0xFF,))
-    yield "garbage", "garbage before, between and behind packets", [
+    yield "garbage", "garbage before, between and after packets", [
         3 * other + raw + 2 * other + bare + other
     ]  # fmt: skip
     for at in range(len(raw)):
-        about = f"a packet that lost its byte {at}, then four"
+        about = f"a packet without its byte {at}, then four packets"
         yield f"lost.{at}", about, [raw[:at] + raw[at + 1 :] + 2 * (bare + raw)]
     for part in packets.order:
         place = packets.place(part, subjects[0].layout.length)
         if place.start < place.stop:
             at = place.start
             turned = raw[:at] + bytes((raw[at] ^ 1,)) + raw[at + 1 :]
-            about = f"a bit of its {part} is another, then four packets"
+            about = f"a flipped bit in the part {part}, then four packets"
             yield f"damaged.{part}", about, [turned + 2 * (bare + raw)]
     address = subjects[0].asked.get("address", 0)
     unknown = unknown_id(protocol)
     if unknown is not None:
         there = packets.pack(unknown, address, raw[:2])
-        yield "unknown", "an id that no message has, then a packet", [there + bare]
+        yield "unknown", "an unknown id, then a packet", [there + bare]
     id, length = subjects[0].message.id, subjects[0].layout.length
     payload = raw[packets.place("payload", length)]
     assert id is not None

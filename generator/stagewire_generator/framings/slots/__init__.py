@@ -1,1 +1,1 @@
-"""Commands in slots, setup commands of two bytes, and replies that are their data alone."""
+"""Commands in slots, setup commands of two bytes, and replies that consist of data only."""

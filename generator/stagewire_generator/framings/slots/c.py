@@ -1,4 +1,4 @@
-"""Commands, setup commands and replies in C: a type and its accessors each, the parser, and the tests."""
+"""Commands, setup commands and replies in C: a type and its functions for each, the parser, and the tests."""
 
 from __future__ import annotations
 
@@ -62,18 +62,18 @@ def _bytes(number: int) -> str:
 
 
 SLOTS = 3
-"""Slots before the data of a command: axis, byte, size."""
+"""Number of slots before the data of a command: axis, command byte, size."""
 
 
 @dataclass(frozen=True, slots=True)
 class SlotsLayoutView:
     """A command, a setup command or a reply.
 
-    :param type: the struct, and what its functions begin with.
-    :param length: bytes of data.
-    :param size: bytes of the whole, as the document prints it.
-    :param refused: what the function that checks refuses, conditions.
-    :param terminator_at: where the terminator stands.
+    :param type: the struct, and the prefix of its functions.
+    :param length: length of the data in bytes.
+    :param size: length in bytes, in the form that the document prints.
+    :param refused: the conditions for values out of range.
+    :param terminator_at: offset of the terminator.
     """
 
     type: str
@@ -96,8 +96,8 @@ class SlotsMessageView:
     """A command with its reply, or a setup command.
 
     :param kind: ``command`` or ``setup``.
-    :param id_macro: the name of the macro of its byte.
-    :param head: byte, size slot and length of data as one number.
+    :param id_macro: the name of the macro of its command byte.
+    :param head: command byte, size slot and length of the data as one number.
     :param sized: whether the document prints it with its size slot.
     """
 
@@ -113,7 +113,7 @@ class SlotsMessageView:
 
 
 def slots_message_view(protocol: Protocol, message: Message) -> SlotsMessageView:
-    """Make the view of a command or of a setup command."""
+    """Make the view of a command or a setup command."""
     assert message.id is not None
     names, layouts = names_of(protocol), {layout.form: layout for layout in message.layouts}
     request, reply = layouts["request"], layouts.get("reply")
@@ -159,12 +159,12 @@ def _layout(
     receiver: list[str],
     refused: tuple[str, ...],
 ) -> SlotsLayoutView:
-    """Make the view of anything.
+    """Make the view of a command, a setup command or a reply.
 
-    :param size: bytes of the whole.
-    :param data_at: where its data begins.
-    :param receiver: the parameter that says for whom it is.
-    :param refused: what is refused beside values of fields.
+    :param size: its length in bytes.
+    :param data_at: offset of the data.
+    :param receiver: the parameter for the axis, or an empty list.
+    :param refused: conditions for errors besides values of fields.
     """
     type = names.layout(message, layout)
     fields = tuple(
@@ -195,9 +195,9 @@ def _layout(
 class SlotsTableView:
     """All commands.
 
-    :param entries: commands by their bytes, then setup commands.
+    :param entries: commands sorted by their bytes, then setup commands.
     :param setup: bytes of the setup commands.
-    :param longest_reply: its bytes; 1 where no command has a reply, since no array is empty in C.
+    :param longest_reply: its length; 1 if no command has a reply, since C has no empty arrays.
     """
 
     entries: tuple[EntryView, ...]
@@ -228,18 +228,18 @@ def _byte(message: Message) -> str:
 
 
 def _length(message: Message, form: str) -> int:
-    """Return the bytes of a request or a reply, 0 if there is none."""
+    """Return the length of a request or a reply; 0 if there is none."""
     return sum(layout.length for layout in message.layouts if layout.form == form)
 
 
 def _form(said: Json) -> str:
-    """Return the form without what it says of the size slot."""
+    """Return the form without its suffix for the size slot."""
     form, _, _ = str(said.get("form", "")).partition(":")
     return form or ("reply" if said.get("direction") == "reply" else "request")
 
 
 def _envelope(of: Subject, said: Json) -> list[str]:
-    """Return whether the size slot is there, where that is not as printed."""
+    """Return the member for the size slot if it is not as printed."""
     slots = {"with_size": "STAGEWIRE_SLOT_GIVEN", "without_size": "STAGEWIRE_SLOT_LEFT_OUT"}
     slot = slots.get(str(said.get("form", "")).partition(":")[2])
     return [f".size_slot = {slot}"] if slot else []
@@ -248,7 +248,7 @@ def _envelope(of: Subject, said: Json) -> list[str]:
 def _meant(
     protocol: Protocol, every: tuple[Subject, ...], raw: bytes, said: Json
 ) -> Sequence[Subject]:
-    """Return the reply to the command that is told, or else the command with the byte."""
+    """Return the reply to the given command, or the command with the byte."""
     if said.get("direction") == "reply":
         asked = said.get("command", "")
         return [of for of in every if of.message.name == asked and of.layout.form == "reply"]

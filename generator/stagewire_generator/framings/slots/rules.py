@@ -1,4 +1,4 @@
-"""What commands in slots demand of a spec."""
+"""Rules for specs with commands in slots."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from stagewire_generator.strict_yaml import Document
 
 
 def check_slots(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
-    """Check the bytes that mark commands, and the byte and the size of every command."""
+    """Check prefix, terminator and axes, and the byte and the size of every command."""
     framing = protocol.framing
     place = head.place("framing")
     if framing["prefix"] == framing["terminator"]:
-        what = f"{framing['prefix']:#04x} is the prefix and the terminator"
+        what = f"{framing['prefix']:#04x} is both the prefix and the terminator"
         diagnostics.add(place, "SW038", what, "one of the two is wrong; see the document")
     _axes(protocol, place, diagnostics)
     for message in protocol.messages:
@@ -26,7 +26,7 @@ def check_slots(protocol: Protocol, head: Document, diagnostics: Diagnostics) ->
 
 
 def _axes(protocol: Protocol, place: Place, diagnostics: Diagnostics) -> None:
-    """Check the axes: the first byte of a command is told from a prefix and a terminator."""
+    """Check that axes differ from the prefix and the terminator."""
     framing = protocol.framing
     name = framing["axes"]
     axes = next((e for e in protocol.enumerations if e.name == name), None)
@@ -40,10 +40,12 @@ def _axes(protocol: Protocol, place: Place, diagnostics: Diagnostics) -> None:
 
 
 def _size(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> None:
-    """Check that the size is told from the terminator; the resolver holds it against the data."""
-    if (message.size or 0) == protocol.framing["terminator"]:  # 0 is what the other form has
+    """Check that the size differs from the terminator; the resolver compares it with the data."""
+    if (message.size or 0) == protocol.framing["terminator"]:  # the other form has size 0
         what = f"{message.name}: the size {message.size or 0} is the terminator"
-        diagnostics.add(message.place, "SW038", what, "it would be read as a slot that is left out")
+        diagnostics.add(
+            message.place, "SW038", what, "a reader would take it for a missing size slot"
+        )
 
 
 RULES = Rules(

@@ -1,7 +1,7 @@
-"""Cases of commands in slots, of setup commands of two bytes, and of replies that are their data alone.
+"""Cases of commands in slots, setup commands of two bytes, and replies that consist of data only.
 
-A command to an axis has two forms, ignored bytes and an axis besides its data, and may be a dummy. What holds
-for every command is looked at once: axes, bytes that no command has, and keys of other protocols.
+A command to an axis has two forms, and an axis and ignored bytes besides its data. It may be a dummy.
+Properties that all commands share are checked once: axes, unknown bytes, and keys of other protocols.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from stagewire_generator.targets.vectors.values import (
 
 
 def command_cases(marks: Marks, of: Subject, raw: bytes) -> Iterator[Case]:
-    """Yield the cases of one command; ``raw`` is the plain one as the document prints it."""
+    """Yield the cases of a command; ``raw`` is its plain form as the document prints it."""
     yield from _forms(marks, of)
     yield from _sizes(marks, of)
     yield from _extra(marks, of)
@@ -39,19 +39,19 @@ def command_cases(marks: Marks, of: Subject, raw: bytes) -> Iterator[Case]:
         yield of.encode("dummy", about, "unsupported", allow_dummy=LEFT_OUT)
         yield of.encode("dummy.false", about, "unsupported", allow_dummy=False)
     else:
-        about = "a dummy would be sent, and it is none"
+        about = "allow_dummy for a command that is not a dummy"
         yield of.encode("dummy.allowed", about, raw, allow_dummy=True)
 
 
 def _other_form(of: Subject) -> str | None:
-    """Return the form that the document does not print; there is none where data needs its size."""
+    """Return the form that the document does not print; None for commands with data, which need a size."""
     if of.layout.length:
         return None
     return WITH if of.message.size is None else WITHOUT
 
 
 def _forms(marks: Marks, of: Subject) -> Iterator[Case]:
-    """Yield the command with the size slot where the document leaves it out, or the other way round."""
+    """Yield the command in the form that the document does not print."""
     other = _other_form(of)
     for form, slot, about in (
         (WITH, of.message.size or 0, "with the size slot"),
@@ -62,21 +62,21 @@ def _forms(marks: Marks, of: Subject) -> Iterator[Case]:
             yield of.encode(f"form={form}", about, raw, form=form)
             yield of.decode(f"form={form}", about, raw, of.answer(of.plain, form=form))
         else:
-            about = f"{about}, which is no form of its own"
+            about = f"{about}, which is not a separate form"
             yield of.encode(f"form={form}", about, "bad_length", form=form)
 
 
 def _sizes(marks: Marks, of: Subject) -> Iterator[Case]:
-    """Yield commands whose size slot holds another number, or is not there and had to be."""
+    """Yield commands with a wrong size slot, or without a required one."""
     data = fields_to_bytes(of.fields, of.plain.held)
     size = of.message.size or 0
     others = [n for n in (size - 1, size + 1, size + 2) if 0 <= n <= 255 and n != marks.terminator]
     for other in others[:2]:
-        about = f"a size of {other} in the place of {size}"
+        about = f"a size of {other} instead of {size}"
         yield of.decode(f"size.{other}", about, marks.command(of, data, other), "bad_length")
     if of.layout.length:
         raw = marks.command(of, b"", None)
-        yield of.decode("size.missing", "no size, and no data", raw, "bad_length")
+        yield of.decode("size.missing", "no size and no data", raw, "bad_length")
 
 
 def _extra(marks: Marks, of: Subject) -> Iterator[Case]:
@@ -85,16 +85,16 @@ def _extra(marks: Marks, of: Subject) -> Iterator[Case]:
     extra = bytes(byte for byte in (0xA5, 0x00) if byte != marks.terminator)
     yield from held_extra(marks, of, "extra", "bytes before the terminator", extra)
     end = f"{marks.terminator:02x}"
-    about = "bytes that hold the terminator"
+    about = "ignored bytes that contain the terminator"
     yield of.encode("extra.terminator", about, "bad_value", form=sized, extra=f"a5{end}")
     if not of.layout.length:
         unsized = WITHOUT if sized == "request" else "request"
-        about = "bytes before the terminator, and no size slot"
+        about = "ignored bytes without a size slot"
         yield of.encode("extra.unsized", about, "bad_value", form=unsized, extra=extra.hex())
 
 
 def held_extra(marks: Marks, of: Subject, name: str, about: str, extra: bytes) -> Iterator[Case]:
-    """Yield a command with ignored bytes in both directions."""
+    """Yield a command with ignored bytes, encoded and decoded."""
     data = fields_to_bytes(of.fields, of.plain.held)
     form = "request" if of.message.size is not None else WITH
     raw = marks.command(of, data, of.message.size or 0, extra)
@@ -103,25 +103,25 @@ def held_extra(marks: Marks, of: Subject, name: str, about: str, extra: bytes) -
 
 
 def _axes(marks: Marks, of: Subject) -> Iterator[Case]:
-    """Yield axes that are none."""
+    """Yield invalid axes."""
     for name, about, value, code in (
         ("prefix", "is the prefix of setup commands", marks.prefix, "out_of_range"),
         ("terminator", "is the terminator", marks.terminator, "out_of_range"),
-        ("below", "is less than nothing", -1, "out_of_range"),
-        ("above", "is no byte", 0x100, "out_of_range"),
+        ("below", "is negative", -1, "out_of_range"),
+        ("above", "does not fit in a byte", 0x100, "out_of_range"),
         ("missing", "is missing", LEFT_OUT, "missing_field"),
-        ("text", "is a text and no number", "1", "bad_value"),
+        ("text", "is a string", "1", "bad_value"),
     ):
-        yield of.encode(f"axis.{name}", f"its axis {about}", code, axis=value)
+        yield of.encode(f"axis.{name}", f"the axis {about}", code, axis=value)
 
 
 def _prefix(marks: Marks, of: Subject, raw: bytes) -> Iterator[Case]:
-    """Yield values whose bytes look like a setup command, which are refused on request."""
+    """Yield values whose bytes look like a setup command; they are refused on request."""
     if not marks.setup:
         return
     pair = bytes((marks.prefix, min(marks.setup)))
     if pair[:1] not in raw:
-        about = "bytes that look like a setup command would be refused"
+        about = "a command without bytes that look like a setup command"
         yield of.encode("prefix.safe", about, raw, refuse_prefix_bytes=True)
     for field in of.fields:
         if field.format.kind != "integer" or field.format.size < len(pair):
@@ -134,26 +134,26 @@ def _prefix(marks: Marks, of: Subject, raw: bytes) -> Iterator[Case]:
             about = f"{field.name} looks like a setup command"
             name = f"prefix.{field.name}"
             yield of.encode(name, about, there, given)
-            refused = f"{about}, which is refused"
+            refused = f"{about} and is refused"
             yield of.encode(
                 f"{name}.refused", refused, "out_of_range", given, refuse_prefix_bytes=True
             )
     if of.message.size is not None and marks.terminator not in pair:
-        about = "ignored bytes look like a setup command, which is refused"
+        about = "ignored bytes look like a setup command and are refused"
         extra = pair.hex()
         refuse = {"refuse_prefix_bytes": True, "extra": extra}
         yield of.encode("prefix.extra", about, "out_of_range", **refuse)
 
 
 def protocol_cases(protocol: Protocol, subjects: Sequence[Subject]) -> Iterator[Case]:
-    """Yield the cases of all commands; axes are looked at in the first one."""
+    """Yield the cases that all commands share; axes are checked with the first command."""
     marks = Marks(protocol)
     for name, about, raw, code in _broken(marks, subjects):
         yield _case("decode", name, about, {"hex": raw.hex()}, code)
     for name, about, more, code in _directions(subjects):
         yield _case("decode", name, about, {"hex": "00", **more}, code)
     unknown = {"message": "NO_SUCH_MESSAGE", "axis": marks.axis}
-    yield _case("encode", "message", "a name that no command has", unknown, "unknown_message")
+    yield _case("encode", "message", "an unknown name", unknown, "unknown_message")
     commands = [
         of for of in subjects if of.message.kind == "command" and of.layout.form == "request"
     ]
@@ -162,27 +162,27 @@ def protocol_cases(protocol: Protocol, subjects: Sequence[Subject]) -> Iterator[
     for of in commands[:1]:
         yield from _named_axes(protocol, marks, of)
         dest = {**of.asked, "dest": 1}
-        yield _case("encode", "dest", "an address, which no command has", dest, "bad_request")
+        yield _case("encode", "dest", "an address of another protocol", dest, "bad_request")
         context = {"hex": "", "context": {"status": "dc"}}
-        yield _case("decode", "context", "a context, which decides nothing", context, "bad_request")
+        yield _case("decode", "context", "a context of another protocol", context, "bad_request")
 
 
 def _broken(marks: Marks, subjects: Sequence[Subject]) -> Iterator[tuple[str, str, bytes, str]]:
-    """Yield bytes that are no command, whatever its name."""
+    """Yield bytes that are not a command."""
     axis, prefix, end = marks.axis, marks.prefix, marks.terminator
     ids = {of.message.id for of in subjects if of.message.kind == "command"}
     command, setup = greatest_but(ids | {end}, 1), greatest_but({*marks.setup, end}, 1)
     yield "empty", "no bytes", b"", "truncated"
-    yield "axis", "an axis alone", bytes((axis,)), "truncated"
-    yield "prefix", "the prefix alone", bytes((prefix,)), "truncated"
-    yield "terminator", "the terminator alone", bytes((end,)), "bad_length"
+    yield "axis", "only an axis", bytes((axis,)), "truncated"
+    yield "prefix", "only the prefix", bytes((prefix,)), "truncated"
+    yield "terminator", "only the terminator", bytes((end,)), "bad_length"
     yield "aborted", "an axis and the terminator", bytes((axis, end)), "bad_length"
     if command is not None:
-        about, head = "a byte that no command has", bytes((axis, command))
+        about, head = "an unknown command byte", bytes((axis, command))
         yield "command", about, head + bytes((0, end)), "unknown_message"
-        yield "command.cut", f"{about}, and no terminator", head, "unknown_message"
+        yield "command.cut", f"{about} without a terminator", head, "unknown_message"
     if setup is not None:
-        about = "a byte that no setup command has"
+        about = "an unknown setup command"
         yield "setup", about, bytes((prefix, setup)), "unknown_message"
     yield (
         "setup.terminator",
@@ -196,45 +196,45 @@ def _broken(marks: Marks, subjects: Sequence[Subject]) -> Iterator[tuple[str, st
         head = bytes((axis, of.message.id, of.message.size or 0))
         if end:
             cut = head + bytes(MOST - 1 - len(head))
-            yield "unended", "no terminator so far", cut, "truncated"
-            about = "no terminator within the longest command"
+            yield "unended", "no terminator yet", cut, "truncated"
+            about = "no terminator within the maximum length"
             yield "unended.longest", about, cut + b"\0", "bad_length"
 
 
 def _directions(subjects: Sequence[Subject]) -> Iterator[tuple[str, str, Json, str]]:
-    """Yield requests that do not say what the bytes are, or say it twice."""
+    """Yield requests with a missing or contradictory direction."""
     asked = [of for of in subjects if of.layout.form == "reply"]
     for of in asked[:1]:
         name = of.message.name
         yield (
             "command.no_reply",
-            "a command that is answered, and no reply",
+            "a command without the direction reply",
             {"command": name},
             "bad_request",
         )
         more = {"command": name, "direction": "command"}
-        yield "command.command", "a command that answers a command", more, "bad_request"
+        yield "command.command", "a command with the direction command", more, "bad_request"
         more = {"command": name, "direction": "sideways"}
-        yield "direction.unknown", "a direction that there is not", more, "bad_request"
-    yield "reply", "a reply to nothing", {"direction": "reply"}, "bad_request"
+        yield "direction.unknown", "an unknown direction", more, "bad_request"
+    yield "reply", "a reply without its command", {"direction": "reply"}, "bad_request"
     more = {"direction": "reply", "command": "NO_SUCH_MESSAGE"}
-    yield "reply.unknown", "a reply to what is no command", more, "unknown_message"
+    yield "reply.unknown", "a reply to an unknown command", more, "unknown_message"
 
 
 def _longest(marks: Marks, of: Subject) -> Iterator[Case]:
-    """Yield a command that is as long as commands can be, and one that is longer."""
+    """Yield a command of the maximum length, and one that is longer."""
     data = fields_to_bytes(of.fields, of.plain.held)
     room = bytes((marks.terminator ^ 1,)) * (MOST - SLOTS - len(data) - 1)
-    yield from held_extra(marks, of, "extra.most", "as many bytes as there is room for", room)
+    yield from held_extra(marks, of, "extra.most", "the longest command", room)
     longer = room + room[:1]
-    about = "more bytes than there is room for"
+    about = "a command that is too long"
     yield of.encode("extra.above", about, "out_of_range", extra=longer.hex())
     raw = marks.command(of, data, of.message.size, longer)
     yield of.decode("extra.above", about, raw, "bad_length")
 
 
 def _named_axes(protocol: Protocol, marks: Marks, of: Subject) -> Iterator[Case]:
-    """Yield every axis that the document names, and the least and greatest bytes that may be one."""
+    """Yield every axis that the document names, and the least and greatest valid ones."""
     axes = next(e for e in protocol.enumerations if e.name == protocol.framing["axes"])
     named = {value.value: f"={value.name}" for value in axes.values}
     possible = [byte for byte in range(256) if byte not in (marks.prefix, marks.terminator)]
@@ -247,7 +247,7 @@ def _named_axes(protocol: Protocol, marks: Marks, of: Subject) -> Iterator[Case]
         yield _case("encode", f"axis{name}", about, {**asked, "axis": axis}, there)
         answer = of.answer(of.plain, axis=axis)
         yield _case("decode", f"axis{name}", about, {"hex": there.hex()}, answer)
-    about = "true, which is no axis"
+    about = "an axis that is a boolean"
     yield _case("encode", "axis.true", about, {**asked, "axis": True}, "bad_value")
 
 
@@ -259,7 +259,7 @@ _COMMAND_ALONE = ("axis", "extra", "allow_dummy", "refuse_prefix_bytes")
 
 
 class SlotsFraming(Framing):
-    """An axis, the byte of a command, perhaps a size, data, a terminator."""
+    """An axis, a command byte, an optional size, data and a terminator."""
 
     def __init__(self, protocol: Protocol) -> None:
         super().__init__(protocol)
@@ -289,7 +289,7 @@ class SlotsFraming(Framing):
         return self._marks.command(of, data, of.message.size, extra)
 
     def of_layout(self, of: Subject) -> Iterator[Case]:
-        """Yield bytes that are too few or too many, directions and kinds, and what a command alone has."""
+        """Yield wrong lengths, directions and kinds, and keys that only commands have."""
         raw = self.frame(of, of.plain.held)
         reply = of.layout.form == "reply"
         for end in sorted({0 if reply else 1, 2, len(raw) // 2 + 1, len(raw) - 1}):
@@ -297,32 +297,33 @@ class SlotsFraming(Framing):
                 yield of.decode(f"cut.{end}", "", raw[:end], "truncated")
         yield of.decode("trailing", "", raw + b"\0", "trailing")
         here, there = ("reply", "command") if reply else ("command", "reply")
-        yield of.encode("direction", "the way that it travels", raw, direction=here)
-        about = "its direction in the place of its form"
+        yield of.encode("direction", "the right direction", raw, direction=here)
+        about = "a direction instead of a form"
         yield of.encode("direction.alone", about, raw, direction=here, form=LEFT_OUT)
-        about = "the way that it does not travel"
+        about = "the wrong direction"
         yield of.encode("direction.other", about, "bad_value", direction=there)
-        yield of.encode("kind", "the kind that it is", raw, kind=of.message.kind)
+        yield of.encode("kind", "the right kind", raw, kind=of.message.kind)
         other = "setup" if of.message.kind == "command" else "command"
-        yield of.encode("kind.other", "a kind that it is not", "bad_value", kind=other)
+        yield of.encode("kind.other", "the wrong kind", "bad_value", kind=other)
         if reply or of.message.kind == "setup":
             values = (self._marks.axis, "00", True, True)
             for key, value in zip(_COMMAND_ALONE, values, strict=True):
-                about = f"{key}, which only a command has"
+                about = f"{key}, which only commands have"
                 yield of.encode(f"{key}.refused", about, "bad_value", **{key: value})
         else:
             yield from command_cases(self._marks, of, raw)
         yield from layout_stream(self.protocol, of, raw)
 
     def of_message(self, message: Message) -> Iterator[Case]:
-        """Yield forms and replies that a command has not."""
+        """Yield an unknown form, and a reply to a command that has none."""
         of = self.subject(message, message.layouts[0])
-        about = "a form that it has not"
+        about = "an unknown form"
         yield of.encode("form.unknown", about, "bad_length", form="no_such_form")
         if not any(layout.form == "reply" for layout in message.layouts):
-            yield of.encode("form=reply", "a reply that it has not", "bad_length", form="reply")
+            about = "a reply to a command without one"
+            yield of.encode("form=reply", about, "bad_length", form="reply")
             reply = {"direction": "reply", "command": message.name}
-            yield of.decode("reply", "a reply that it has not", b"\0", "bad_length", **reply)
+            yield of.decode("reply", about, b"\0", "bad_length", **reply)
 
     def of_protocol(self) -> Iterator[Case]:
         """Yield axes, unknown commands, and streams."""

@@ -1,7 +1,7 @@
 """The bytes of commands in slots, and streams of commands and replies.
 
-A controller reads the commands, the host the replies. The rule by which a stream is read slot by slot is
-written down here as simply as it can be said.
+A controller reads the commands, the host the replies. This is a simple implementation of the rule that reads
+a stream slot by slot.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from stagewire_generator.targets.vectors.values import (
 )
 
 WITH, WITHOUT = "request:with_size", "request:without_size"
-SLOTS: Final = 3  # bytes before the data: axis, command, size
-MOST: Final = SLOTS + 255 + 1  # bytes of the longest command
+SLOTS: Final = 3  # number of bytes before the data: axis, command, size
+MOST: Final = SLOTS + 255 + 1  # length of the longest command
 
 
 class Marks:
-    """The bytes that mean something by themselves, and the axis that commands are sent to."""
+    """The bytes with a special meaning, and the axis of the commands."""
 
     def __init__(self, protocol: Protocol) -> None:
         framing = protocol.framing
@@ -46,7 +46,7 @@ class Marks:
         self.axis = axes.values[0].value
 
     def command(self, of: Subject, data: bytes, size: int | None, extra: bytes = b"") -> bytes:
-        """Return the bytes of a command; ``size`` stands in its slot, which None leaves out."""
+        """Return the bytes of a command; ``size`` is the value of its size slot, None omits the slot."""
         assert of.message.id is not None
         slot = b"" if size is None else bytes((size,))
         head = bytes((self.axis, of.message.id))
@@ -54,24 +54,24 @@ class Marks:
 
 
 class SlotsReader:
-    """Reads what a host sends as the controller does."""
+    """Reads commands as a controller does."""
 
     def __init__(self, protocol: Protocol) -> None:
         self._marks = Marks(protocol)
         self._sizes: dict[
             int, tuple[int, int]
-        ] = {}  # byte -> length of the data, number in the slot
+        ] = {}  # command byte -> length of the data, value of the size slot
         for message in protocol.messages:
             if message.kind == "command" and message.id is not None:
                 request = next(layout for layout in message.layouts if layout.form == "request")
                 self._sizes[message.id] = request.length, message.size or 0
 
     def read(self, stream: bytes) -> list[Piece]:
-        """Return what a stream consists of; adjacent garbage is joined."""
+        """Return the pieces of a stream; adjacent garbage is joined."""
         return cut(stream, self._begins)
 
     def _begins(self, rest: bytes) -> tuple[str, int]:
-        """Return what begins where a command is due, and its bytes."""
+        """Return the kind and the length of the piece at the start."""
         prefix, end = self._marks.prefix, self._marks.terminator
         if rest[0] == end:
             return "garbage", 1
@@ -96,13 +96,13 @@ class SlotsReader:
         return self._garbage(rest, MOST) if len(rest) >= MOST else ("pending", len(rest))
 
     def _garbage(self, rest: bytes, start: int) -> tuple[str, int]:
-        """Return garbage up to the next terminator, or to the end of what has come."""
+        """Return garbage up to the next terminator, or to the end of the stream."""
         found = rest.find(self._marks.terminator, start)
         return "garbage", found + 1 if found >= 0 else len(rest)
 
 
 def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]:
-    """Yield the plain bytes of a layout as a stream in two chunks, at the end that receives them."""
+    """Yield the plain bytes of a layout as a stream in two chunks, at the receiving end."""
     half = len(raw) // 2
     chunks = [raw[:half], raw[half:]]
     if of.layout.form != "reply":
@@ -112,17 +112,17 @@ def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]
     asked = {"end": "host", "command": of.message.name}
     for name, about, came, pieces in (
         ("plain", "", chunks, [("message", raw)]),
-        ("pending", "not all there", [raw[:-1]], [("pending", raw[:-1])]),
-        ("garbage", "and a byte that nobody asked for", [raw + b"\xa5"],
+        ("pending", "an incomplete reply", [raw[:-1]], [("pending", raw[:-1])]),
+        ("garbage", "a reply and an unsolicited byte", [raw + b"\xa5"],
          [("message", raw), ("garbage", b"\xa5")]),
-        ("none", "and nothing came", [], []),
+        ("none", "no reply", [], []),
     ):  # fmt: skip
         expected = stream_answer(pieces, lambda _: of.answer(of.plain))
         yield of.stream(name, about, came, expected, **asked)
 
 
 def stream_cases(protocol: Protocol, subjects: Sequence[Subject]) -> Iterator[Case]:
-    """Yield streams of commands, and what is refused at the end of the line where replies come."""
+    """Yield streams of commands, and wrong requests at the end that receives replies."""
     marks = Marks(protocol)
     reader, decode = SlotsReader(protocol), _Decoder(marks, subjects)
     sent = [of for of in subjects if of.layout.form == "request"]
@@ -131,16 +131,16 @@ def stream_cases(protocol: Protocol, subjects: Sequence[Subject]) -> Iterator[Ca
         expected = stream_answer(reader.read(b"".join(scenario[2])), decode)
         for end in ("device", "none"):
             yield stream_case(f"stream/{end}", scenario, expected, end=end)
-    nobody: Scenario = ("nobody", "replies, and nobody says to what", [b"\0"])
+    nobody: Scenario = ("nobody", "replies without a command", [b"\0"])
     yield stream_case("stream/host", nobody, "bad_request", end="host")
-    command: Scenario = ("command", "a command that is answered where commands come", [b"\0"])
+    command: Scenario = ("command", "a command at the end that receives commands", [b"\0"])
     for of in sent[:1]:
         asked = of.message.name
         yield stream_case("stream/device", command, "bad_request", end="device", command=asked)
     answered = {of.message.name for of in subjects if of.layout.form == "reply"}
     garbage = stream_answer([("garbage", b"\0")], decode)
     for name in [of.message.name for of in sent if of.message.name not in answered]:
-        silent: Scenario = (name, f"bytes after {name}, which is not answered", [b"\0"])
+        silent: Scenario = (name, f"bytes after {name}, which has no reply", [b"\0"])
         yield stream_case("stream/host", silent, garbage, end="host", command=name)
 
 
@@ -153,7 +153,7 @@ class _Decoder:
         self._subjects = {(of.message.kind, of.message.id): of for of in sent}
 
     def __call__(self, raw: bytes) -> Json:
-        """Return what a decoder says of a command."""
+        """Return the answer of a decoder to a command."""
         setup = raw[0] == self._marks.prefix
         of = self._subjects["setup" if setup else "command", raw[1]]
         if setup:
@@ -171,17 +171,20 @@ class _Decoder:
 def _scenarios(marks: Marks, commands: Sequence[Subject]) -> Iterator[Scenario]:
     end = bytes((marks.terminator,))
     raws = [_plain(marks, of) for of in commands]
-    raw, bare = max(raws, key=len), min(raws, key=len)  # the longest can be damaged in most ways
-    yield "nothing", "nothing at all", []
+    raw, bare = (
+        max(raws, key=len),
+        min(raws, key=len),
+    )  # the longest one can be damaged in most ways
+    yield "nothing", "no chunks", []
     yield "empty", "chunks without bytes", [b"", b""]
     yield "bytes", "one byte at a time", in_bytes(raw + bare)
     yield "every", "every command", [b"".join(raws)]
-    yield "pending", "a second command that is not all there", [bare + raw[:-1]]
-    yield "pending.axis", "a second command of which only the axis is there", [bare, bare[:1]]
-    yield "terminator", "a terminator alone, then a command", [end + bare]
-    yield "aborted", "a command that was aborted, then one", [bare[:1] + end + bare]
+    yield "pending", "an incomplete second command", [bare + raw[:-1]]
+    yield "pending.axis", "only the axis of a second command", [bare, bare[:1]]
+    yield "terminator", "a terminator, then a command", [end + bare]
+    yield "aborted", "an aborted command, then a command", [bare[:1] + end + bare]
     for at in range(len(raw)):
-        about = f"a command that lost its byte {at}, then three"
+        about = f"a command without its byte {at}, then three commands"
         yield f"lost.{at}", about, [raw[:at] + raw[at + 1 :] + 3 * bare]
     extra = _plain(marks, commands[0])[:-1] + b"\xa5" + end
     yield "extra", "a byte before the terminator, then a command", [extra + bare]
@@ -192,40 +195,40 @@ def _scenarios(marks: Marks, commands: Sequence[Subject]) -> Iterator[Scenario]:
 
 
 def _unknown(marks: Marks, commands: Sequence[Subject], bare: bytes) -> Iterator[Scenario]:
-    """Yield bytes that no command has, and what is longer than any."""
+    """Yield unknown command bytes, and a command that is too long."""
     end = bytes((marks.terminator,))
     unknown = greatest_but({of.message.id for of in commands} | {marks.terminator}, 1)
     if unknown is None:
         return
     head = bytes((marks.axis, unknown))
-    yield "unknown", "a byte that no command has, then a command", [head + b"\1\2" + end + bare]
+    yield "unknown", "an unknown command byte, then a command", [head + b"\1\2" + end + bare]
     long = head + b"\xa5" * MOST
-    yield "long", "longer than any command, then a command", [long + end + bare]
-    yield "long.pending", "longer than any command, without an end", [long]
+    yield "long", "too many bytes, then a command", [long + end + bare]
+    yield "long.pending", "too many bytes without a terminator", [long]
 
 
 def _setup(marks: Marks, bare: bytes) -> Iterator[Scenario]:
-    """Yield setup commands, and a prefix that begins none."""
+    """Yield setup commands, and a prefix without a setup command."""
     for byte in sorted(marks.setup):
         setup = bytes((marks.prefix, byte))
-        about = f"{marks.setup[byte]} twice, and a command, one byte at a time"
+        about = f"{marks.setup[byte]} twice and a command, one byte at a time"
         yield f"setup.{marks.setup[byte]}", about, in_bytes(setup + setup + bare)
-    yield "setup.pending", "the prefix alone", [bytes((marks.prefix,))]
+    yield "setup.pending", "only the prefix", [bytes((marks.prefix,))]
     other = greatest_but({*marks.setup, marks.terminator}, 1)
     if other is not None:
         wrong = bytes((marks.prefix, other, marks.terminator))
-        yield "setup.unknown", "the prefix before another byte, then a command", [wrong + bare]
+        yield "setup.unknown", "an unknown setup command, then a command", [wrong + bare]
 
 
 def _sized(marks: Marks, of: Subject, bare: bytes) -> Iterator[Scenario]:
-    """Yield a command with data whose size is another or missing, and data that end nothing."""
+    """Yield a command with a wrong or missing size, and data that contain terminators."""
     data = fields_to_bytes(of.fields, of.plain.held)
     wrong = marks.command(of, data, of.layout.length - 1)
-    yield "size.other", "another size than its own, then a command", [wrong + bare]
+    yield "size.other", "a wrong size, then a command", [wrong + bare]
     missing = marks.command(of, b"", None)
     yield "size.missing", "no size and no data, then a command", [missing + bare]
     ends = marks.command(of, bytes((marks.terminator,)) * of.layout.length, of.message.size)
-    yield "size.terminators", "data that are terminators, then a command", [ends + bare]
+    yield "size.terminators", "data consisting of terminators, then a command", [ends + bare]
 
 
 def _plain(marks: Marks, of: Subject) -> bytes:

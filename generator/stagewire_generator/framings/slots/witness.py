@@ -1,4 +1,4 @@
-"""The chapters of a document of commands that are on all of them, and its setup commands."""
+"""Comparison with the general chapters of a document of commands, and with its setup commands."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SETUP_COLUMNS = ("dec", "hex", "keyboard", "post_byte")
 
 
 def compare_document(comparison: Comparison) -> None:
-    """Compare title, revision and date of the document, and the titles of its sections."""
+    """Compare the title, revision and date of the document, and the titles of its sections."""
     data, document = comparison.document.data, comparison.protocol.document
     comparison.same("document/title", ("title",), data["title"][1], document["title"])
     revision = data["link"][1].rpartition("=")[2]
@@ -34,7 +34,8 @@ def compare_document(comparison: Comparison) -> None:
     printed |= {
         command.pages[0]: command.title
         for command in commands_of(comparison.protocol)
-        if command.overlay == comparison.document.overlay  # others have pages of another document
+        if command.overlay
+        == comparison.document.overlay  # others refer to pages of another document
     }
     for number in sorted(printed.keys() | sections.keys()):
         sides = (squash(titles.get(number, NOTHING)) for titles in (printed, sections))
@@ -42,7 +43,7 @@ def compare_document(comparison: Comparison) -> None:
 
 
 def compare_setup(comparison: Comparison) -> None:
-    """Compare prefix and length, and every table of the setup commands with what it has not."""
+    """Compare the prefix, the length and every table of setup commands, and find missing commands."""
     data = comparison.document.data
     prefix = str(comparison.protocol.framing["prefix"])
     comparison.same("frame/prefix", ("prefix",), data["prefix"][1], prefix)
@@ -66,7 +67,7 @@ def compare_setup(comparison: Comparison) -> None:
 
 
 def _setup_command(comparison: Comparison, row: Json) -> Message | None:
-    """Find the command that a row means: by its description, else by its bytes."""
+    """Find the command of a row by its description, else by its bytes."""
     commands = commands_of(comparison.protocol, "setup")
     by_title = {_plain(command.title): command for command in commands}
     key = "dec" if "dec" in row else "hex"
@@ -75,7 +76,7 @@ def _setup_command(comparison: Comparison, row: Json) -> Message | None:
 
 
 def _bytes(comparison: Comparison, command: Message) -> dict[str, str]:
-    """Return how the document prints the bytes of a setup command, and what is typed for it."""
+    """Return the bytes of a setup command as the document prints them, and its keyboard form."""
     assert command.id is not None
     words, prefix = comparison.vocabulary, comparison.protocol.framing["prefix"]
     return {
@@ -98,7 +99,7 @@ def _plain(text: str) -> str:
 
 
 def compare_format(comparison: Comparison) -> None:
-    """Compare slots, sizes, exceptions, axis identifiers, terminator and versions of the firmware."""
+    """Compare slots, sizes, exceptions, axis identifiers, the terminator and firmware versions."""
     data = comparison.document.data
     terminator = chr(comparison.protocol.framing["terminator"])
     for index, (_, sign) in enumerate(data["terminator"]):
@@ -114,7 +115,7 @@ def compare_format(comparison: Comparison) -> None:
 
 
 def _slots(comparison: Comparison, data: Json) -> None:
-    """Compare the order of the slots, told as bytes and as groups, and the last byte of the data."""
+    """Compare the order of the slots, printed as bytes and as groups, and the last byte of the data."""
     for key in ("bytes", "groups"):
         comparison.same(f"frame/{key}", (key,), len(data[key]), len(_SLOTS))
         for index, ((_, label, says), slot) in enumerate(zip(data[key], _SLOTS, strict=False)):
@@ -137,7 +138,7 @@ def _sizes_in_use(comparison: Comparison) -> list[int]:
 
 
 def _sizes(comparison: Comparison, rows: list[Json]) -> None:
-    """Compare every range of sizes: of the slot, or of the commands that there are."""
+    """Compare every range of sizes: of the slot, or of all commands."""
     sizes = _sizes_in_use(comparison)
     used, slot = (min(sizes), max(sizes)), (0, comparison.protocol.framing["maximum_length"])
     for index, row in enumerate(rows):
@@ -148,7 +149,7 @@ def _sizes(comparison: Comparison, rows: list[Json]) -> None:
 
 
 def _exceptions(comparison: Comparison, rows: list[Json]) -> None:
-    """Compare number and names of the commands without a size slot."""
+    """Compare the number and the names of the commands without a size slot."""
     commands = commands_of(comparison.protocol)
     omitting = {command.name for command in commands if command.size is None}
     by_key = {command.keyboard: command.name for command in commands}
@@ -161,7 +162,7 @@ def _exceptions(comparison: Comparison, rows: list[Json]) -> None:
 
 
 def _axes(comparison: Comparison, rows: list[Json]) -> None:
-    """Compare number, key and state of every axis identifier."""
+    """Compare the number, the key and the state of every axis identifier."""
     words = comparison.vocabulary
     known = {squash(axis.name): axis for axis in axes_of(comparison.protocol)}
     for index, row in enumerate(rows):
@@ -181,7 +182,7 @@ def _axes(comparison: Comparison, rows: list[Json]) -> None:
 
 
 def compare_wording(comparison: Comparison) -> None:
-    """Note the words that contradict others, or are misspelt or damaged: each needs an erratum."""
+    """Report contradictory, misspelt or damaged words; each needs an erratum."""
     for subject, rows in comparison.document.data["words"].items():
         printed = "; ".join(words for _, words in rows)
         comparison.differs(f"wording/{subject}", ("words", subject), printed, NOTHING)

@@ -1,8 +1,8 @@
-"""The sections of commands: heading, table and text of each, and where it is named in passing.
+"""Comparison with the sections of commands: heading, table and text, and mentions in other sections.
 
-A section says the bytes, sign, unit and range of the numbers of its command, the bits of a status, and the
-replies in ASCII: single characters are values of an enumeration, longer ones are texts. What the registry
-says of a number although the document does not is a difference, too.
+A section states the bytes, sign, unit and range of the numbers of its command, the bits of a status, and
+replies in ASCII: single characters are values of an enumeration, longer ones are texts. A fact in the
+registry that the document does not state is also a difference.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stagewire_generator.strict_yaml import KeyPath
 
 
 def compare_numbers(section: Section) -> None:
-    """Compare every sentence on the form of a number, and every range."""
+    """Compare every sentence on the format of a number, and every range."""
     told: dict[str, set[str]] = {field.name: set() for field in section.fields}
     for row, path in section.rows("formats"):
         field = _meant(section, row)
@@ -40,7 +40,7 @@ def compare_numbers(section: Section) -> None:
 
 
 def _meant(section: Section, row: Json) -> Field | None:
-    """Return the field that a sentence means: the only one, or the one that it names."""
+    """Return the field of a sentence: the only field, or the field that it names."""
     fields = section.fields
     if len(fields) == 1:
         return fields[0]
@@ -71,13 +71,13 @@ def _range(section: Section, field: Field, row: Json, path: KeyPath) -> None:
 
 
 def _unit_of(field: Field) -> str:
-    """Return what one count is."""
+    """Return the value of one count with its unit."""
     factor = field.quantity.factor if field.quantity else None
     return amount(1 / factor.counts_per_unit, field.unit or "") if factor else "no unit"
 
 
 def _not_told(section: Section, field: Field, told: set[str]) -> None:
-    """Note what the registry says of a number although the document does not."""
+    """Report facts on a number that the registry has and the document does not state."""
     differs, place = section.comparison.differs, _place("format", section, field)
     number = field.format.kind == "integer" and field.role == "value"
     if number and field.format.size > 1 and "sign" not in told:
@@ -93,7 +93,7 @@ def _not_told(section: Section, field: Field, told: set[str]) -> None:
 
 
 def compare_bits(section: Section) -> None:
-    """Compare the rows of a table of bits with the names of the bits."""
+    """Compare a table of bits with the names of the bits."""
     tables = [field.flags.bits for field in section.fields if field.flags]
     known = {str(bit.bit): bit for bits in tables[:1] for bit in bits}
     rows = section.rows("bits")
@@ -109,7 +109,7 @@ def compare_bits(section: Section) -> None:
 
 
 def _bit(section: Section, place: str, bit: FlagBit, row: Json, path: KeyPath) -> None:
-    """Compare: the name must say what the bit means when it is set, and not what it means else."""
+    """Compare a bit: its name must describe its meaning when it is set, not when it is clear."""
     name = bit.name.lower().split("_")
     if "always" in row:
         printed, right = f"always {row['always']}, {row['because']}", row["always"] == "1"
@@ -127,13 +127,13 @@ def _bit(section: Section, place: str, bit: FlagBit, row: Json, path: KeyPath) -
 
 
 def _says(text: str, name: list[str], cleared: frozenset[str]) -> bool:
-    """Whether all words of a name are in a text, and none that is said of a bit that is 0."""
+    """Whether a text has all words of a name, and no word for a clear bit."""
     words = _words(text)
     return words.issuperset(name) and not words & cleared
 
 
 def _words(text: str) -> set[str]:
-    """Return the words of a text, each also without the s of a plural."""
+    """Return the words of a text, each also without a plural s."""
     words = re.findall(r"[a-z0-9]+", text.lower())
     return {*words, *(word.removesuffix("s") for word in words)}
 
@@ -142,7 +142,7 @@ _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", 
 
 
 def compare_replies(section: Section) -> None:
-    """Compare every reply that is given as text, and look for values that none is given for."""
+    """Compare every reply that is printed as text, and find values without one."""
     values = _values(section)
     printed = set()
     for row, path in section.rows("replies"):
@@ -158,7 +158,7 @@ def compare_replies(section: Section) -> None:
 
 
 def _values(section: Section) -> dict[int, EnumValue]:
-    """Return the values that a reply of one byte has."""
+    """Return the values of a reply of one byte."""
     fields = next((x.fields for x in section.command.layouts if x.form == "reply"), ())
     enum = fields[0].enum if len(fields) == 1 else None
     return {value.value: value for value in enum.values} if enum else {}
@@ -178,7 +178,7 @@ def _character(section: Section, value: EnumValue | None, row: Json, path: KeyPa
 
 
 def _text(section: Section, row: Json, path: KeyPath) -> None:
-    """Compare a text with the length of the reply, and with what is said of its bytes."""
+    """Compare a text with the length of the reply and the descriptions of its bytes."""
     place, text = f"reply/{section.command.name}", row["text"]
     section.comparison.same(f"{place}/length", path, len(text), section.length("reply"))
     for ordinal in row.get("spaces", []):
@@ -187,7 +187,7 @@ def _text(section: Section, row: Json, path: KeyPath) -> None:
 
 
 def compare_commands(comparison: Comparison) -> None:
-    """Compare the section of every command, and every mention of one."""
+    """Compare the section of every command, and every mention of a command."""
     data = comparison.document.data
     for index, entry in enumerate(data["commands"]):
         path: KeyPath = ("commands", index)
@@ -210,7 +210,7 @@ def compare_commands(comparison: Comparison) -> None:
 
 
 def _headed(comparison: Comparison, entry: Json) -> Message | None:
-    """Find the command that a heading means: by its title, else by its number."""
+    """Find the command of a heading by its title, else by its number."""
     commands = commands_of(comparison.protocol)
     by_title = {command.title: command for command in commands}
     words = comparison.vocabulary
@@ -238,7 +238,7 @@ def _heading(section: Section) -> None:
 
 
 def _statements(section: Section) -> None:
-    """Compare what is said of data, reply and size slot, and whether it is a dummy."""
+    """Compare the statements on data, reply and size slot, and on dummies."""
     comparison, entry, path = section.comparison, section.entry, section.path
     name, size = section.command.name, section.command.size
     if "no_data" in entry:
@@ -247,19 +247,19 @@ def _statements(section: Section) -> None:
     if "no_reply" in entry:
         length = section.length("reply")
         comparison.same(f"reply/{name}/length", (*path, "no_reply"), 0, length)
-    elif not section.length("reply"):  # the document says so of other commands
+    elif not section.length("reply"):  # the document states it for other commands
         comparison.differs(f"reply/{name}/length", path, NOTHING, 0)
     if "size_omitted" in entry:
         at = (*path, "size_omitted")
         comparison.same(f"size/{name}/omitted", at, "omitted", "omitted" if size is None else size)
-    if "size_optional" in entry:  # that is so where there are no data
+    if "size_optional" in entry:  # only possible without data
         at = (*path, "size_optional")
         comparison.same(f"size/{name}/optional", at, 0, section.length("request"))
     comparison.same(f"dummy/{name}", path, "dummy" in entry, section.command.dummy)
 
 
 def _firmware(section: Section) -> None:
-    """Compare the versions that the section names with those of facts that refer to the section."""
+    """Compare the versions in the section with those of facts that refer to the section."""
     protocol, page = section.comparison.protocol, section.command.pages[0]
     printed = {version for _, version in section.entry.get("firmware", [])}
     known = {
@@ -273,7 +273,7 @@ def _firmware(section: Section) -> None:
 
 
 def _breakdown(section: Section, row: Json, path: KeyPath) -> None:
-    """Compare the sentence that says what the numbers of an example are."""
+    """Compare the sentence that explains the numbers of an example."""
     comparison, command = section.comparison, section.command
     place = f"breakdown/{command.name}"
     word = comparison.vocabulary.axis
@@ -296,7 +296,7 @@ def _breakdown(section: Section, row: Json, path: KeyPath) -> None:
 def _same_title(
     comparison: Comparison, place: str, path: KeyPath, printed: str, command: Message
 ) -> None:
-    """Compare a name with a title, but for case and signs."""
+    """Compare a name with a title, ignoring case and punctuation."""
     if squash(printed) == squash(_short(command)):
         comparison.compared += 1
     else:
@@ -304,12 +304,12 @@ def _same_title(
 
 
 def _short(command: Message) -> str:
-    """Return the title of a command without what it has in brackets, as the text names it."""
+    """Return the title of a command without a part in brackets, as the text uses it."""
     return re.sub(r" \(.*\)", "", command.title)
 
 
 def _mention(comparison: Comparison, row: Json, path: KeyPath) -> None:
-    """Compare number, name and key of a command that is named in passing with each other."""
+    """Compare number, name and key in a mention of a command with each other."""
     commands = commands_of(comparison.protocol)
     by_key = {str(command.id): command for command in commands}
     by_key |= {squash(_short(command)): command for command in commands}
@@ -329,9 +329,9 @@ def _mention(comparison: Comparison, row: Json, path: KeyPath) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """What is printed of a command, the command, and where differences are noted.
+    """The printed section of a command, the command, and the comparison.
 
-    :param path: where ``entry`` stands in the file of the witness.
+    :param path: the path of ``entry`` in the file of the witness.
     """
 
     comparison: Comparison
@@ -340,12 +340,12 @@ class Section:
     path: KeyPath
 
     def length(self, form: str) -> int:
-        """Return the bytes of the request or of the reply."""
+        """Return the length of the request or the reply."""
         return next((x.length for x in self.command.layouts if x.form == form), 0)
 
     @property
     def fields(self) -> list[Field]:
-        """The fields of the request and of the reply."""
+        """The fields of the request and the reply."""
         return [field for layout in self.command.layouts for field in layout.fields]
 
     def rows(self, key: str) -> list[tuple[Json, KeyPath]]:
@@ -355,7 +355,7 @@ class Section:
 
 
 def axes_of(protocol: Protocol) -> tuple[EnumValue, ...]:
-    """Return the axis identifiers; none where the enumeration is missing, which is told elsewhere."""
+    """Return the axis identifiers; empty if the enumeration is missing, which another check reports."""
     name = protocol.framing["axes"]
     return next((table.values for table in protocol.enumerations if table.name == name), ())
 

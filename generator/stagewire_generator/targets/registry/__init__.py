@@ -1,4 +1,4 @@
-"""``registry/<protocol>.json``: the resolved registry for every tool that does not read our YAML."""
+"""``registry/<protocol>.json``: the resolved registry, for tools that do not read our YAML."""
 
 from stagewire_generator.targets.registry.view import registry_text, render
 

@@ -37,7 +37,7 @@ def scale_json(quantity: Quantity) -> Json:
 
 
 def factor_json(factor: Factor) -> Json:
-    """Return an exact factor, and where it is from."""
+    """Return an exact factor and its source."""
     data: Json = {factor.key: _rational(factor.value)}
     if factor.printed:
         data["printed"] = factor.printed
@@ -49,7 +49,7 @@ def factor_json(factor: Factor) -> Json:
 
 
 def limit_json(limit: Limit | str) -> Json:
-    """Return a limit of a stage and where it is from, or why it is unknown."""
+    """Return a limit of a stage and its source, or the reason why it is unknown."""
     if isinstance(limit, str):
         return {"unknown": limit}
     data: Json = {"value": _rational(limit.value), "unit": limit.unit}
@@ -85,7 +85,7 @@ def _rational(value: Fraction) -> Json:
 
 
 def setting_json(setting: Json) -> Json:
-    """Return a setting, and the parameter sets that tell it."""
+    """Return a setting and the parameter sets that report it."""
     tellers = {
         name: {
             key: {n: _rational(Fraction(v)) for n, v in fact.items()} if key == "values" else fact
@@ -218,7 +218,7 @@ def _rule_entry(rule: Rule) -> Json:
 
 
 def _document(protocol: Protocol) -> Json:
-    """Return the document, with the later issues that are laid over it."""
+    """Return the document, with its overlays."""
     overlays = [
         {"name": o.name, "title": o.title, "summary": o.summary, "document": o.document}
         for o in protocol.overlays
@@ -227,17 +227,17 @@ def _document(protocol: Protocol) -> Json:
 
 
 def _from(thing: _Registered) -> Json:
-    """Return the overlay that a thing comes from, or nothing."""
+    """Return the overlay of an item, or an empty object."""
     return {"overlay": thing.overlay} if thing.overlay else {}
 
 
 def _open(table: Enumeration | FlagTable) -> Json:
-    """Return why the list of a table may be incomplete, or nothing."""
+    """Return the reason why a table may be incomplete, or an empty object."""
     return {"open": table.open} if table.open else {}
 
 
 def _unit_messages(units: Json, unit: Json) -> list[str]:
-    """Return what a unit answers and sends: its printed list, or what its family has instead."""
+    """Return the messages of a unit: its printed list, or the list of its family."""
     key = unit.get("list")
     if key is None:
         family = units["families"][unit["family"]]
@@ -368,7 +368,7 @@ def _field(field: Field) -> Json:
 
 
 def _prefixes(units: Json) -> Json:
-    """Return the prefixes, each with the unit of the document that its first unit is like."""
+    """Return the prefixes, each with the unit of the document that its first unit corresponds to."""
     aliases = units.get("aliases", {})
     return {
         prefix: {

@@ -21,7 +21,7 @@ def render(protocol: Protocol) -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def vectors_text(protocol: Protocol) -> str:
-    """Return the vectors as canonical JSON; the Python package carries them, too."""
+    """Return the vectors as canonical JSON, which the Python package also contains."""
     return canonical(
         {
             "schema_version": SCHEMA_VERSION,
@@ -35,6 +35,6 @@ def vectors_text(protocol: Protocol) -> str:
 
 
 def _case_json(case: Case) -> Json:
-    """Return a case as it is written; most ids need no words."""
+    """Return a case as JSON; many cases need no description."""
     about = {"about": case.about} if case.about else {}
     return {"id": case.id, **about, "request": case.request, "answer": case.answer}

@@ -1,4 +1,4 @@
-"""The cases of a protocol: worked examples, captures, wrong requests, and those of its framing."""
+"""The cases of a protocol: worked examples, captures, wrong requests, and the cases of its framing."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from stagewire_generator.targets.vectors.values import (
 _REQUESTS: dict[str, tuple[str, dict[str, Any], str]] = {
     "operation.missing": ("no operation", {}, "bad_request"),
     "operation.number": ("an operation that is a number", {"op": 1}, "bad_request"),
-    "operation.unknown": ("an operation that there is not", {"op": "fly"}, "unsupported"),
+    "operation.unknown": ("an unknown operation", {"op": "fly"}, "unsupported"),
     "decode.no_bytes": ("no bytes", {"op": "decode"}, "bad_request"),
     "decode.half": ("half a byte", {"op": "decode", "hex": "0"}, "bad_request"),
-    "decode.letters": ("what is no hex", {"op": "decode", "hex": "zz"}, "bad_request"),
-    "decode.blank": ("blanks between the bytes", {"op": "decode", "hex": "00 00"}, "bad_request"),
-    "decode.number": ("a number and no bytes", {"op": "decode", "hex": 0}, "bad_request"),
-    "decode.unknown": ("a key that it has not", {"op": "decode", "hex": "", "baud": 1}, "bad_request"),
+    "decode.letters": ("letters that are not hex digits", {"op": "decode", "hex": "zz"}, "bad_request"),
+    "decode.blank": ("a space between the bytes", {"op": "decode", "hex": "00 00"}, "bad_request"),
+    "decode.number": ("a number instead of bytes", {"op": "decode", "hex": 0}, "bad_request"),
+    "decode.unknown": ("an unknown key", {"op": "decode", "hex": "", "baud": 1}, "bad_request"),
     "encode.no_message": ("no message", {"op": "encode", "fields": {}}, "bad_request"),
     "encode.number": ("a message that is a number", {"op": "encode", "message": 1}, "bad_request"),
     "encode.form": (
@@ -37,22 +37,22 @@ _REQUESTS: dict[str, tuple[str, dict[str, Any], str]] = {
         "fields in a list", {"op": "encode", "message": "NO_SUCH_MESSAGE", "fields": []}, "bad_request"
     ),
     "encode.extra": (
-        "half a byte beyond the layout", {"op": "encode", "message": "NO_SUCH_MESSAGE", "extra": "0"},
+        "half an extra byte", {"op": "encode", "message": "NO_SUCH_MESSAGE", "extra": "0"},
         "bad_request",
     ),
     "encode.unknown": (
-        "a key that it has not", {"op": "encode", "message": "NO_SUCH_MESSAGE", "baud": 1}, "bad_request"
+        "an unknown key", {"op": "encode", "message": "NO_SUCH_MESSAGE", "baud": 1}, "bad_request"
     ),
     "stream.no_chunks": ("no chunks", {"op": "stream"}, "bad_request"),
-    "stream.text": ("chunks that are a text", {"op": "stream", "chunks": ""}, "bad_request"),
+    "stream.text": ("chunks that are a string", {"op": "stream", "chunks": ""}, "bad_request"),
     "stream.number": ("a chunk that is a number", {"op": "stream", "chunks": [0]}, "bad_request"),
     "stream.half": ("half a byte", {"op": "stream", "chunks": ["00", "0"]}, "bad_request"),
-    "stream.end": ("an end that no line has", {"op": "stream", "chunks": [], "end": "left"}, "bad_request"),
+    "stream.end": ("an unknown end", {"op": "stream", "chunks": [], "end": "left"}, "bad_request"),
 }  # fmt: skip
 
 
 def bad_requests() -> Iterator[Case]:
-    """Yield requests that a testee refuses before it looks at any message."""
+    """Yield requests that a testee refuses before it examines a message."""
     for name, (about, request, code) in _REQUESTS.items():
         yield make_case(f"request/{name}", about, request, code)
 
@@ -78,9 +78,9 @@ def _verdict(entry: Json) -> str:
 
 @lru_cache(maxsize=2)
 def cases_of(protocol: Protocol) -> tuple[Case, ...]:
-    """Return the cases of a protocol: those of its messages in the order of the registry, then the rest."""
+    """Return the cases of a protocol: the cases of messages in the order of the registry, then the rest."""
     order = {message.name: place for place, message in enumerate(protocol.messages)}
-    # What holds for all messages is in part looked at in one of them.
+    # Some cases of the whole protocol use one message and are sorted with its cases.
     cases = sorted(
         _cases(framing_of(protocol)),
         key=lambda case: order.get(case.id.partition("/")[0], len(order)),
@@ -89,7 +89,7 @@ def cases_of(protocol: Protocol) -> tuple[Case, ...]:
 
 
 def framing_of(protocol: Protocol) -> Framing:
-    """Return what frames the messages of a protocol, for its cases."""
+    """Return the framing of a protocol, which makes its cases."""
     framing: type[Framing] = part(protocol.framing["kind"], "vectors")
     return framing(protocol)
 
@@ -107,7 +107,7 @@ def _cases(framing: Framing) -> Iterator[Case]:
 
 
 def _held(framing: Framing, of: Subject) -> Iterator[Case]:
-    """Yield what can be held in both directions; an encoder refuses what is out of its range."""
+    """Yield contents, encoded and decoded; an encoder refuses values out of range."""
     for content in contents(of.fields, of.plain):
         raw = framing.frame(of, content.held)
         expected = raw if content.ranged else "out_of_range"
@@ -117,14 +117,14 @@ def _held(framing: Framing, of: Subject) -> Iterator[Case]:
 
 
 def _refused(of: Subject) -> Iterator[Case]:
-    """Yield values that are refused, and fields that are missing or unknown."""
+    """Yield invalid values, and missing and unknown fields."""
     given = of.plain.given
     kinds = set()
     for field in of.fields:
         if field.role == "reserved" and field.name in UNNAMED:
-            continue  # in most headers both parameters are; one is as good as another
+            continue  # most headers have unused parameters, which are all alike
         refused = [(*case, "out_of_range") for case in unfit_values(field)]
-        if field.format.kind not in kinds:  # what is no number is none in any field
+        if field.format.kind not in kinds:  # one field of each kind is enough for wrong types
             kinds.add(field.format.kind)
             refused += [(*case, "bad_value") for case in bad_values(field)]
         for name, value, code in refused:

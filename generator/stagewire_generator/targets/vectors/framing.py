@@ -1,4 +1,4 @@
-"""The interface by which framings make the cases of a protocol, and the cases of streams that they share."""
+"""The interface of framings that make the cases of a protocol, and functions for cases of streams."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire_generator.targets.vectors.subject import Case, Expected, Subject,
 
 
 class Framing(abc.ABC):
-    """How the messages of one protocol are framed, and what can be wrong with a frame."""
+    """The framing of one protocol: makes frames, and cases of wrong ones."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol
@@ -22,35 +22,35 @@ class Framing(abc.ABC):
 
     @abc.abstractmethod
     def frame(self, of: Subject, held: Json, extra: bytes = b"") -> bytes:
-        """Return the bytes of a frame that holds values, and bytes beyond the layout."""
+        """Return the bytes of a frame with these values and extra bytes."""
 
     @abc.abstractmethod
     def of_layout(self, of: Subject) -> Iterator[Case]:
-        """Yield the cases of a layout that its framing makes."""
+        """Yield the cases of a layout that depend on the framing."""
 
     @abc.abstractmethod
     def of_message(self, message: Message) -> Iterator[Case]:
-        """Yield the cases of a message that are those of none of its layouts."""
+        """Yield the cases of a message that do not belong to a layout."""
 
     @abc.abstractmethod
     def of_protocol(self) -> Iterator[Case]:
-        """Yield the cases of no message alone: addresses, unknown messages, streams, bad requests."""
+        """Yield the cases of the protocol: addresses, unknown messages, streams, bad requests."""
 
 
 Piece: TypeAlias = tuple[str, bytes]
-"""The kind of an event and its bytes; bytes that wait for more are ``pending``."""
+"""The kind of an event and its bytes; incomplete bytes at the end are ``pending``."""
 
 Scenario: TypeAlias = tuple[str, str, list[bytes]]
-"""The end of an id, what the stream is, and its chunks."""
+"""The end of an id, the description of a stream, and its chunks."""
 
 Decode: TypeAlias = Callable[[bytes], Json]
-"""Returns what a decoder says of a frame that is a message."""
+"""Returns the answer of a decoder to a frame that is a message."""
 
 
 def cut(stream: bytes, begins: Callable[[bytes], tuple[str, int]]) -> list[Piece]:
-    """Return what a stream consists of where every byte is read alike; adjacent garbage is joined.
+    """Return the pieces of a stream, for framings without a state; adjacent garbage is joined.
 
-    :param begins: says what begins with the first of some bytes, and how many of them it takes.
+    :param begins: returns the kind and the length of the piece at the start of some bytes.
     """
     pieces = []
     while stream:
@@ -61,7 +61,7 @@ def cut(stream: bytes, begins: Callable[[bytes], tuple[str, int]]) -> list[Piece
 
 
 def join_garbage(pieces: Iterable[Piece]) -> list[Piece]:
-    """Return pieces with garbage that follows garbage made one."""
+    """Return pieces with adjacent garbage joined."""
     joined: list[Piece] = []
     for kind, raw in pieces:
         if joined and joined[-1][0] == kind == "garbage":
@@ -71,7 +71,7 @@ def join_garbage(pieces: Iterable[Piece]) -> list[Piece]:
 
 
 def stream_answer(pieces: Iterable[Piece], decode: Decode) -> Json:
-    """Return what is answered of a stream that consists of these pieces."""
+    """Return the answer to a stream that consists of these pieces."""
     events: list[Json] = []
     pending = b""
     for kind, raw in pieces:
@@ -85,7 +85,7 @@ def stream_answer(pieces: Iterable[Piece], decode: Decode) -> Json:
 
 
 def stream_case(prefix: str, scenario: Scenario, expected: Expected, **more: str) -> Case:
-    """Return the case of a stream; ``more`` is what its request says beside the chunks."""
+    """Return the case of a stream; ``more`` are the other keys of its request."""
     name, about, chunks = scenario
     request = {"op": "stream", "chunks": [chunk.hex() for chunk in chunks], **more}
     return make_case(f"{prefix}/{name}", about, request, expected)

@@ -1,4 +1,4 @@
-"""Cases of the codec tests: a request to a testee, its answer, and the layout that both are about."""
+"""Cases of the codec tests: a request to a testee, the expected answer, and the layout they concern."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from stagewire_generator.targets.vectors.values import Content, plain_content
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A request of the testee protocol and its answer, made without any encoder of ours.
+    """A request of the testee protocol and its answer, made without our encoders.
 
-    :param id: unique in its protocol; it stays what it is as long as what it names does.
-    :param about: what it looks at, in a few words; empty where the id says it.
-    :param request: without ``id`` and ``protocol``, which the asker adds.
-    :param answer: without ``id``; a refusal has no ``detail``, which is for people.
-    :param message: the message that it is about, if it is about one.
-    :param layout: the layout that is encoded or decoded, or would be if it was not refused; None where
-        the request leads to none.
+    :param id: unique in its protocol; stable as long as the things it names do not change.
+    :param about: a description in a few words; empty if the id says enough.
+    :param request: without ``id`` and ``protocol``, which the client adds.
+    :param answer: without ``id``; an error has no ``detail``, which is for people.
+    :param message: the message of the case, or None.
+    :param layout: the layout that is encoded or decoded, or that the request is refused for; None if no
+        layout matches the request.
     """
 
     id: str
@@ -31,41 +31,41 @@ class Case:
 
     @property
     def operation(self) -> str:
-        """What is asked for: ``encode``, ``decode`` or ``stream``; what else where that is the case."""
+        """The operation, such as ``encode``, ``decode`` or ``stream``; may be invalid."""
         return str(self.request.get("op", ""))
 
     @property
     def refusal(self) -> str:
-        """The code with which it is refused; empty where it is not."""
+        """The expected error code; empty if the request succeeds."""
         return str(self.answer.get("error", ""))
 
     @property
     def raw(self) -> bytes | None:
-        """The bytes that are decoded, or that an encoder makes; None for other cases."""
+        """The bytes that are decoded or encoded; None for other cases."""
         holder = self.request if self.operation == "decode" else self.answer
         text = holder.get("hex")
         try:
             return None if text is None else bytes.fromhex(text)
         except ValueError:
-            return None  # it is what the case is about
+            return None  # the case tests invalid hex
 
     @property
     def fields(self) -> Json:
-        """The values by field that are encoded, or that a decoder finds; empty for other cases."""
+        """The values of fields that are encoded or decoded; empty for other cases."""
         holder = self.request if self.operation == "encode" else self.answer
         fields: Json = holder.get("fields", {})
         return fields
 
 
 Expected: TypeAlias = bytes | Json | str
-"""The bytes that an encoder makes; what else is answered; the code of a refusal."""
+"""Encoded bytes, another successful answer, or an error code."""
 
 LEFT_OUT: Final = object()
-"""In the place of a value: the key is left out of the request."""
+"""Marks a key that is left out of the request."""
 
 
 def answered(expected: Expected) -> Json:
-    """Return the answer that is expected."""
+    """Return the expected answer."""
     if isinstance(expected, bytes):
         return {"ok": True, "hex": expected.hex()}
     if isinstance(expected, str):
@@ -76,21 +76,21 @@ def answered(expected: Expected) -> Json:
 def make_case(
     id: str, about: str, request: Json, expected: Expected, of: Subject | None = None
 ) -> Case:
-    """Make a case; ``of`` is the layout that it leads to, if it leads to one."""
+    """Make a case; ``of`` is the layout that the request selects, if any."""
     if of is None:
         return Case(id, about, request, answered(expected))
     return Case(id, about, request, answered(expected), of.message, of.layout)
 
 
 class Subject:
-    """One layout of a message.
+    """A layout of a message.
 
     :param message: the message.
     :param layout: its layout.
-    :param fields: what can be given to an encoder, header parameters without a name included.
-    :param asked: what an encoder is told beside the fields.
-    :param reading: what a decoder is told beside the bytes.
-    :param says: what a decoder answers beside the fields.
+    :param fields: the fields that an encoder accepts, including unused header parameters.
+    :param asked: keys of an encode request besides the fields.
+    :param reading: keys of a decode request besides the bytes.
+    :param says: keys of the answer of a decoder besides the fields.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class Subject:
         /,
         **changes: Any,
     ) -> Case:
-        """Return a case that encodes ``fields``, or the plain ones; ``changes`` are keys of the request."""
+        """Return a case that encodes ``fields`` or the plain content; ``changes`` are keys of the request."""
         request = {**self.asked, "fields": self.plain.given if fields is None else fields}
         return self._case(f"encode/{name}", about, request, changes, expected)
 
@@ -134,12 +134,12 @@ class Subject:
     def stream(
         self, name: str, about: str, chunks: list[bytes], expected: Json, **changes: Any
     ) -> Case:
-        """Return a case that cuts a stream."""
+        """Return a case that cuts a stream into events."""
         request = {"op": "stream", "chunks": [chunk.hex() for chunk in chunks]}
         return self._case(f"stream/{name}", about, request, changes, expected)
 
     def answer(self, content: Content, **more: Any) -> Json:
-        """Return what a decoder answers where the bytes hold ``content``."""
+        """Return the answer of a decoder to bytes with this content."""
         return {**self.says, "fields": content.shown, **more}
 
     def _case(
@@ -154,7 +154,7 @@ class Subject:
 
 
 def no_id_case(message: Message) -> Case:
-    """Return the case of a message that the document gives no id, so that nothing can encode it."""
+    """Return the case of a message that cannot be encoded because the document gives no id."""
     request = {"op": "encode", "message": message.name, "fields": {}}
     about = "a message without an id"
     return make_case(f"{message.name}/encode/no_id", about, request, "unsupported")

@@ -1,6 +1,6 @@
-"""Values of fields: their bytes, and contents of a layout with a field at a boundary or with a name.
+"""Values of fields: their bytes, and contents of a layout with limits and named values.
 
-They follow from the fields alone. The framings put a content into a frame.
+They depend only on the fields. The framings put a content into a frame.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ Value = int | str
 
 
 def fields_to_bytes(fields: Iterable[Field], values: Json) -> bytes:
-    """Return the bytes of fields that follow one another; their formats hold the values."""
+    """Return the bytes of consecutive fields; the values must fit their formats."""
     return b"".join([_to_bytes(field, values[field.name]) for field in fields])
 
 
 def fields_from_bytes(fields: Iterable[Field], raw: bytes) -> Json:
-    """Return the values of fields that follow one another."""
+    """Return the values of consecutive fields."""
     values: Json = {}
     at = 0
     for field in fields:
@@ -31,7 +31,7 @@ def fields_from_bytes(fields: Iterable[Field], raw: bytes) -> Json:
 
 
 def greatest_but(taken: Iterable[int | None], size: int) -> int | None:
-    """Return the greatest number of ``size`` bytes that is not taken; None when all are."""
+    """Return the greatest number of ``size`` bytes that is not taken; None if all are taken."""
     known = set(taken)
     return next((n for n in range((1 << 8 * size) - 1, -1, -1) if n not in known), None)
 
@@ -53,19 +53,19 @@ def _from_bytes(field: Field, raw: bytes) -> Value:
 
 
 UNNAMED = ("param1", "param2")
-"""Header parameters that the document gives no name."""
+"""Unused header parameters."""
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """What a message may hold, or is refused.
+    """The values of a message, valid or invalid.
 
     :param name: the last part of the ids of its cases.
-    :param given: what an encoder is given, by field.
-    :param held: what the bytes hold, by field.
-    :param shown: what a decoder says of it.
-    :param ranged: whether every value lies in its range; what does not is decoded, and never encoded.
-    :param decoded: whether it asks more of a decoder than those with all fields at a boundary.
+    :param given: the values passed to an encoder, by field.
+    :param held: the values in the bytes, by field.
+    :param shown: the values that a decoder returns.
+    :param ranged: whether all values are in range; other contents are decoded but not encoded.
+    :param decoded: whether decoding it tests more than the contents with all fields at a limit.
     """
 
     name: str
@@ -77,17 +77,18 @@ class Content:
 
 
 def plain_content(fields: Sequence[Field]) -> Content:
-    """Return a content of which every byte is another where the fields allow it."""
+    """Return a content whose bytes differ from each other as far as the fields allow."""
     held = {field.name: default(field) if is_optional(field) else plain(field) for field in fields}
     given = {field.name: held[field.name] for field in fields if not is_optional(field)}
     return Content("plain", given, held, shown(fields, held))
 
 
 def contents(fields: Sequence[Field], base: Content) -> Iterator[Content]:
-    """Yield every content that is worth a look, none twice.
+    """Yield all contents to test, without duplicates.
 
-    ``base`` comes first; then all fields are at a boundary; then one is, or has a name, and the others are
-    as in ``base``. A field without a range of its own says nothing alone that it does not say together.
+    First ``base``, then contents with all fields at a limit, then contents with one field at a limit or with
+    a named value and the other fields as in ``base``. A field without a narrower range is tested only with
+    all fields at a limit.
     """
     seen = set()
     for content in (base, *_together(fields, base), *_one_by_one(fields, base)):
@@ -98,7 +99,7 @@ def contents(fields: Sequence[Field], base: Content) -> Iterator[Content]:
 
 
 def _together(fields: Sequence[Field], base: Content) -> Iterator[Content]:
-    """Yield contents with all fields at a boundary, and with all that may be left out given."""
+    """Yield contents with all fields at a limit, and one with all optional fields."""
     for name, value in (("least", least), ("greatest", greatest)):
         held = {field.name: value(field) for field in fields}
         yield Content(name, held, held, shown(fields, held))
@@ -108,7 +109,7 @@ def _together(fields: Sequence[Field], base: Content) -> Iterator[Content]:
 
 
 def _one_by_one(fields: Sequence[Field], base: Content) -> Iterator[Content]:
-    """Yield contents with one field at a boundary, or with a value that has a name."""
+    """Yield contents with one field at a limit or with a named value."""
     for field in fields:
         if field.role == "reserved":
             continue
@@ -126,7 +127,7 @@ def _one_by_one(fields: Sequence[Field], base: Content) -> Iterator[Content]:
 
 
 def shown(fields: Iterable[Field], held: Json) -> Json:
-    """Return what a decoder says of values: all but the parameters that have no name and say nothing."""
+    """Return the values that a decoder returns: all except unused parameters that are zero."""
     return {
         field.name: held[field.name]
         for field in fields
@@ -135,23 +136,23 @@ def shown(fields: Iterable[Field], held: Json) -> Json:
 
 
 _LETTERS = "Stagewire"
-_LATIN_1 = "\u00b5\u00e9\u00ff"  # what UTF-8 would make two bytes of
+_LATIN_1 = "\u00b5\u00e9\u00ff"  # characters with two bytes in UTF-8
 
 
 def is_optional(field: Field) -> bool:
-    """Whether an encoder may be asked without it."""
+    """Whether a request to an encoder may leave the field out."""
     return field.role in ("reserved", "constant")
 
 
 def default(field: Field) -> Value:
-    """Return what is sent for a field that is left out."""
+    """Return the value sent for a field that is left out."""
     if field.format.kind == "text":
         return ""
     return "00" * field.format.size if field.format.kind == "bytes" else field.constant or 0
 
 
 def plain(field: Field) -> Value:
-    """Return a value by its place: bytes that count up where the range allows it, or the first name."""
+    """Return a value that depends on the offset: increasing bytes if the range allows, or the first name."""
     size = field.format.size
     if field.format.kind == "text":
         return _LETTERS[: max(1, size // 2)]
@@ -165,12 +166,12 @@ def plain(field: Field) -> Value:
 
 
 def least(field: Field) -> Value:
-    """Return the least value of the range; no text, and zeros."""
+    """Return the least value of the range, an empty text, or zeros."""
     return field.minimum if field.format.kind == "integer" else default(field)
 
 
 def greatest(field: Field) -> Value:
-    """Return the greatest value of the range; a field full of the last character, and ones."""
+    """Return the greatest value of the range, a text full of the last character, or bytes of ones."""
     size = field.format.size
     if field.format.kind == "text":
         return "\u00ff" * size
@@ -178,10 +179,10 @@ def greatest(field: Field) -> Value:
 
 
 def named_values(field: Field) -> Iterator[tuple[str, Value]]:
-    """Yield what is to be looked at in a field: the end of an id, and the value.
+    """Yield the values of a field to test, each with the end of an id.
 
-    All can be held; those out of the range are kept by a decoder, and refused by an encoder. Names of the
-    document stand behind ``=``, so that none is taken for one of ours.
+    All of them fit the format. Values out of range are kept by a decoder and refused by an encoder. Names
+    from the document follow ``=``, which distinguishes them from our names.
     """
     if field.format.kind == "text":
         yield from _texts(field)
@@ -193,7 +194,7 @@ def named_values(field: Field) -> Iterator[tuple[str, Value]]:
 
 
 def _is_narrow(field: Field) -> bool:
-    """Whether the bytes of a number can hold more than its range."""
+    """Whether the range of a number is narrower than its format."""
     format = field.format
     return (format.minimum, format.maximum) != (field.minimum, field.maximum)
 
@@ -226,7 +227,7 @@ def _integers(field: Field) -> Iterator[tuple[str, Value]]:
 
 
 def _flags(field: Field) -> Iterator[tuple[str, Value]]:
-    """Yield every bit that has a name alone, those of each table together, and all others."""
+    """Yield each named bit, all bits of each table, and all unnamed bits."""
     tables = {"": field.flags} if field.flags else {}
     tables |= {f"{table.name}.": table for table in field.flags_by_unit.values()}
     unnamed = (1 << 8 * field.format.size) - 1
@@ -243,7 +244,7 @@ def _flags(field: Field) -> Iterator[tuple[str, Value]]:
 
 
 def _unknown(field: Field, known: set[int]) -> Iterator[tuple[str, Value]]:
-    """Yield the least natural number without a name, in the range if one is."""
+    """Yield the least natural number without a name, preferably in range."""
     numbers = range(max(0, field.minimum), field.maximum + 1)
     for value in (*numbers[: len(known) + 1], *range(len(known) + 1)):
         if value not in known and value <= field.format.maximum:
@@ -252,13 +253,13 @@ def _unknown(field: Field, known: set[int]) -> Iterator[tuple[str, Value]]:
 
 
 def _number(field: Field, bits: int) -> int:
-    """Return the number that has these bits in the field."""
+    """Return the number with these bits in the format of the field."""
     size = field.format.size
     return int.from_bytes(bits.to_bytes(size, "little"), "little", signed=field.format.signed)
 
 
 def unfit_values(field: Field) -> Iterator[tuple[str, Value]]:
-    """Yield what is out of range, and no bytes can hold: the end of an id, and the value."""
+    """Yield values that do not fit the format, each with the end of an id."""
     format = field.format
     if format.kind == "text":
         yield ".long", "S" * (format.size + 1)
@@ -270,15 +271,15 @@ def unfit_values(field: Field) -> Iterator[tuple[str, Value]]:
             yield ".below", field.minimum - 1
         if field.maximum == format.maximum:
             yield ".above", field.maximum + 1
-        if _is_narrow(field):  # good bytes, and more beyond them
+        if _is_narrow(field):  # valid low bytes, and a bit above them
             yield ".beyond", int(plain(field)) + (1 << 8 * format.size)
 
 
 def bad_values(field: Field) -> Iterator[tuple[str, Any]]:
-    """Yield what is no value of its kind: the end of an id, and what stands in its place."""
+    """Yield values of a wrong type, each with the end of an id."""
     format = field.format
     if format.kind == "text":
-        yield ".filled", "S\0"[-min(format.size, 2) :]  # with the NUL that fills it
+        yield ".filled", "S\0"[-min(format.size, 2) :]  # with the NUL that fills the field
         yield ".other_letters", "\u0416"
         yield ".number", 1
     elif format.kind == "bytes":

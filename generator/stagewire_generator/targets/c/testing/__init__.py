@@ -1,1 +1,1 @@
-"""``testing/``: layouts as data, worked examples and cases as arrays, and what runs them in C."""
+"""``testing/``: layouts as data, worked examples and cases as arrays, and programs that run them in C."""

@@ -1,4 +1,4 @@
-"""Cases of a codec as C: frames for one number, examples at a terminal, and the cases of the vectors."""
+"""Cases in C: frames for one number, examples typed at a terminal, and the cases of the vectors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stagewire_generator.targets.vectors.subject import Case, Subject
 
 
 def octets_of(entry: Json, key: str) -> bytes:
-    """Return bytes that an example writes in its notation: hex, ``24 97 03 58`` or ``#FF#41``."""
+    """Return the bytes of an example in its notation: hex, decimal (``24 97 03 58``) or ``#FF#41``."""
     text: str = entry[key]
     if entry.get("notation") == "decimal":
         return bytes(int(number) for number in text.split())
@@ -23,16 +23,19 @@ def octets_of(entry: Json, key: str) -> bytes:
 
 
 def field_where(vectors: Vectors, wanted: Callable[[Subject, Field], bool]) -> Number:
-    """Return the first field of a payload that is wanted. Raises :class:`CannotSayError` without one."""
+    """Return the first field of a payload that is wanted.
+
+    :raises CannotSayError: if there is none.
+    """
     for of in vectors.subjects.values():
         for field in of.layout.fields:
             if wanted(of, field):
                 return Number(vectors, of, field)
-    raise CannotSayError("a field that there is not")
+    raise CannotSayError("an unknown field")
 
 
 class Number:
-    """A field whose value is looked at, among plain ones."""
+    """A field under test in a message with otherwise plain values."""
 
     def __init__(self, vectors: Vectors, of: Subject, field: Field) -> None:
         self._vectors = vectors
@@ -40,16 +43,16 @@ class Number:
         self.field = field
 
     def content(self, value: int) -> Content:
-        """Return what a message says that has this value."""
+        """Return the content of a message with this value."""
         asked = {key: said for key, said in self._of.asked.items() if key != "op"}
         return self._vectors.content({**asked, "fields": self._held(value)})
 
     def raw(self, value: int) -> bytes:
-        """Return the frame of a message that has this value."""
+        """Return the frame of a message with this value."""
         return self._vectors.bytes_of(self._of, self._held(value))
 
     def around(self, printed: bytes) -> bytes:
-        """Return a frame with these bytes in the place of the field."""
+        """Return a frame with these bytes as the field."""
         raw = self._vectors.bytes_of(self._of, self._of.plain.held)
         start = self._vectors.framing.data_at(self._vectors.protocol, self._of) + self.field.offset
         return raw[:start] + printed + raw[start + self.field.format.size :]
@@ -61,14 +64,14 @@ class Number:
 _KEY = re.compile(
     r"\s+|Ctrl<(?P<ctrl>[@-_])>|Alt\[(?P<alt>\d{1,4})\]|(?P<esc>ESC)|'(?P<quoted>.)'|(?P<char>.)"
 )
-_UNREADABLE = "_"  # what stands for bytes that no terminal shows
+_UNREADABLE = "_"  # placeholder for bytes that a terminal does not show
 _ESCAPE = 0x1B
 
 
 def keyboard_vectors(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
-    """Yield that what is typed, or shown, are the bytes that a message is encoded to, and back.
+    """Yield checks that the typed or shown characters are the bytes of a message.
 
-    What a terminal makes of bytes that nobody can read is its own business, and not checked.
+    Placeholders for unreadable bytes are not checked.
     """
     if "message" not in entry:
         yield vectors.holds(id, _axis(vectors, entry))
@@ -87,7 +90,7 @@ def keyboard_vectors(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorV
 
 
 def _axis(vectors: Vectors, entry: Json) -> str:
-    """Return the condition that the key of an axis sends its identifier."""
+    """Return the condition that the key of an axis sends its identifier byte."""
     name = vectors.protocol.framing.get("axes")
     tables = [table for table in vectors.protocol.enumerations if table.name == name]
     typed = bytes_of(entry["typed"])
@@ -98,9 +101,9 @@ def _axis(vectors: Vectors, entry: Json) -> str:
 
 
 def bytes_of(text: str) -> bytes:
-    """Return the bytes that keys send: ``Ctrl<X>``, ``Alt[255]``, ``ESC``, ``'A'`` or the character alone.
+    """Return the bytes that keys send: ``Ctrl<X>``, ``Alt[255]``, ``ESC``, ``'A'`` or ``A``.
 
-    Raises :class:`CannotSayError` for a key that sends none.
+    :raises CannotSayError: if a key does not send one byte.
     """
     numbers = []
     for key in _KEY.finditer(text):
@@ -113,20 +116,20 @@ def bytes_of(text: str) -> bytes:
         elif key["quoted"] or key["char"]:
             numbers.append(ord(key["quoted"] or key["char"]))
     if any(number > 0xFF for number in numbers):
-        raise CannotSayError("a key that sends no byte")
+        raise CannotSayError("a key that does not send one byte")
     return bytes(numbers)
 
 
-_FUNCTIONS = ("refuse_prefix_bytes",)  # asked for in a request, and in C by a call
+_FUNCTIONS = ("refuse_prefix_bytes",)  # keys of a request that are separate functions in C
 
 
 @dataclass(frozen=True, slots=True)
 class CasesView:
     """Vectors of the cases.
 
-    :param held: how many cases these are; one that encodes and one that decodes the same are one vector.
-    :param total: how many the protocol has.
-    :param left_out: lines that say what is not there, and how often.
+    :param held: number of these cases; encoding and decoding the same message is one vector.
+    :param total: number of cases of the protocol.
+    :param left_out: the reasons for missing cases, each with the number of cases.
     """
 
     vectors: tuple[VectorView, ...]
@@ -136,7 +139,7 @@ class CasesView:
 
 
 def cases_view(protocol: Protocol) -> CasesView:
-    """Make the view of all cases that encode or decode what C has a type for."""
+    """Make the view of all cases that can be written in C."""
     vectors, cases = Vectors(protocol), cases_of(protocol)
     made: list[VectorView] = []
     held = 0
@@ -160,7 +163,7 @@ def cases_view(protocol: Protocol) -> CasesView:
 
 
 def _pair(vectors: Vectors, encode: Case, decode: Case) -> VectorView | None:
-    """Return one vector for two cases that are the same in both directions; None where they are not."""
+    """Return one vector for two cases that encode and decode the same message, or None."""
     id = encode.id.replace("/encode/", "/encode+decode/")
     if id != decode.id.replace("/decode/", "/encode+decode/") or encode.refusal or decode.refusal:
         return None
@@ -172,22 +175,25 @@ def _pair(vectors: Vectors, encode: Case, decode: Case) -> VectorView | None:
 
 
 def _vector(vectors: Vectors, case: Case) -> VectorView:
-    """Return a case as a vector. Raises :class:`CannotSayError` for what C has no way to say."""
+    """Return a case as a vector.
+
+    :raises CannotSayError: if the case cannot be written in C.
+    """
     operation = case.request.get("op")
     if case.refusal == "bad_request":
-        raise CannotSayError("a line that is no request")
+        raise CannotSayError("an invalid request")
     if operation == "encode":
         return _encode(vectors, case)
     if operation == "decode":
         return _decode(vectors, case)
     if operation == "stream":
-        raise CannotSayError("a stream, which testees cut")
+        raise CannotSayError("a stream, which only testees test")
     raise CannotSayError("another operation of testees")
 
 
 def _encode(vectors: Vectors, case: Case) -> VectorView:
     if case.refusal not in ("", "out_of_range", "unsupported"):
-        raise CannotSayError(f"the refusal {case.refusal} on encode, which the compiler sees")
+        raise CannotSayError(f"the error {case.refusal} of encoding, which the compiler reports")
     content = _encoded(vectors, case)
     if case.refusal:
         return vectors.not_encoded(case.id, content, case.refusal)
@@ -198,9 +204,9 @@ def _encode(vectors: Vectors, case: Case) -> VectorView:
 
 
 def _encoded(vectors: Vectors, case: Case) -> Content:
-    """Return what a case encodes."""
+    """Return the content that a case encodes."""
     if any(case.request.get(key) for key in _FUNCTIONS):
-        raise CannotSayError("a check of prefix bytes, which is a function of its own")
+        raise CannotSayError("a check of prefix bytes, which is a separate function")
     form = case.request.get("form", case.layout.form if case.layout else "")
     return vectors.content({**case.request, "form": form})
 
@@ -208,12 +214,12 @@ def _encoded(vectors: Vectors, case: Case) -> Content:
 def _decode(vectors: Vectors, case: Case) -> VectorView:
     raw = case.raw
     if raw is None:
-        raise CannotSayError("bytes that are no hex")
+        raise CannotSayError("invalid hex")
     if case.refusal:
         return vectors.refused(case.id, raw, case.refusal, case.request)
     return vectors.decoded(case.id, _decoded(vectors, case), raw)
 
 
 def _decoded(vectors: Vectors, case: Case) -> Content:
-    """Return what a case decodes to."""
+    """Return the content that a case decodes."""
     return vectors.content(dict(case.answer))

@@ -1,4 +1,4 @@
-"""What prose claims, as vectors: of constants, ranges and formats, of what is not there, of streams."""
+"""Statements of the document as vectors: on constants, ranges, formats, missing things and streams."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from stagewire_generator.targets.c.testing.values import CannotSayError, can_hol
 from stagewire_generator.targets.c.testing.vector import Vectors, VectorView, noted
 from stagewire_generator.targets.vectors.subject import Subject
 
-PROSE = "prose; nothing that a program could check"
-NO_BYTES = "says nothing of bytes; the registry's JSON has it"
-NO_NAME = "that a name is missing is nothing that C can ask"
+PROSE = "prose that a program cannot check"
+NO_BYTES = "does not concern bytes; see the JSON of the registry"
+NO_NAME = "a missing name cannot be checked in C"
 
 _Claim = Callable[[Vectors, str, Json], Iterator[VectorView]]
 
 
 def claim_vectors(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
-    """Yield the checks of what a statement is taken to mean, or why there is none."""
+    """Yield the checks of a statement, or the reason why there are none."""
     claim = entry["claim"]
     found = [make for key, make in _CLAIMS.items() if key in claim]
     if not found:
@@ -32,11 +32,11 @@ def _flag(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
     name, _, bit = claim["flag"].partition(".")
     tables = [table for table in vectors.protocol.flags if table.name == name]
     if not any(known.name == bit for table in tables for known in table.bits):
-        raise CannotSayError("a bit that there is not")
+        raise CannotSayError("an unknown bit")
     macro, size = f"{vectors.names.table(tables[0])}_{bit}".upper(), tables[0].format.size
     if "of" in claim:
         if not 0 <= claim["of"] < 1 << 8 * size:
-            raise CannotSayError("a value that its flags do not hold")
+            raise CannotSayError("a value that does not fit the flags")
         held = "!=" if claim["set"] else "=="
         yield vectors.holds(id, f"({unsigned(claim['of'], size)} & {macro}) {held} 0U")
     else:
@@ -45,7 +45,7 @@ def _flag(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
 
 
 def _range(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
-    """Yield that the ends are accepted, and what lies beyond them is not, as far as the type goes."""
+    """Yield checks that the limits are accepted, and that values beyond them are not."""
     number = _field(vectors, claim["range"])
     for key, step in (("minimum", -1), ("maximum", 1)):
         if key in claim:
@@ -56,7 +56,7 @@ def _range(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
 
 
 def _format(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
-    """Yield that as many bytes, all of them ones, are the least negative or the greatest number."""
+    """Yield a check that bytes of ones are -1 or the greatest number."""
     number, size = _field(vectors, claim["format"]), claim["size"]
     value = -1 if claim["signed"] else (1 << 8 * size) - 1
     yield vectors.carried(id, number.content(value), number.around(b"\xff" * size))
@@ -76,7 +76,7 @@ def _enum(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
         return
     tables = [table for table in vectors.protocol.enumerations if table.name == claim["enum"]]
     if not any(known.name == claim["member"] for table in tables for known in table.values):
-        raise CannotSayError("a name that there is not")
+        raise CannotSayError("an unknown name")
     macro = f"{vectors.names.table(tables[0]).upper()}_{claim['member']}"
     value = claim["value"]
     number = str(value) if abs(value) < 1 << 15 else integer(value, 8, signed=value < 1 << 63)
@@ -84,17 +84,17 @@ def _enum(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
 
 
 def _sizes(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
-    """Yield a command with the least number in its size slot, and one with the greatest."""
+    """Yield a command with the least value of the size slot, and one with the greatest."""
     sized = [of for of in _commands(vectors) if of.message.size is not None]
     for size in claim["sizes"].values():
         found = [of for of in sized if of.message.size == size]
         if not found:
-            raise CannotSayError("a size that no command has")
+            raise CannotSayError("a size without a command")
         yield _sent(vectors, id, found[0])
 
 
 def _without_size(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
-    """Yield all commands that are claimed to be sent without the size slot."""
+    """Yield checks that these commands are sent without a size slot."""
     for name in claim["without_size"]:
         of = _command(vectors, name)
         axis = of.asked["axis"]
@@ -103,7 +103,7 @@ def _without_size(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView
 
 
 def _dummies(vectors: Vectors, id: str, claim: Json) -> Iterator[VectorView]:
-    """Yield that all commands are refused that are claimed to be dummies."""
+    """Yield checks that these commands are refused as dummies."""
     for name in claim["dummies"]:
         of = _command(vectors, name)
         content = vectors.content({**of.asked, "fields": of.plain.held})
@@ -135,7 +135,7 @@ _CLAIMS: dict[str, _Claim] = {
 
 
 def _field(vectors: Vectors, name: str) -> Number:
-    """Return a field by the name that claims have for it, MESSAGE.field."""
+    """Return a field by its name in a claim, MESSAGE.field."""
     return field_where(vectors, lambda of, field: f"{of.message.name}.{field.name}" == name)
 
 
@@ -150,7 +150,7 @@ def _commands(vectors: Vectors) -> list[Subject]:
 def _command(vectors: Vectors, name: str) -> Subject:
     found = [of for of in _commands(vectors) if of.message.name == name]
     if not found:
-        raise CannotSayError("a command that there is not")
+        raise CannotSayError("an unknown command")
     return found[0]
 
 

@@ -12,14 +12,14 @@ from stagewire_generator.targets.c.testing.values import CannotSayError
 from stagewire_generator.targets.c.testing.vector import Vectors, VectorView, noted
 from stagewire_generator.targets.vectors.cases import captures_of, examples_of
 
-_ARITHMETIC = "arithmetic of the document; no bytes, and no scale"
+_ARITHMETIC = "arithmetic in the document, without bytes or a scale"
 
 
 @dataclass(frozen=True, slots=True)
 class ExamplesView:
-    """Vectors of the examples, and of the captures.
+    """Vectors of the examples and the captures.
 
-    :param cut: the template of what cuts streams, where an example has one.
+    :param cut: template of the function that cuts streams; empty if no example has a stream.
     :param converts: whether an example states a value in units.
     """
 
@@ -29,7 +29,7 @@ class ExamplesView:
 
 
 def examples_view(protocol: Protocol) -> ExamplesView:
-    """Make the view of all worked examples, in the order of the document, and of all captures."""
+    """Make the view of all worked examples in the order of the document, and of all captures."""
     vectors = Vectors(protocol)
     examples = examples_of(protocol)
     made: list[VectorView] = []
@@ -46,22 +46,22 @@ _Maker = Callable[[Vectors, str, Json], Iterator[VectorView]]
 
 
 def _tried(entry: Json, vectors: Vectors, make: _Maker) -> list[VectorView]:
-    """Return the vectors of one example, or why there is none."""
+    """Return the vectors of an example, or a note with the reason why there are none."""
     try:
         return list(make(vectors, entry["id"], entry))
     except CannotSayError as error:
-        return [noted(entry["id"], f"C cannot say it: {error}")]
+        return [noted(entry["id"], f"cannot be written in C: {error}")]
 
 
 def _frame(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
-    """Yield what a frame has to do, and the values that are stated in units."""
+    """Yield the checks of a frame, and of the values stated in units."""
     yield from _bytes(vectors, id, entry)
     for name, item in entry.get("stated", {}).items():
         yield vectors.converted(id, item.get("quantity", name), item)
 
 
 def _bytes(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
-    """Yield what bytes have to do; of wrong ones, what they are as printed, and what is right."""
+    """Yield the checks of bytes; for a misprint, of the printed and of the correct bytes."""
     printed = octets_of(entry, "printed")
     if entry["verdict"] != "erratum":
         for content in vectors.contents(entry):
@@ -79,7 +79,7 @@ def _bytes(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
 
 
 def _capture(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
-    """Yield what a frame of somebody else has to do."""
+    """Yield the checks of a captured frame."""
     printed = octets_of(entry, "printed")
     if entry["verdict"] != "rejected":
         for content in vectors.contents(entry):
@@ -91,14 +91,14 @@ def _capture(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
 
 
 def _reading(entry: Json) -> Json:
-    """Return what a decoder is told beside the bytes of an example."""
+    """Return the keys of a decode request besides the bytes of an example."""
     if entry.get("form") != "reply":
         return {}
     return {"direction": "reply", "command": entry["message"]}
 
 
 def _number(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
-    """Yield a frame with the number in a field of its format."""
+    """Yield the checks of a frame with the number in a field of its format."""
     number = field_where(vectors, lambda of, field: field.format.name == entry["format"])
     content = number.content(entry["value"])
     right = "encoded" if "encoded" in entry else "printed"
@@ -108,7 +108,7 @@ def _number(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
 
 
 def _scaling(vectors: Vectors, id: str, entry: Json) -> Iterator[VectorView]:
-    """Yield the stated values; arithmetic alone is nothing that a header has."""
+    """Yield the checks of stated values; pure arithmetic cannot be checked with the headers."""
     if "stated" not in entry:
         yield noted(id, _ARITHMETIC)
     for item in entry.get("stated", ()):

@@ -1,4 +1,4 @@
-"""Round trips in C, and every layout of a protocol as data for the programs that test it."""
+"""Round trips in C, and the layouts of a protocol as data for test programs."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ _LIMITS = {
     (1 << 31) - 1: "INT32_MAX",
     (1 << 32) - 1: "UINT32_MAX",
 }
-_SMALL = range(-0x7FFF, 0x8000)  # what any int holds
+_SMALL = range(-0x7FFF, 0x8000)  # the range of int on every platform
 
 
 @dataclass(frozen=True, slots=True)
 class LayoutView:
-    """One layout.
+    """A layout.
 
-    :param type: the struct, and what its functions begin with.
+    :param type: the struct, and the prefix of its functions.
     :param name: the type without the prefix of the package.
-    :param macro: what its macros begin with.
+    :param macro: the prefix of its macros.
     :param id: the macro of its id.
     :param index: the name of its index.
-    :param shape: what decides on the parameters of its functions: ``message``, ``command``, ``setup`` or
-        ``reply``, with ``_bare`` behind it where there is no struct.
-    :param calls: the call of the macro that makes the two functions for it.
+    :param shape: selects the parameters of its functions: ``message``, ``command``, ``setup`` or
+        ``reply``, with the suffix ``_bare`` if there is no struct.
+    :param calls: the call of the macro that defines its two functions.
     :param fields: the initialisers of its fields.
     """
 
@@ -57,9 +57,9 @@ class LayoutView:
 
 @dataclass(frozen=True, slots=True)
 class LayoutsView:
-    """All layouts, in the order of the registry.
+    """All layouts in the order of the registry.
 
-    :param calls: the template with what stands between a layout and its functions.
+    :param calls: template of the adapters between a layout and its functions.
     """
 
     layouts: tuple[LayoutView, ...]
@@ -67,27 +67,27 @@ class LayoutsView:
 
     @property
     def has_unnamed(self) -> bool:
-        """Whether there is a parameter without a meaning."""
+        """Whether there is an unused parameter."""
         return any(
             field.startswith("{UNNAMED") for layout in self.layouts for field in layout.fields
         )
 
     @property
     def has_optional(self) -> bool:
-        """Whether there is another field that may be left out."""
+        """Whether there is another optional field."""
         return any(
             field.startswith("{OPTIONAL") for layout in self.layouts for field in layout.fields
         )
 
     @property
     def shapes(self) -> set[str]:
-        """What shapes there are, so that no macro is defined in vain."""
+        """The shapes of the layouts; only their macros are defined."""
         return {layout.shape for layout in self.layouts}
 
 
 @lru_cache(maxsize=2)
 def subjects(protocol: Protocol) -> dict[tuple[str, str], Subject]:
-    """Return (message, form) -> all layouts that C has, in the order of the registry."""
+    """Return (message, form) -> layout, for all layouts in C, in the order of the registry."""
     framing = frames_of(protocol)
     return {
         (message.name, layout.form): framing.subject(message, layout)
@@ -98,7 +98,7 @@ def subjects(protocol: Protocol) -> dict[tuple[str, str], Subject]:
 
 
 def index(names: Names, type: str) -> str:
-    """Return the name of the index of a layout, by its type."""
+    """Return the name of the index of a layout from its type."""
     name = type.removeprefix(f"{names.prefix}_")
     return f"{names.macro_prefix}_LAYOUT_{name.upper()}"
 
@@ -133,13 +133,13 @@ def _layouts(names: Names, protocol: Protocol) -> Iterator[LayoutView]:
 
 
 def _shape(message: Message, layout: Layout, struct: bool) -> str:
-    """Return what decides on the parameters of its functions."""
+    """Return the shape of a layout, which selects the parameters of its functions."""
     kind = "reply" if layout.form == "reply" else message.kind
     return kind if struct else f"{kind}_bare"
 
 
 def _field(type: str, layout: Layout, field: Field) -> str:
-    """Return the initialiser of a field, by the macros of the file."""
+    """Return the initialiser of a field, a macro of the file."""
     if {"param1": layout.param1, "param2": layout.param2}.get(field.name, field) is None:
         return f"{{UNNAMED({type}, {field.name})}}"
     format, limits = field.format, (field.minimum, field.maximum)
@@ -153,7 +153,7 @@ def _field(type: str, layout: Layout, field: Field) -> str:
 
 
 def _number(value: int) -> str:
-    """Return a literal of 64 bits with a sign; of a greater value its bits."""
+    """Return a signed literal of 64 bits; greater values are represented by their bits."""
     if value in _LIMITS:
         return _LIMITS[value]
     if value in _SMALL:
@@ -163,16 +163,16 @@ def _number(value: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TripView:
-    """The test of one layout.
+    """The test of a layout.
 
-    :param message: the declaration of what is decoded into.
-    :param contents: of its struct: least values, greatest ones, and another byte everywhere.
-    :param same: checks that what was decoded is the content that was encoded.
-    :param refused: assignments of values just outside a range, as far as the type allows them.
-    :param there: the macro that encodes and decodes a content: of a dummy another one.
+    :param message: the declaration of the decoded message.
+    :param contents: contents of its struct: least values, greatest values, and different bytes.
+    :param same: checks that the decoded message equals the encoded content.
+    :param refused: assignments of values just outside a range, if the type allows them.
+    :param there: the macro that encodes and decodes a content; dummies have a different one.
     :param has_packet: whether a packet follows its header.
-    :param wrong_id: of a command, a byte that is not its own.
-    :param wrong_size: of a command, a number that is never in its size slot.
+    :param wrong_id: for a command, a wrong command byte.
+    :param wrong_size: for a command, a wrong value of the size slot.
     """
 
     layout: LayoutView
@@ -190,13 +190,12 @@ class TripView:
 class RoundTripView:
     """The tests of all layouts.
 
-    :param trip: the template of one.
-    :param needs: that of what they share.
-    :param axis: that of every command; empty where there are none.
-    :param address: that of every packet; empty where there are none.
-    :param id_at: of a packet, where the id stands.
-    :param damaged_at: of a packet, how far before its end a byte of the check stands, or of the end; 0 where
-        packets have neither.
+    :param trip: template of the test of a layout.
+    :param needs: template of the shared macros.
+    :param axis: the axis of every command; empty if there are no axes.
+    :param address: the address of every packet; empty if there are no addresses.
+    :param id_at: offset of the id in a packet.
+    :param damaged_at: distance of a check or end byte from the end of a packet; 0 if packets have neither.
     """
 
     trips: tuple[TripView, ...]
@@ -209,22 +208,22 @@ class RoundTripView:
 
     @property
     def has_refused(self) -> bool:
-        """Whether some value is out of range."""
+        """Whether there are values out of range to test."""
         return any(trip.refused for trip in self.trips)
 
     @property
     def has_packets(self) -> bool:
-        """Whether a packet follows some header."""
+        """Whether there are layouts with a packet."""
         return any(trip.has_packet for trip in self.trips)
 
     @property
     def has_headers(self) -> bool:
-        """Whether some header stands alone."""
+        """Whether there are layouts without a packet."""
         return not all(trip.has_packet for trip in self.trips)
 
     @property
     def has_dummies(self) -> bool:
-        """Whether there are commands that nobody should send."""
+        """Whether there are dummies."""
         return any(trip.there == "DUMMY" for trip in self.trips)
 
 
@@ -272,12 +271,12 @@ def _declared(type: str, initial: str) -> str:
 
 
 def _other(byte: int, terminator: int) -> str:
-    """Return another byte, which is not the one that ends a command either."""
+    """Return a different byte, which is not the terminator."""
     return f"0x{next(n for n in (byte ^ 1, byte ^ 2) if n != terminator):02X}U"
 
 
 def _same(field: Field) -> str:
-    """Return the check that a field came back as it was."""
+    """Return the check that a field is unchanged after a round trip."""
     name = field.name
     if field.format.kind == "integer":
         return f"CHECK(message.{name} == content->{name})"
@@ -285,7 +284,7 @@ def _same(field: Field) -> str:
 
 
 def _refused(field: Field) -> list[str]:
-    """Return assignments of values that lie just outside the range and inside the type."""
+    """Return assignments of values just outside the range that fit the type."""
     if field.format.kind != "integer":
         return []
     outside = (field.minimum - 1, field.maximum + 1)

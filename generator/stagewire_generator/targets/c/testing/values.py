@@ -1,4 +1,4 @@
-"""Values as C: those of fields, and those that examples state in units and in counts."""
+"""Values in C: of fields, and of examples that state them in units and in counts."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from stagewire_generator.model import Factor, Field, Json, Protocol, Quantity
 from stagewire_generator.targets.c.source import WIDTH, Names, integer, octets
 from stagewire_generator.targets.vectors.values import default, is_optional
 
-_LONG = 60  # characters of a literal that a line has room for
+_LONG = 60  # maximum number of characters of a literal on a line
 _CHARACTER = re.compile(r"\\[0-7]{3}|\\?.")
 
 Item: TypeAlias = str | tuple[str, ...]
-"""What stands on one line; or what stands before strings, and these, each on a line of its own."""
+"""A line; or the text before a string literal, and its pieces, one per line."""
 
-_SMALL = range(-0x7FFF, 0x8000)  # what any int holds
+_SMALL = range(-0x7FFF, 0x8000)  # the range of int on every platform
 _BYTE = len("0x00, ")
 _BYTES = [f"0x{byte:02X}" for byte in range(0x100)]
 
 
 class CannotSayError(Exception):
-    """What C has no way to say, with the reason; a case of the kind is left out, and counted."""
+    """A case cannot be written in C; the message is the reason. Such cases are left out and counted."""
 
 
 def can_hold(field: Field, value: int) -> bool:
-    """Whether the type of the member holds an integer."""
+    """Whether an integer fits the type of the struct member."""
     bits, signed = _bits(field), field.format.signed
     return -(1 << bits - 1) * signed <= value < 1 << bits - signed
 
 
 def whole(fields: Iterable[Field], values: Mapping[str, object]) -> dict[str, object]:
-    """Return the values of all fields; of those that are left out, what is sent for them.
+    """Return the values of all fields, with defaults for optional ones.
 
-    Raises :class:`CannotSayError` for a field that is missing or unknown: a struct has all of its members.
+    :raises CannotSayError: if a field is missing or unknown: a struct has all of its members.
     """
     made: dict[str, object] = {}
     for field in fields:
@@ -44,14 +44,14 @@ def whole(fields: Iterable[Field], values: Mapping[str, object]) -> dict[str, ob
         elif is_optional(field):
             made[field.name] = default(field)
         else:
-            raise CannotSayError("a field that is missing")
+            raise CannotSayError("a missing field")
     if not made.keys() >= values.keys():
-        raise CannotSayError("a field that is unknown")
+        raise CannotSayError("an unknown field")
     return made
 
 
 def from_bytes(fields: Iterable[Field], packet: bytes) -> dict[str, object]:
-    """Return the values of fields that begin a packet."""
+    """Return the values of fields from the bytes of a packet."""
     return {field.name: _from_bytes(field, packet[field.offset :]) for field in fields}
 
 
@@ -65,7 +65,7 @@ def _from_bytes(field: Field, rest: bytes) -> int | str:
 def members(fields: Iterable[Field], values: Mapping[str, object]) -> list[Item]:
     """Return the initialisers of the members of a struct.
 
-    Raises :class:`CannotSayError` for a value that a member of this type cannot have.
+    :raises CannotSayError: if a value does not fit the type of its member.
     """
     made: list[Item] = []
     for field in fields:
@@ -76,7 +76,7 @@ def members(fields: Iterable[Field], values: Mapping[str, object]) -> list[Item]
 
 
 def literal_of(head: str, raw: bytes) -> Item:
-    """Return a pointer to bytes, behind what it is for; to many as a string."""
+    """Return ``head`` and a pointer to bytes; many bytes are written as a string."""
     shown = f"{head}(const uint8_t[]){{{', '.join(array(raw))}}}"
     if len(shown) <= WIDTH // 2:
         return shown
@@ -84,14 +84,14 @@ def literal_of(head: str, raw: bytes) -> Item:
 
 
 def literal(field: Field, value: int) -> str:
-    """Return an integer that the type of the member holds."""
+    """Return the literal of an integer that fits the type of the member."""
     if value in _SMALL:
         return str(value)
     return integer(value, _bits(field) // 8, field.format.signed)
 
 
 def _initial(field: Field, value: object) -> str:
-    """Return the initialiser of one member; text and long byte strings are string literals."""
+    """Return the initialiser of a member; text and long byte strings are string literals."""
     format = field.format
     if format.kind == "integer":
         return _field_integer(field, value)
@@ -99,8 +99,8 @@ def _initial(field: Field, value: object) -> str:
         raise CannotSayError("a value of another type")
     try:
         raw = bytes.fromhex(value) if format.kind == "bytes" else value.encode("latin-1")
-    except ValueError:  # encoding errors are such, too
-        raise CannotSayError("a text that is none for its field") from None
+    except ValueError:  # includes encoding errors
+        raise CannotSayError("a text that is invalid for its field") from None
     if len(raw) > format.size or (format.kind == "bytes" and len(raw) != format.size):
         raise CannotSayError("a text or bytes of another length")
     if not raw.strip(b"\0"):
@@ -110,7 +110,7 @@ def _initial(field: Field, value: object) -> str:
 
 
 def _pieces(text: str) -> list[str]:
-    """Return a string literal in pieces that stand below one another."""
+    """Return a string literal in pieces, one per line."""
     characters = _CHARACTER.findall(text[1:-1])
     lines = [""]
     for character in characters:
@@ -124,17 +124,17 @@ def _field_integer(field: Field, value: object) -> str:
     if isinstance(value, bool) or not isinstance(value, int):
         raise CannotSayError("a value of another type")
     if not can_hold(field, value):
-        raise CannotSayError("a value that its type does not hold")
+        raise CannotSayError("a value that does not fit its type")
     return literal(field, value)
 
 
 def array(raw: bytes) -> list[str]:
-    """Return bytes as initialisers; a zero where there are none, since an array is never empty."""
+    """Return bytes as initialisers; a zero for no bytes, since C has no empty arrays."""
     return [_BYTES[byte] for byte in raw or b"\0"]
 
 
 def byte_rows(head: str, raw: bytes, tail: str, indent: int) -> str:
-    """Return bytes between head and tail as :func:`filled` does; all of them are equally long."""
+    """Return bytes between head and tail, like :func:`filled`; all items have the same length."""
     items, pad = array(raw), " " * (indent + 4)
     first = (WIDTH - 1 - indent - len(head)) // _BYTE
     rest = (WIDTH - 1 - len(pad)) // _BYTE
@@ -143,14 +143,14 @@ def byte_rows(head: str, raw: bytes, tail: str, indent: int) -> str:
 
 
 def filled(head: str, items: Sequence[Item], tail: str, indent: int) -> str:
-    """Return items between head and tail, as many on a line as fit, with room for a comma behind it all.
+    """Return items between head and tail, as many per line as fit, with room for a comma at the end.
 
-    The first line carries no indentation (the template has it); those that follow are one step further in.
+    The first line is not indented: the template does that. The other lines are indented one step more.
     """
     try:
         line = f"{head}{', '.join(items)}{tail}"  # type: ignore[arg-type]
     except TypeError:
-        line = ""  # some are strings on lines of their own
+        line = ""  # some are strings on separate lines
     if line and indent + len(line) < WIDTH:
         return line
     first, pad = " " * indent + head, " " * (indent + 4)
@@ -164,7 +164,7 @@ def filled(head: str, items: Sequence[Item], tail: str, indent: int) -> str:
                 lines[-1] = f"{line},"
         else:
             name, *pieces = item
-            # clang-format has a first argument that begins a line one step further in
+            # clang-format indents a first argument at the beginning of a line one step more
             start = pad if lines != [first] else f"{pad}    "
             column = " " * len(start + name)
             lines += [f"{start}{name}{pieces[0]}", *(column + piece for piece in pieces[1:])]
@@ -175,12 +175,12 @@ def filled(head: str, items: Sequence[Item], tail: str, indent: int) -> str:
 
 
 def _bits(field: Field) -> int:
-    """Return the bits of the type that holds an integer: a power of two."""
+    """Return the width of the type of an integer in bits: a power of two."""
     return max(8, 1 << (8 * field.format.size - 1).bit_length())
 
 
 _LEAST, _GREATEST = -(1 << 63), (1 << 63) - 1
-_POWERS = (  # units that measure the same, as powers of ten of the first
+_POWERS = (  # units of the same dimension, as powers of ten of the first
     {"s": 0, "ms": -3, "us": -6},
     {"m": 0, "mm": -3, "um": -6, "nm": -9},
     {"V": 0, "mV": -3},
@@ -188,7 +188,7 @@ _POWERS = (  # units that measure the same, as powers of ten of the first
 
 
 class Conversions:
-    """Finds the scale of a stated value by the name that quantities.h has for it."""
+    """Finds the scale of a stated value, by its name in quantities.h."""
 
     def __init__(self, protocol: Protocol, names: Names) -> None:
         self._quantities = {quantity.name: quantity for quantity in protocol.quantities}
@@ -196,9 +196,9 @@ class Conversions:
         self._names = names
 
     def members(self, name: str, item: Json) -> list[str]:
-        """Return the members of a conversion of the file of the examples.
+        """Return the members of a ``struct conversion`` in the file of the examples.
 
-        Raises :class:`CannotSayError` for a value without a scale.
+        :raises CannotSayError: if the value has no scale.
         """
         words, unit, scale = self._scale(name, item)
         value = _ratio(_fraction(item["value"]) * _between(item["unit"], unit))
@@ -215,10 +215,10 @@ class Conversions:
         return [*made, f".counts = {_wide_integer(item['exact'])}"]
 
     def _scale(self, name: str, item: Json) -> tuple[tuple[str, ...], str, Factor | Json]:
-        """Return what a scale is called after, its unit, and what it is."""
+        """Return the words of the name of a scale, its unit, and the scale."""
         quantity = self._quantities.get(name)
         if quantity is None:
-            raise CannotSayError("a quantity that there is not")
+            raise CannotSayError("an unknown quantity")
         if quantity.factor:
             return (name,), quantity.unit, quantity.factor
         rule = quantity.rule
@@ -252,7 +252,7 @@ def _fraction(number: int | str) -> Fraction:
     try:
         return Fraction(number)
     except ValueError:  # a setting may be a name
-        raise CannotSayError("a value that is no number") from None
+        raise CannotSayError("a value that is not a number") from None
 
 
 def _ratio(value: Fraction) -> str:
@@ -266,11 +266,11 @@ def _wide_integer(value: int) -> str:
 
 
 def _between(unit: str, wanted: str) -> Fraction:
-    """Return what a value in one unit is multiplied by, to be one in another."""
+    """Return the factor that converts a value from one unit to another."""
     (above, _, below), (wanted_above, _, wanted_below) = unit.partition("/"), wanted.partition("/")
     for powers in _POWERS:
         if below == wanted_below and above in powers and wanted_above in powers:
             return Fraction(10) ** (powers[above] - powers[wanted_above])
     if unit != wanted:
-        raise CannotSayError("a value in a unit of something else")
+        raise CannotSayError("a value in an incompatible unit")
     return Fraction(1)

@@ -1,4 +1,4 @@
-"""Vectors as C: what is checked, of which layout, with which values and bytes."""
+"""Vectors in C: the check, its layout, and its values and bytes."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from stagewire_generator.targets.c.testing.values import (
 from stagewire_generator.targets.vectors.cases import framing_of as frames_of
 from stagewire_generator.targets.vectors.subject import Subject
 
-_UNDECIDED = ":undecided"  # a form that is two layouts
+_UNDECIDED = ":undecided"  # suffix of a form with several possible layouts
 _INDENT = 8
-_LONGEST = 480  # bytes of a message: less than STAGEWIRE_LARGEST, by what is looked at behind it
+_LONGEST = 480  # length of a message: less than STAGEWIRE_LARGEST, to detect writes past its end
 _LARGEST = {"dest": 0xFF, "source": 0xFF, "axis": 0xFF, "address": 0xFFFFFFFF}
 _VERDICTS = frozenset({
     "truncated", "trailing", "bad_length", "unknown_message", "out_of_range", "unsupported",
@@ -34,14 +34,14 @@ _VERDICTS = frozenset({
 
 @dataclass(frozen=True, slots=True)
 class VectorView:
-    """One vector: its members, each on one line or several."""
+    """A vector: its members, each on one or several lines."""
 
     members: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """What a message says, and what carries it; the envelope as members of its struct."""
+    """The values of a message, and its envelope as members of a struct."""
 
     of: Subject
     values: Mapping[str, object]
@@ -49,7 +49,7 @@ class Content:
 
 
 class Vectors:
-    """Makes vectors of one protocol."""
+    """Makes the vectors of a protocol."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol
@@ -65,9 +65,9 @@ class Vectors:
         self._places = {key: place for place, key in enumerate(self.subjects)}
 
     def content(self, said: Json) -> Content:
-        """Return what an object of the testee protocol says of a message.
+        """Return the content of an object of the testee protocol.
 
-        Raises :class:`CannotSayError` for what has no layout in C, or no value of its types.
+        :raises CannotSayError: if it has no layout in C, or a value does not fit its type.
         """
         name = said.get("message", "")
         of = self.subjects.get((name, self.framing.form(said) or self._only_form(name)))
@@ -80,7 +80,7 @@ class Vectors:
         return forms[0] if len(forms) == 1 else ""
 
     def contents(self, said: Json) -> list[Content]:
-        """Return the same; where only context decides, what the whole packet says by each of its layouts."""
+        """Return the content; for an undecided form, the content of the packet in each possible layout."""
         data = bytes.fromhex(said.get("data") or "")
         if not data or not said.get("form", "").endswith(_UNDECIDED):
             return [self.content(said)]
@@ -106,7 +106,7 @@ class Vectors:
                 continue
             value = said[key]
             if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
-                raise CannotSayError("an address that its type does not hold")
+                raise CannotSayError("an address that does not fit its type")
             if value:
                 envelope.append(f".{key} = 0x{value:02X}")
         envelope += self.framing.envelope(of, said)
@@ -117,21 +117,21 @@ class Vectors:
         return envelope
 
     def bytes_of(self, of: Subject, values: Json) -> bytes:
-        """Return the bytes of a layout with these values, as the cases have them.
+        """Return the bytes of a layout with these values.
 
-        Raises :class:`CannotSayError` for a value that a field does not hold.
+        :raises CannotSayError: if a value does not fit its field.
         """
         try:
             return self._frames.frame(of, values)
         except (OverflowError, ValueError):
-            raise CannotSayError("a value that its field does not hold") from None
+            raise CannotSayError("a value that does not fit its field") from None
 
     def both(self, id: str, content: Content, raw: bytes) -> VectorView:
-        """Return the check that a content encodes to bytes, and that they decode to it."""
+        """Return the check that a content encodes to bytes, and that these decode to the content."""
         return self._vector(id, "REPRODUCES", content, raw)
 
     def carried(self, id: str, content: Content, raw: bytes) -> VectorView:
-        """Return the same, without ranges on encode."""
+        """Return the same check without range checks when encoding."""
         return self._vector(id, "CARRIES", content, raw)
 
     def encoded(self, id: str, content: Content, raw: bytes) -> VectorView:
@@ -139,7 +139,7 @@ class Vectors:
         return self._vector(id, "ENCODES", content, raw)
 
     def not_encoded(self, id: str, content: Content, code: str) -> VectorView:
-        """Return the check that a content is refused."""
+        """Return the check that encoding a content fails."""
         return self._vector(id, "ENCODES", content, None, verdict=code)
 
     def decoded(self, id: str, content: Content, raw: bytes) -> VectorView:
@@ -151,32 +151,32 @@ class Vectors:
         return self._vector(id, "DIFFERS", content, raw)
 
     def refused(self, id: str, raw: bytes, code: str, said: Json) -> VectorView:
-        """Return the check that bytes are refused by every layout that they could be meant for.
+        """Return the check that decoding bytes fails for every possible layout.
 
-        :param said: what a decoder is told beside the bytes.
+        :param said: the keys of the request besides the bytes.
         """
         meant = self.framing.meant(self.protocol, self._every, raw, said)
         if not meant:
-            raise CannotSayError("bytes that no layout is asked for")
+            raise CannotSayError("bytes without a possible layout")
         first, last = (self._places[_key(of)] for of in (meant[0], meant[-1]))
         head = [*self._head(id, "REFUSES", code), f".layout = {self._index(meant[0])}"]
         head.append(f".layout_count = {last - first + 1}")
         return VectorView((*head, *_bytes(raw)))
 
     def cut(self, id: str, raw: bytes, events: Iterable[str]) -> VectorView:
-        """Return the check that a stream is cut into events."""
+        """Return the check that a stream is parsed into events."""
         named = [f"STAGEWIRE_EVENT_{event.upper()}" for event in events]
         events_line = filled("STAGEWIRE_EVENTS(", named, ")", _INDENT)
         return VectorView((*self._head(id, "CUTS"), *_bytes(raw), events_line))
 
     def converted(self, id: str, quantity: str, item: Json) -> VectorView:
-        """Return the check that a stated value is converted to its exact counts."""
+        """Return the check that a stated value converts to its exact counts."""
         conversion = ["struct conversion", *self._conversions.members(quantity, item)]
         line = filled("STAGEWIRE_VALUES(", conversion, ")", _INDENT)
         return VectorView((*self._head(id, "CONVERTS"), line))
 
     def lacking(self, id: str, message: str, form: str = "") -> VectorView:
-        """Return the check that there is no layout of a message, in any form or in this one."""
+        """Return the check that a message has no layout, or none in this form."""
         head = [*self._head(id, "LACKS"), f".message = {string(message)}"]
         return VectorView((*head, *([f".text = {string(form)}"] if form else [])))
 
@@ -203,7 +203,7 @@ class Vectors:
         yield f".check = STAGEWIRE_{check}"
         if verdict:
             if verdict not in _VERDICTS | {self.framing.damaged}:
-                raise CannotSayError(f"a refusal as {verdict}")
+                raise CannotSayError(f"the error {verdict}")
             yield f".verdict = STAGEWIRE_{verdict.upper()}"
 
     def _index(self, of: Subject) -> str:
@@ -215,14 +215,17 @@ def _key(of: Subject) -> tuple[str, str]:
 
 
 def noted(id: str, why: str) -> VectorView:
-    """Return what is not checked in C, with the reason."""
+    """Return a vector without a check, with the reason."""
     return VectorView((f".id = {string(id)}", ".check = STAGEWIRE_NOTES", f".text = {string(why)}"))
 
 
 def _bytes(raw: bytes) -> list[str]:
-    """Return bytes and their number. Raises :class:`CannotSayError` for more than the runner has room for."""
+    """Return bytes and their number.
+
+    :raises CannotSayError: if there are more bytes than the runner supports.
+    """
     if len(raw) > _LONGEST:
-        raise CannotSayError("more bytes than these programs have room for")
+        raise CannotSayError("more bytes than the runner supports")
     if not raw:
         return [".bytes = (const uint8_t[]){0x00}", ".size = 0"]
     return [byte_rows("STAGEWIRE_BYTES(", raw, ")", _INDENT)]
