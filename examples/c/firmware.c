@@ -1,6 +1,6 @@
 /*
- * One channel of a brushless DC controller: it says who it is, keeps a velocity profile, moves when
- * it is told to, and reports when the move has ended. The motor is made up: it counts.
+ * One channel of a brushless DC controller. It identifies itself, keeps a velocity profile, moves on
+ * command, and reports the end of a move. The motor is simulated by a counter.
  */
 #include "firmware.h"
 
@@ -12,7 +12,7 @@ static const apt_hw_get_info INFO = {
 static void answer(struct firmware *it, const uint8_t *frame, size_t size)
 {
     const apt_addresses back = apt_reply_to(frame);
-    uint8_t out[APT_HW_GET_INFO_SIZE]; /* the longest answer */
+    uint8_t out[APT_HW_GET_INFO_SIZE]; /* the longest reply */
     apt_mot_get_velparams report;
     apt_mot_move_absolute move;
 
@@ -25,7 +25,7 @@ static void answer(struct firmware *it, const uint8_t *frame, size_t size)
             firmware_write(out, APT_HW_GET_INFO_SIZE);
         }
         break;
-    case APT_MOT_SET_VELPARAMS_ID: /* what cannot be decoded leaves the profile as it is */
+    case APT_MOT_SET_VELPARAMS_ID: /* if decoding fails, the profile is unchanged */
         (void)apt_mot_set_velparams_decode(frame, size, &it->profile);
         break;
     case APT_MOT_REQ_VELPARAMS_ID:
@@ -37,14 +37,14 @@ static void answer(struct firmware *it, const uint8_t *frame, size_t size)
             firmware_write(out, APT_MOT_GET_VELPARAMS_SIZE);
         }
         break;
-    case APT_MOT_MOVE_ABSOLUTE_ID: /* the form with a position; the other one is not known here */
+    case APT_MOT_MOVE_ABSOLUTE_ID: /* only the form with a position is supported */
         if (apt_mot_move_absolute_decode(frame, size, &move) == APT_OK) {
             it->target = move.absolute_distance;
             it->waiting = back;
             it->moving = true;
         }
         break;
-    default: /* not for this controller */
+    default: /* not supported */
         break;
     }
 }
@@ -52,7 +52,7 @@ static void answer(struct firmware *it, const uint8_t *frame, size_t size)
 static void turn(struct firmware *it)
 {
     const int64_t way = (int64_t)it->target - it->position;
-    const int64_t most = (it->profile.max_velocity >> 16) + 1; /* counts a cycle; never none */
+    const int64_t most = (it->profile.max_velocity >> 16) + 1; /* counts per cycle; at least 1 */
     uint8_t out[APT_MOT_MOVE_COMPLETED_DC_SIZE];
     apt_mot_move_completed_dc ended = APT_MOT_MOVE_COMPLETED_DC_INIT;
 
@@ -72,7 +72,7 @@ static void turn(struct firmware *it)
 
 void firmware_init(struct firmware *it)
 {
-    /* Until the host sets one: 1000 mm/s^2 and 10 mm/s, in counts of an MLS203. */
+    /* The default: 1000 mm/s^2 and 10 mm/s, in counts of an MLS203. */
     static const apt_mot_set_velparams profile = {APT_CHANNEL_CHAN1, 0, 13744, 1342177};
 
     apt_parser_init(&it->parser, APT_END_DEVICE);

@@ -1,32 +1,32 @@
 /*
- * A motor controller in one loop. It needs no operating system and no C library: only the two
- * functions that move bytes, which whoever puts it on a chip or on a computer writes.
+ * A motor controller in one loop. It needs no operating system and no C library, only the two
+ * functions that transfer bytes, which each platform defines.
  */
 #ifndef FIRMWARE_H
 #define FIRMWARE_H
 
 #include "stagewire_apt/stagewire_apt.h"
 
-/** Take what has come in, at most cap bytes, and return how many there are; never waits. */
+/** Read at most cap received bytes and return their number; does not wait. */
 size_t firmware_read(uint8_t *bytes, size_t cap);
 
-/** Send bytes, all of them. */
+/** Send all bytes. */
 void firmware_write(const uint8_t *bytes, size_t size);
 
-/** All that the controller remembers. */
+/** State of the controller. */
 struct firmware {
     apt_parser parser;
     apt_mot_set_velparams profile;
-    apt_addresses waiting; /* who is told when the move has ended */
+    apt_addresses waiting; /* addresses for the message at the end of the move */
     int32_t position;
     int32_t target;
     bool moving;
 };
 
-/** Begin, with the motor at rest. */
+/** Initialise the controller with the motor at rest. */
 void firmware_init(struct firmware *it);
 
-/** Do one round: answer what has come, and let the motor turn for a servo cycle of 102.4 us. */
+/** Answer received messages, and turn the motor for one servo cycle of 102.4 us. */
 void firmware_poll(struct firmware *it);
 
 #endif

@@ -1,10 +1,10 @@
 /*
- * A host that drives the controller of firmware.c, or any with an MLS203 stage, over a serial port.
+ * A host for the controller in firmware.c, or for a real one with an MLS203 stage, over a serial port.
  *
- *     host PORT                       says who is there, and how fast it would move
+ *     host PORT                       prints the controller and its velocity
  *     host PORT VELOCITY POSITION     sets the velocity (um/s), moves to the position (um), and waits
  *
- * Nothing moves unless it is asked for. Exit: 0 done, 1 no answer or a refusal, 2 called wrongly.
+ * Exit status: 0 success, 1 no reply or an error, 2 wrong usage.
  */
 #include "serial.h"
 #include "stagewire_apt/quantities.h"
@@ -16,14 +16,14 @@
 #include <stdlib.h>
 
 #define DEVICE 0x21U /* the card in the first bay */
-#define ANSWER_MS 1000 /* what an answer may take */
-#define MOVE_MS 10000 /* and a move */
+#define ANSWER_MS 1000 /* timeout of a reply */
+#define MOVE_MS 10000 /* timeout of a move */
 
 static const apt_scale POSITION = APT_SCALE_MLS203_BBD10X_POSITION;
 static const apt_scale VELOCITY = APT_SCALE_MLS203_BBD10X_VELOCITY;
 static const apt_scale ACCELERATION = APT_SCALE_MLS203_BBD10X_ACCELERATION;
 
-/* A port, and what came from it. */
+/* A port, and the bytes received from it. */
 struct line {
     struct serial port;
     apt_parser parser;
@@ -32,7 +32,7 @@ struct line {
     size_t left;
 };
 
-/* Wait for a message of the controller; others that come before it are passed over. */
+/* Wait for a message of the controller; ignore other messages. */
 static bool wait_for(struct line *line, uint16_t id, apt_event *event, int64_t milliseconds)
 {
     const int64_t until = serial_now() + milliseconds;
@@ -50,7 +50,7 @@ static bool wait_for(struct line *line, uint16_t id, apt_event *event, int64_t m
     return false;
 }
 
-/* Ask who is there, and print it. */
+/* Read the hardware information and print it. */
 static bool say_who(struct line *line)
 {
     const apt_hw_req_info request = APT_HW_REQ_INFO_INIT;
@@ -68,7 +68,7 @@ static bool say_who(struct line *line)
     return true;
 }
 
-/* Ask how fast it moves, print it in um/s, and return what it said. */
+/* Read the velocity parameters and print them in um/s and um/s^2. */
 static bool read_profile(struct line *line, apt_mot_get_velparams *profile)
 {
     const apt_mot_req_velparams request = {APT_CHANNEL_CHAN1, 0};
@@ -90,7 +90,7 @@ static bool read_profile(struct line *line, apt_mot_get_velparams *profile)
     return true;
 }
 
-/* Set the velocity; the acceleration stays as it is. */
+/* Set the velocity; keep the acceleration. */
 static bool set_velocity(struct line *line, int64_t velocity_um_s, const apt_mot_get_velparams *now)
 {
     const apt_ratio velocity = {velocity_um_s, 1000};
@@ -100,14 +100,14 @@ static bool set_velocity(struct line *line, int64_t velocity_um_s, const apt_mot
     set.chan_ident = now->chan_ident;
     set.acceleration = now->acceleration;
     if (apt_to_counts_uint32(&velocity, &VELOCITY, &set.max_velocity) != APT_OK) {
-        (void)fprintf(stderr, "no velocity: %" PRId64 " um/s\n", velocity_um_s);
+        (void)fprintf(stderr, "velocity out of range: %" PRId64 " um/s\n", velocity_um_s);
         return false;
     }
     return apt_mot_set_velparams_encode(&set, apt_host_to(DEVICE), frame, sizeof(frame)) == APT_OK
         && serial_send(&line->port, frame, sizeof(frame));
 }
 
-/* Move, and wait until the controller says that the move has ended. */
+/* Move, and wait until the controller reports the end of the move. */
 static bool move_to(struct line *line, int64_t position_um)
 {
     const apt_ratio position = {position_um, 1000};
@@ -118,7 +118,7 @@ static bool move_to(struct line *line, int64_t position_um)
     int64_t reached;
 
     if (apt_to_counts_int32(&position, &POSITION, &move.absolute_distance) != APT_OK) {
-        (void)fprintf(stderr, "no position: %" PRId64 " um\n", position_um);
+        (void)fprintf(stderr, "position out of range: %" PRId64 " um\n", position_um);
         return false;
     }
     if (apt_mot_move_absolute_encode(&move, apt_host_to(DEVICE), frame, sizeof(frame)) != APT_OK

@@ -1,9 +1,9 @@
 /*
- * Asks an MS-2000 where an axis is. A reply has no frame: only what was asked says what it means.
+ * Reads the position of an axis of an MS-2000. A reply has no frame: its meaning depends on the request.
  *
  *     position PORT AXIS      AXIS is X, Y or Z
  *
- * Exit: 0 done, 1 no answer, 2 called wrongly.
+ * Exit status: 0 success, 1 no reply, 2 wrong usage.
  */
 #include "serial.h"
 #include "stagewire_ms2000/quantities.h"

@@ -1,9 +1,9 @@
 /*
- * The controller of firmware.c on a pseudo-terminal: to a host it is a serial port.
+ * The controller of firmware.c on a pseudo-terminal, which a host uses like a serial port.
  *
- *     controller LINK        LINK becomes the name of the port; ends with an interrupt
+ *     controller LINK        LINK becomes the name of the port; stop it with an interrupt
  *
- * What has this name already is left alone, and said: another controller may be using it.
+ * It is an error if the name already exists: another controller may be using it.
  */
 #include "firmware.h"
 
@@ -35,14 +35,14 @@ void firmware_write(const uint8_t *bytes, size_t size)
     while (size > 0U) {
         const ssize_t written = write(port, bytes, size);
         if (written <= 0) {
-            return; /* nobody listens; a serial line would lose the bytes, too */
+            return; /* no host is connected; a serial line would also lose the bytes */
         }
         bytes += written;
         size -= (size_t)written;
     }
 }
 
-/* Open a pseudo-terminal that passes bytes as they are. Its other end stays open, as of a cable. */
+/* Open a pseudo-terminal in raw mode. Its other end stays open, like a connected cable. */
 static bool open_port(const char *link)
 {
     struct termios raw;

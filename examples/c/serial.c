@@ -1,4 +1,4 @@
-/* A serial port as POSIX has it. */
+/* A POSIX serial port. */
 #include "serial.h"
 
 #include <fcntl.h>
@@ -58,12 +58,12 @@ size_t serial_receive(const struct serial *port, int64_t until, uint8_t *bytes, 
     ssize_t size;
 
     if (remaining <= 0 || poll(&ready, 1U, (int)remaining) <= 0) {
-        (void)fprintf(stderr, "no answer in time\n");
+        (void)fprintf(stderr, "timeout: no reply\n");
         return 0U;
     }
     size = read(port->file, bytes, cap);
     if (size <= 0) {
-        (void)fprintf(stderr, "the port is gone\n");
+        (void)fprintf(stderr, "the port was closed\n");
         return 0U;
     }
     return (size_t)size;

@@ -1,4 +1,4 @@
-/* A serial port of a computer, with time limits; whatever the protocol. */
+/* A serial port of a computer, with timeouts, for any protocol. */
 #ifndef SERIAL_H
 #define SERIAL_H
 
@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <termios.h>
 
-/** Return the milliseconds of a clock that only goes forward. */
+/** Return the time of a monotonic clock in milliseconds. */
 int64_t serial_now(void);
 
 /** A port. */
@@ -15,13 +15,13 @@ struct serial {
     int file;
 };
 
-/** Open a port for bytes as they are; say so if that fails. */
+/** Open a port in raw mode; print an error and return false if that fails. */
 bool serial_open(struct serial *port, const char *name, speed_t speed);
 
-/** Send bytes, all of them; say so if that fails. */
+/** Send all bytes; print an error and return false if that fails. */
 bool serial_send(const struct serial *port, const uint8_t *bytes, size_t size);
 
-/** Take what comes until a time of serial_now(); return 0, and say so, if nothing does. */
+/** Wait for bytes until a time of serial_now(); print an error and return 0 if none arrive. */
 size_t serial_receive(const struct serial *port, int64_t until, uint8_t *bytes, size_t cap);
 
 #endif

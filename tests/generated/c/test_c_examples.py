@@ -308,7 +308,7 @@ def test_the_host_gives_up_on_a_controller_that_is_silent(start: Start) -> None:
     host = start("host", "25000", "1000")
     assert isinstance(host.port.next(), m.HwReqInfo)
     status, out, err = host.end()
-    assert (status, out, err) == (1, "", "no answer in time\n")
+    assert (status, out, err) == (1, "", "timeout: no reply\n")
     assert host.port.next(0.05) is None
 
 

@@ -20,7 +20,7 @@
 #define STAGEWIRE_LARGEST 512
 #endif
 
-/** What a vector checks. */
+/** The check of a vector. */
 enum stagewire_check {
     STAGEWIRE_REPRODUCES, /**< the values encode to the bytes, and the bytes decode to the values */
     STAGEWIRE_ENCODES, /**< the values encode to the bytes, or encoding fails with the verdict */
