@@ -1,4 +1,4 @@
-"""One file of C that uses all that the headers of a package declare."""
+"""A C file that uses all declarations of the headers of a package."""
 
 from __future__ import annotations
 

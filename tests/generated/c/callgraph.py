@@ -1,4 +1,4 @@
-"""Who calls whom, and how much stack each takes, as gcc writes it (``-fcallgraph-info=su``)."""
+"""Call graphs and stack usage of functions, as written by gcc (``-fcallgraph-info=su``)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 OPTION = "-fcallgraph-info=su"
-"""Makes gcc write the graph beside the object file, with the ending ``.ci``."""
+"""Makes gcc write the graph next to the object file, with the suffix ``.ci``."""
 
 INDIRECT = "__indirect_call"
 
@@ -18,14 +18,14 @@ _STACK = re.compile(r"(\d+) bytes \((\w[\w,]*)\)")
 
 
 class CallGraph(NamedTuple):
-    """The functions of some objects; those that are only called have no stack of their own."""
+    """The functions of some objects; functions of other objects have no stack usage."""
 
     calls: Mapping[str, frozenset[str]]
     stack: Mapping[str, int]
     unbounded: frozenset[str]
 
     def cycle(self) -> list[str]:
-        """Return functions that call each other in a circle, if any do: there is recursion."""
+        """Return functions that call each other recursively, if there are any."""
         done: set[str] = set()
 
         def walk(name: str, path: list[str]) -> list[str]:
@@ -43,12 +43,12 @@ class CallGraph(NamedTuple):
         return next((found for name in sorted(self.calls) if (found := walk(name, []))), [])
 
     def deepest(self, name: str) -> int:
-        """Return the bytes of stack that a function takes together with all that it calls."""
+        """Return the stack usage of a function including all functions that it calls."""
         below = max(map(self.deepest, self.calls.get(name, ())), default=0)
         return self.stack.get(name, 0) + below
 
     def reached(self, names: Iterable[str]) -> set[str]:
-        """Return these functions and all that they call."""
+        """Return these functions and all functions that they call."""
         found: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -59,12 +59,12 @@ class CallGraph(NamedTuple):
         return found
 
     def indirect(self) -> list[str]:
-        """Return the functions that call through a pointer: where that leads is not in the graph."""
+        """Return the functions that call through a pointer; the graph does not contain the callees."""
         return sorted(name for name, called in self.calls.items() if INDIRECT in called)
 
 
 def read(paths: Iterable[Path]) -> CallGraph:
-    """Read what gcc wrote of some objects."""
+    """Read the output of gcc for some objects."""
     calls: dict[str, set[str]] = {}
     stack: dict[str, int] = {}
     unbounded: set[str] = set()
@@ -84,5 +84,5 @@ def read(paths: Iterable[Path]) -> CallGraph:
 
 
 def _plain(title: str) -> str:
-    """Return the name of a function; before that of a static one gcc writes its file."""
+    """Return the name of a function; gcc prefixes static functions with their file."""
     return title.rpartition(":")[2]

@@ -1,4 +1,4 @@
-"""The C of a protocol of commands, compiled as a library and called from Python beside its Python."""
+"""The C code of a command protocol, compiled to a library and called from Python, next to the Python code."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ REFUSALS = {
     "OUT_OF_RANGE": "out_of_range",
     "DUMMY": "unsupported",
 }
-"""Status in C -> refusal code of the testee protocol; the others have no counterpart there."""
+"""Status in C -> error code of the testee protocol; other statuses have none."""
 _OTHERS = ("OK", "NO_SPACE", "OUTSTANDING", "POISONED")
 _ROOM = 512
 
@@ -45,13 +45,13 @@ class Entry(ctypes.Structure):
 
 
 class CommandLibrary:
-    """One protocol, in Python and in C.
+    """One protocol in Python and in C.
 
-    :param protocol: the Python.
+    :param protocol: the Python protocol object.
     :param registry: its resolved registry.
-    :param c: the folder of the C of all packages.
-    :param folder: where to compile.
-    :param flags: for the compiler.
+    :param c: the folder of the C code of all packages.
+    :param folder: the folder for compiling.
+    :param flags: flags for the compiler.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class CommandLibrary:
             i: self.c.call_name_of_status(i).decode() for i in range(len(REFUSALS) + len(_OTHERS))
         }
 
-    # What there is
+    # Declarations
 
     def layouts(self) -> Iterator[type[Message]]:
         """Yield the classes of all commands, setup commands and replies."""
@@ -87,7 +87,7 @@ class CommandLibrary:
         return list(fields)
 
     def type(self, cls: type[Message]) -> str:
-        """Return the name in C."""
+        """Return the name of the type in C."""
         name = f"{self.prefix}_{cls.layout.message.lower()}"
         name = f"{name}_reply" if issubclass(cls, Reply) else name
         return name if f"{name}_decode" in self._functions else f"{name}_message"
@@ -102,7 +102,7 @@ class CommandLibrary:
             yield cls, type(self.type(cls), (ctypes.Structure,), {"_fields_": members})
 
     def _source(self) -> Iterator[str]:
-        """Yield the lines that make ordinary functions of what is inline."""
+        """Yield lines that define ordinary functions for the inline functions."""
         p = self.prefix
         capitals = p.upper()
         yield f'#include "{self.package}/{self.package}.h"'
@@ -148,7 +148,7 @@ int call_append(const uint8_t *extra, size_t extra_size, uint8_t *command, size_
     def encode(
         self, message: Message, axis: int = 0, *, checked: bool = True, cap: int = _ROOM
     ) -> tuple[str, bytes]:
-        """Return the status and the bytes, none unless it is OK; nothing else may be written."""
+        """Return the status and the bytes, empty on an error; check that nothing else is written."""
         given = self._structs[type(message)]()
         for field in self.fields(type(message)):
             value = getattr(message, field["name"])
@@ -170,7 +170,7 @@ int call_append(const uint8_t *extra, size_t extra_size, uint8_t *command, size_
         return status, out.raw[:taken]
 
     def decode(self, cls: type[Message], raw: bytes) -> tuple[str, dict[str, Any] | None]:
-        """Return the status and the fields, None unless it is OK; the struct is left alone then."""
+        """Return the status and the fields, None on an error; check that the struct is unchanged then."""
         struct = self._structs[cls]
         into = struct()
         size = ctypes.sizeof(struct)
@@ -204,7 +204,7 @@ int call_append(const uint8_t *extra, size_t extra_size, uint8_t *command, size_
         return self._changed(raw, self.c.call_leave_size_out)
 
     def appended(self, raw: bytes, extra: bytes, cap: int = _ROOM) -> tuple[str, bytes]:
-        """Return a command with bytes that are ignored."""
+        """Return a command with ignored bytes."""
         count = ctypes.c_size_t(len(extra))
         return self._changed(
             raw, lambda *it: self.c.call_append(extra, count, *it, ctypes.c_size_t(cap))
@@ -225,7 +225,7 @@ int call_append(const uint8_t *extra, size_t extra_size, uint8_t *command, size_
     # Table
 
     def identify(self, raw: bytes) -> tuple[str, str | None]:
-        """Return the status of bytes that should be a command, and the name of the command."""
+        """Return the status of identifying bytes as a command, and the name of the command."""
         entry = ctypes.POINTER(Entry)()
         function = self.function("identify_command")
         status = function(raw, ctypes.c_size_t(len(raw)), ctypes.byref(entry))
@@ -277,7 +277,7 @@ def make_library(folder: Path, *flags: str) -> CommandLibrary:
 
 
 def make_turtle(folder: Path, *flags: str) -> CommandLibrary:
-    """Make the library of a protocol that nobody has: texts, constants, other marks."""
+    """Make the library of a protocol of the tests, with texts, constants and other special bytes."""
     write_files(folder, render([check(SMALL_SPECS / "good_commands")[0]]))
     sys.path.insert(0, str(folder / "python"))
     try:

@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 _KINDS = ("none", "message", "unknown", "bad_length", "garbage")
-_ROOM = 1024  # more than either of them takes
+_ROOM = 1024  # larger than both
 
 
 class Event(NamedTuple):
-    """What a parser or a reader of replies gave out."""
+    """An event of a parser or a reader of replies."""
 
     kind: str
     raw: bytes
@@ -29,7 +29,7 @@ class Reader:
     """The parser of commands.
 
     :param function: finds a function of the library by its name.
-    :param kind: what the names of its own begin with.
+    :param kind: the prefix of its functions.
     """
 
     def __init__(self, function: Callable[[str], Any], kind: str) -> None:
@@ -43,7 +43,7 @@ class Reader:
         return self.function(f"{self.kind}_{name}")(*arguments)
 
     def next(self, data: bytes) -> tuple[Event | None, bytes]:
-        """Return the next event, and what was not taken."""
+        """Return the next event and the unconsumed bytes."""
         buffer = ctypes.create_string_buffer(data, len(data)) if data else None
         at = ctypes.cast(buffer, ctypes.POINTER(ctypes.c_uint8))
         size = ctypes.c_size_t(len(data))
@@ -52,7 +52,7 @@ class Reader:
         return _made(event), data[len(data) - size.value :]
 
     def feed(self, data: bytes) -> list[Event]:
-        """Return the events of some bytes, all of which are taken."""
+        """Return the events of some bytes, all of which are consumed."""
         events = []
         while True:
             event, data = self.next(data)
@@ -63,7 +63,7 @@ class Reader:
 
     @property
     def pending(self) -> bytes:
-        """The bytes that wait for more."""
+        """The pending bytes."""
         size = ctypes.c_size_t()
         function = self.function(f"{self.kind}_pending")
         function.restype = ctypes.c_void_p
@@ -81,18 +81,18 @@ class Replies(Reader):
         self.statuses = statuses
 
     def sent(self, raw: bytes) -> str:
-        """Note a command; return the status."""
+        """Register a command; return the status."""
         return self.statuses[self.call("sent", self.state, raw, ctypes.c_size_t(len(raw)))]
 
     def abandon(self) -> list[Event]:
-        """Give up; return what came."""
+        """Stop waiting; return the bytes received."""
         event = _Event()
         self.call("abandon", self.state, ctypes.byref(event))
         found = _made(event)
         return [found] if found else []
 
     def drained(self) -> None:
-        """Say that the line was silent."""
+        """Report that the line was silent."""
         self.call("drained", self.state)
 
     def asks(self, question: str) -> bool:
@@ -103,7 +103,7 @@ class Replies(Reader):
 
 
 def _made(event: _Event) -> Event | None:
-    """Return an event of C as one of Python."""
+    """Return an event of C as an event of Python."""
     if not event.kind:
         return None
     return Event(_KINDS[event.kind], ctypes.string_at(event.bytes, event.size))

@@ -1,4 +1,4 @@
-"""What several tests of the generated C share, made once a session."""
+"""Fixtures of the tests of the generated C, made once per session."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from toolchain import need
 from checkout import TESTS
 from parts import first_of
 
-# The tests of the testee in Python are run again, with the one in C beside it.
+# The tests of the Python testee also run with the C testee.
 sys.path.append(str(TESTS / "conformance" / "testees"))
 
 Once = Callable[[str, Callable[[Path], object]], Path]
@@ -23,7 +23,7 @@ Once = Callable[[str, Callable[[Path], object]], Path]
 
 @pytest.fixture(scope="session")
 def once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Once:
-    """Fill a folder once, and return it; all processes of a run share it."""
+    """Fill a folder once and return it; all processes of a test run share it."""
     base = tmp_path_factory.getbasetemp()
     root = base if worker_id == "master" else base.parent
 
@@ -50,7 +50,7 @@ def testees(once: Once) -> Testees:
 
 @pytest.fixture(scope="module")
 def asks_both(testees: Testees) -> Iterator[None]:
-    """Whatever a test asks the testee in Python is asked the one in C, too, and has to be answered alike."""
+    """Also send every request of a test to the C testee, whose answer must be the same."""
     import testee_calls
 
     with pytest.MonkeyPatch.context() as patch:
@@ -62,6 +62,6 @@ def asks_both(testees: Testees) -> Iterator[None]:
 def library(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> CommandLibrary:
-    """A protocol of commands in C and in Python: that of the registry, and one of the tests."""
+    """A protocol of commands in C and in Python: one from the registry, and one of the tests."""
     folder = tmp_path_factory.mktemp(request.param)
     return {"ms2000": make_library, "turtle": make_turtle}[request.param](folder)

@@ -1,4 +1,4 @@
-"""The C that is tested, with its tests: generated from the spec when one of the inputs has changed."""
+"""The generated C under test, with its tests: generated again if an input has changed."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _BUILD = ROOT / "build"
 
 
 def generated() -> Path:
-    """Return the folder of all packages; ``STAGEWIRE_C`` names that of a template of one's own.
+    """Return the folder of all packages; ``STAGEWIRE_C`` can name a folder of your own.
 
-    Processes of a run share it: the first one makes it, and the others wait.
+    All processes of a test run share it: the first one generates it, the others wait.
     """
     if elsewhere := os.environ.get("STAGEWIRE_C"):
         return Path(elsewhere)

@@ -1,4 +1,4 @@
-/* Prints the layouts of one package (LAYOUTS and COUNT of LAYOUTS_H), a line each and one for each field. */
+/* Prints the layouts of one package (LAYOUTS and COUNT of LAYOUTS_H), one line per layout and per field. */
 #include <inttypes.h>
 #include <stdio.h>
 

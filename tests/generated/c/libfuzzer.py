@@ -1,13 +1,13 @@
 """Fuzz the generated C with libFuzzer, AddressSanitizer and UndefinedBehaviorSanitizer.
 
-    python tests/generated/c/libfuzzer.py                          # 20 million executions, a process a core
+    python tests/generated/c/libfuzzer.py                        # 20 million executions, one process per core
     python tests/generated/c/libfuzzer.py --executions 200000 --seed 7
     python tests/generated/c/libfuzzer.py --replay build/fuzz/c/apt_parser-crash-...
 
-The targets stand in ``tests/fuzz/c``: the parsers, and all layouts of each package encoded and
-decoded. The corpus begins with the vectors. The exit is 1 when a check of a target was broken, a
-sanitizer spoke, fewer executions than asked for were made (libFuzzer counts them), or a kind of
-event never came. What broke a check is kept below ``build/fuzz/c``. Standard library only.
+The targets are in ``tests/fuzz/c``: the parsers, and encoding and decoding of all layouts of each package.
+The initial corpus is the vectors. The exit status is 1 if a check of a target failed, a sanitizer found an
+error, libFuzzer counted fewer executions than requested, or a kind of event did not occur. Inputs that fail a
+check are kept in ``build/fuzz/c``. The program uses only the standard library.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ OPTIONS = [
     *("-std=c11", "-O2", "-g", "-fno-omit-frame-pointer"),
     *("-fsanitize=address,undefined", "-fno-sanitize-recover=all"),
 ]
-# Only what is tried guides the fuzzer, not the loops of what checks it.
+# Only the code under test guides the fuzzer, not the loops of the checks.
 GUIDED = ["-fsanitize=fuzzer-no-link", "-fno-sanitize-coverage=trace-cmp"]
 SECONDS_AN_INPUT = 20
 
@@ -45,17 +45,17 @@ _SEEN = re.compile(r"^seen: (\w+) (\d+)$", re.MULTILINE)
 
 
 class Target(NamedTuple):
-    """A program, the package that it tries, its share of all executions, and the longest input."""
+    """A fuzz target: its package, its share of all executions, and the maximum length of inputs."""
 
     source: str
     package: str
     protocol: str
-    share: int  # in hundredths
+    share: int  # per cent
     longest: int
     options: tuple[str, ...] = ()
 
     def defines(self) -> list[str]:
-        """Return what tells a source that fits every package which it tries."""
+        """Return the macros that configure a generic source for a package."""
         prefix = self.package.removeprefix("stagewire_")
         return [
             f'-DLAYOUTS_H="{self.package}/testing/layouts.h"',
@@ -77,7 +77,7 @@ TARGETS = {
 
 
 def build(name: str, c: Path, folder: Path, *options: str) -> Path:
-    """Compile a target; return the program. What targets have in common is compiled once."""
+    """Compile a target and return the program. Code that targets share is compiled once."""
     target = TARGETS[name]
     package = c / target.package
     compiler = ["clang", *OPTIONS, f"-I{c}", *options]
@@ -96,11 +96,11 @@ def build(name: str, c: Path, folder: Path, *options: str) -> Path:
     return made
 
 
-# What the fuzzer begins with
+# The initial corpus
 
 
 def _bytes_of(path: Path) -> list[bytes]:
-    """Return the bytes of examples, captures and cases, the refused ones included."""
+    """Return the bytes of examples, captures and cases, including invalid ones."""
     vectors = json.loads(path.read_text(encoding="utf-8"))
     texts = [entry.get("printed") for entry in [*vectors["examples"], *vectors["captures"]]]
     for case in vectors["cases"]:
@@ -113,17 +113,17 @@ def _bytes_of(path: Path) -> list[bytes]:
 def _hex(text: object) -> Iterator[bytes]:
     try:
         yield bytes.fromhex(str(text))
-    except ValueError:  # an example in prose, or with a misprinted digit
+    except ValueError:  # an example in prose or with a misprint
         return
 
 
 def _beginnings(name: str, c: Path) -> Iterator[bytes]:
-    """Yield inputs of a target, control bytes first; the sources say what these mean."""
+    """Yield inputs of a target, beginning with control bytes; the sources describe these."""
     target = TARGETS[name]
     published = _bytes_of(c.parent / "vectors" / f"{target.protocol}.json")
     if target.source == "codec.c":
         yield from (bytes((0, 0, 2, 0x21)) + raw for raw in published)
-        for number in range(256):  # whatever the struct of a layout is filled with
+        for number in range(256):  # bytes that fill the struct of a layout
             yield from (bytes((number, 0, 0, 0x21)) + fill * 40 for fill in (b"\0", b"\xff"))
     else:
         controls = 3 if target.source == "apt_parser.c" else 2
@@ -133,9 +133,9 @@ def _beginnings(name: str, c: Path) -> Iterator[bytes]:
 
 
 def write_corpus(name: str, c: Path, folder: Path) -> int:
-    """Write the inputs that a target begins with; return how many there are.
+    """Write the initial inputs of a target; return their number.
 
-    The vectors stand beside the C that they are for.
+    The vectors are next to the C code.
     """
     inputs = [raw[: TARGETS[name].longest] for raw in _beginnings(name, c)]
     for number, raw in enumerate(inputs):
@@ -147,7 +147,7 @@ def write_corpus(name: str, c: Path, folder: Path) -> int:
 
 
 class Ran(NamedTuple):
-    """What one process of the fuzzer came to."""
+    """The result of one fuzzer process."""
 
     code: int
     executions: int
@@ -156,11 +156,11 @@ class Ran(NamedTuple):
 
 
 def fuzz(program: Path, corpus: Path, executions: int, seed: int, kept: Path) -> Ran:
-    """Run a target, which begins with the files of a folder."""
+    """Run a target with the files of a folder as its corpus."""
     kept.mkdir(parents=True, exist_ok=True)
     begins = corpus.with_suffix(
         ".list"
-    )  # named one by one: a folder would be filled with what it finds
+    )  # named one by one: the fuzzer would write its findings to a folder
     begins.write_text(",".join(str(path) for path in sorted(corpus.iterdir())), encoding="utf-8")
     longest = TARGETS[program.name].longest
     command = [
@@ -184,7 +184,7 @@ def fuzz(program: Path, corpus: Path, executions: int, seed: int, kept: Path) ->
 
 
 class Job(NamedTuple):
-    """One process: a target and the number of it."""
+    """One process: a target and its number."""
 
     name: str
     part: int
@@ -192,7 +192,7 @@ class Job(NamedTuple):
 
 
 def jobs(executions: int, processes: int) -> list[Job]:
-    """Return what to run, so that every process has a part of every target."""
+    """Return the jobs, divided so that every process runs a part of every target."""
     found = []
     for name, target in TARGETS.items():
         share = -(-executions * target.share // 100 // processes) + 1
@@ -201,7 +201,7 @@ def jobs(executions: int, processes: int) -> list[Job]:
 
 
 def run(executions: int, seed: int, processes: int, c: Path) -> int:
-    """Build everything, fuzz everything, and say what came of it."""
+    """Build and run everything, and print the results."""
     with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(processes) as pool:
         folder = Path(name)
         programs = {name: build(name, c, folder) for name in TARGETS}
@@ -240,7 +240,7 @@ def run(executions: int, seed: int, processes: int, c: Path) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run as the module says."""
+    """Run the program; see the module."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--executions", type=int, default=EXECUTIONS)
     parser.add_argument("--seed", type=int, default=1)

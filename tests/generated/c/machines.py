@@ -1,4 +1,4 @@
-"""The machines that the generated C is run on, and the programs that run there."""
+"""The machines that run the generated C, and the programs that run on them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g",
 
 
 class Program(NamedTuple):
-    """A program of a package; what it prints is of a machine: a host, or a chip without a library."""
+    """A program of a package; its output depends on the machine: a host, or a chip without a library."""
 
     name: str
     sources: Sequence[Path]
@@ -24,7 +24,7 @@ class Program(NamedTuple):
 
 
 def vectors(package: Package) -> Program:
-    """Return what runs the worked examples; on a host the cases, too."""
+    """Return the program that runs the worked examples, and on a host also the cases."""
     testing, here = C / "testing", package.folder / "testing"
     return Program(
         f"{package.prefix}_vectors",
@@ -39,7 +39,7 @@ def vectors(package: Package) -> Program:
 
 
 def round_trip(package: Package) -> Program:
-    """Return the typed test of every layout."""
+    """Return the round trip test of all layouts."""
     return Program(
         f"{package.prefix}_round_trip",
         [package.folder / "testing" / "round_trip.c"],
@@ -49,7 +49,7 @@ def round_trip(package: Package) -> Program:
 
 
 class Machine(NamedTuple):
-    """How a program gets onto a machine, and how it is run there."""
+    """How programs are built for a machine, and run on it."""
 
     needs: Sequence[str]
     compiler: Sequence[str]
@@ -65,7 +65,7 @@ class Machine(NamedTuple):
         return made
 
     def run(self, program: Path) -> subprocess.CompletedProcess[str]:
-        """Run a program there."""
+        """Run a program on the machine."""
         return run(*self.runs, program)
 
 
@@ -84,7 +84,7 @@ MICROBIT = Machine(
     is_chip=True,
 )
 
-# The first is what the others are compared with.
+# The others are compared with the first.
 MACHINES = {
     "x86-64": Machine(("gcc",), ["gcc", "-std=c99", "-O2"]),
     "x86-64 by clang": Machine(("clang",), ["clang", "-std=c99", "-O2"]),

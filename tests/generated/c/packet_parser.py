@@ -1,4 +1,4 @@
-"""The parser of packets in C, called from Python: blocks in, events out."""
+"""The C parser of packets, called from Python: blocks in, events out."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _CLASSES = {
     BadPacketLength: "bad_length",
     Garbage: "garbage",
 }
-_ROOM = 4096  # bytes that any parser of these tests fits into
+_ROOM = 4096  # large enough for all parsers of these tests
 _MARK = b"\xa5"
 
 
 class Seen(NamedTuple):
-    """An event: its kind, and its bytes."""
+    """An event: its kind and its bytes."""
 
     kind: str
     raw: bytes
@@ -46,7 +46,7 @@ class _Event(ctypes.Structure):
 
 
 class Parser:
-    """A parser in C; what lies behind it in memory stays as it is."""
+    """A parser in C; checks that it does not write past its memory."""
 
     def __init__(self, made: Made) -> None:
         self._call = lambda name: getattr(made.library, f"{made.package.prefix}_parser_{name}")
@@ -58,7 +58,7 @@ class Parser:
         self._call("init")(self._state)
 
     def feed(self, data: bytes) -> Iterator[Seen]:
-        """Give a block, and yield its events."""
+        """Feed a block, and yield its events."""
         block = ctypes.create_string_buffer(data, max(1, len(data)))
         first = ctypes.addressof(block)
         at, left, event = ctypes.c_void_p(first), ctypes.c_size_t(len(data)), _Event()
@@ -68,7 +68,7 @@ class Parser:
         assert self._state.raw[-64:-1] == _MARK * 63
 
     def abandon(self) -> Iterator[Seen]:
-        """Give up what waits, and yield what is given out."""
+        """Abandon pending bytes, and yield the events."""
         event = _Event()
         while self._abandon(self._state, ctypes.byref(event)):
             yield event.seen
@@ -76,28 +76,28 @@ class Parser:
 
     @property
     def pending(self) -> bytes:
-        """What waits for more."""
+        """The pending bytes."""
         size = ctypes.c_size_t()
         return ctypes.string_at(self._pending(self._state, ctypes.byref(size)), size.value)
 
 
 class PythonParser:
-    """The framer in Python, looked at in the same way."""
+    """The Python framer with the same interface."""
 
     def __init__(self, made: Made) -> None:
         self._framer: PacketFramer = made.protocol.framer()
 
     def feed(self, data: bytes) -> list[Seen]:
-        """Give a block, and return its events."""
+        """Feed a block, and return its events."""
         return _seen(self._framer.feed(data))
 
     def abandon(self) -> list[Seen]:
-        """Give up what waits, and return what is given out."""
+        """Abandon pending bytes, and return the events."""
         return _seen(self._framer.abandon())
 
     @property
     def pending(self) -> bytes:
-        """What waits for more."""
+        """The pending bytes."""
         return self._framer.pending
 
 

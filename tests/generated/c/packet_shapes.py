@@ -1,7 +1,7 @@
-"""Protocols of packets in every shape that the tests know, generated in Python and in C, and compiled.
+"""Packet protocols in different shapes, generated in Python and C, and compiled.
 
-The messages are the same in all shapes: no payload, payloads that their length tells apart, integers of all
-sizes, a text, bytes, and names that C or a package has already.
+The messages are the same in all shapes: no payload, payloads of different lengths, integers of all sizes, a
+text, bytes, and names that C or a package already uses.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def _framing(shape: Shape) -> str:
 
 
 FRAMINGS = {name: _framing(shape) for name, shape in {**SHAPES, **_ODD}.items()}
-"""Name -> the framing, as the file of the protocol has it."""
+"""Name -> the framing as in the file of the protocol."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ class Made:
 
     @cached_property
     def protocol(self) -> PacketProtocol:
-        """The protocol as Python has it."""
+        """The protocol object in Python."""
         sys.path.append(str(self.folder / "python"))
         try:
             made: PacketProtocol = importlib.import_module(self.package.name).PROTOCOL
@@ -157,7 +157,7 @@ class Made:
 
     @cached_property
     def testee(self) -> Program:
-        """The testee in C; of some shapes it stops at whatever a sanitizer finds."""
+        """The C testee; for some shapes, built with sanitizers."""
         flags = ["-O0", *(SANITIZERS if self.is_sanitized else ()), VERSION, *C_WARNINGS]
         return Program(self.name, [build(self.package, self.folder, *flags)])
 
@@ -177,7 +177,7 @@ class Made:
 
 
 def make(name: str, folder: Path) -> Made:
-    """Generate the protocol of a shape, or the carousel of the tests of the generator."""
+    """Generate the protocol of a shape, or the carousel of the generator tests."""
     if name == CAROUSEL:
         spec = SMALL_SPECS / "good_packets"
     else:
@@ -189,7 +189,7 @@ def make(name: str, folder: Path) -> Made:
 
 
 def _written(spec: Path, name: str, framing: str) -> Path:
-    """Write the files of a protocol; return the folder in which its own stands."""
+    """Write the files of a protocol; return its folder."""
     (spec / name / "messages").mkdir(parents=True)
     head = _HEAD.replace("NAME", name) + framing
     (spec / name / "protocol.yaml").write_text(head, encoding="utf-8")

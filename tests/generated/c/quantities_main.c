@@ -1,6 +1,6 @@
 /*
- * Answers conversions from standard input on standard output, in the integers of this machine:
- * five int64_t come in (which, and up to four arguments), two go out (the status, the result).
+ * Reads conversions from standard input and writes the results to standard output, as native integers.
+ * Each request is five int64_t (the function, and up to four arguments), each answer two (status, result).
  */
 #include <stdio.h>
 
@@ -53,7 +53,7 @@ int main(void)
         const apt_ratio first = {in[1], in[2]};
         const apt_scale scale = {in[3], in[4]};
         apt_scale share = {111, 111};
-        int64_t out[2] = {0, 111}; /* 111 is what a result is before it is made */
+        int64_t out[2] = {0, 111}; /* 111 is the initial value of the result */
 
         switch (in[0]) {
         case TO_COUNTS:

@@ -1,4 +1,4 @@
-"""Protocols with frames that nobody has, made at random: for the parser, which looks at little of them."""
+"""Random protocols with a header framing, for the parser, which uses only a few of their properties."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DIRECTIONS = {
     "to_controller": Direction.TO_CONTROLLER,
     "both": Direction.BOTH,
 }
-# A low address, runs of addresses, the greatest; and a host that is none of them.
+# A low address, runs of addresses, the highest address; the host has another one.
 ADDRESSES = (
     (0x01, [0x11, *range(0x21, 0x2B), 0x50]),
     (0x00, [0x01, 0x02, 0x03, 0x7F]),
@@ -28,7 +28,7 @@ ADDRESSES = (
 
 
 def invent(rng: Random) -> Protocol:
-    """Return a protocol with ids, forms, lengths and addresses at random."""
+    """Return a protocol with random ids, forms, lengths and addresses."""
     [base] = check(GOOD_SPEC)
     host, devices = rng.choice(ADDRESSES)
     ids = sorted(rng.sample([*range(0x10), *range(0x400, 0x430), 0xFFFE, 0xFFFF], 40))
@@ -54,7 +54,7 @@ def _message(rng: Random, like: Message, id: int) -> Message:
         id=id,
         words=("invented", f"{id:04x}"),
         direction=rng.choice([*DIRECTIONS]),
-        layouts=tuple(layouts),  # none: it is undocumented
+        layouts=tuple(layouts),  # no layout: undocumented
         set=None,
         exchange={},
         errata=(),
@@ -62,7 +62,7 @@ def _message(rng: Random, like: Message, id: int) -> Message:
 
 
 def _content(like: Message, length: int) -> Field:
-    """Return a field of so many bytes."""
+    """Return a field of ``size`` bytes."""
     format = Format(f"byte[{length}]", length, False, "bytes")
     plain = {"enum": None, "quantity": None, "flags": None, "default": None, "constant": None}
     field = replace(like.layouts[0].fields[0], name="content", offset=0, format=format, **plain)
@@ -70,7 +70,7 @@ def _content(like: Message, length: int) -> Field:
 
 
 def table_of(protocol: Protocol) -> FramingTable:
-    """Return what the framer in Python has to know of a protocol."""
+    """Return the properties of a protocol that the Python framer needs."""
     forms = {}
     for message in protocol.messages:
         headers = [layout for layout in message.layouts if layout.form == "header"]

@@ -1,4 +1,4 @@
-"""The committed table of sizes: read, written with a reason, compared."""
+"""The committed table of sizes: reading, writing with a reason, and comparing."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ TABLE = Path(__file__).with_name("sizes.toml")
 GROWTH = 5  # per cent
 
 Figures = Mapping[str, int]
-"""Bytes by what they are of: ``apt/parser``, ``apt/mot_move_absolute/decode``."""
+"""Name (``apt/parser``, ``apt/mot_move_absolute/decode``) -> size in bytes."""
 
 
 def read(path: Path = TABLE) -> tuple[str, Figures]:
-    """Return the compiler that the table was made with, and its figures."""
+    """Return the compiler of the table, and its figures."""
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     figures: dict[str, int] = {}
     for prefix, section in table["bytes"].items():
@@ -25,7 +25,7 @@ def read(path: Path = TABLE) -> tuple[str, Figures]:
 
 
 def write(figures: Figures, compiler: str, reason: str, path: Path = TABLE) -> None:
-    """Write the table; the reasons of earlier ones stay in it."""
+    """Write the table; the reasons of earlier versions are kept."""
     before = tomllib.loads(path.read_text(encoding="utf-8"))["reasons"] if path.exists() else []
     lines = [
         '# Bytes on a Cortex-M0. Written by: make c-sizes REASON="why"',
@@ -54,7 +54,7 @@ def _quoted(text: str) -> str:
 
 
 def grown(table: Figures, now: Figures) -> list[str]:
-    """Say by name what grew beyond what is allowed, and what the table does not agree on."""
+    """Return the names of figures that grew too much or are missing in one of the tables."""
     found = [f"{name}: not in the table" for name in now if name not in table]
     found += [f"{name}: only in the table" for name in table if name not in now]
     for name in table.keys() & now.keys():

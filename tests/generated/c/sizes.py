@@ -1,12 +1,11 @@
-"""Code and memory of the generated C on a Cortex-M0, and the committed table of it.
+"""Sizes of code and memory of the generated C on a Cortex-M0, and the committed table.
 
-    python tests/generated/c/sizes.py                         # measure, compare, say what grew
+    python tests/generated/c/sizes.py                         # measure, compare, print what grew
     python tests/generated/c/sizes.py --renew "why it grew"   # write sizes.toml, with the reason
 
-Of every layout the bytes of its three functions; what they share (helpers), parser, table and the
-deepest stack of each package. All layouts of a package are in one object here, as in a large
-firmware: so helpers are shared and not inlined. The checked encode is measured without the other
-beside it, which it would call.
+Measures the three functions of every layout, shared code (helpers), parser, table and the deepest stack of
+each package. All layouts of a package are in one object, as in large firmware, so helpers are shared and not
+inlined. The checked encoder is measured without the unchecked one, which it would call.
 """
 
 from __future__ import annotations
@@ -25,10 +24,10 @@ from toolchain import CORTEX_M0, C, Package, compiles, packages, symbols
 
 GCC = "arm-none-eabi-gcc"
 OPTIONS = [*CORTEX_M0, "-std=c99", f"-I{C}", callgraph.OPTION, "-fno-ipa-icf"]
-"""Folding identical functions would make the figure of one depend on what another looks like."""
+"""Without it, gcc merges identical functions, and the size of one would depend on others."""
 
-PARTS = ("parser", "replies")  # what keeps a state, which is the caller's
-# The functions that are compiled side by side, and the figure that each counts for.
+PARTS = ("parser", "replies")  # types with state, which the caller owns
+# Functions that are compiled together, and the figure that each belongs to.
 CHECKED = {"encode": "encode", "encode_unchecked": "encode", "decode": "decode"}
 UNCHECKED = {"encode_unchecked": "encode_unchecked"}
 _CLONE = re.compile(r"\.(part|constprop|isra|cold)\.?\d*")
@@ -41,7 +40,7 @@ def compiler() -> str:
 
 
 def measure(package: Package, folder: Path) -> Figures:
-    """Return the figures of a package; objects go into the folder."""
+    """Return the figures of a package; object files are written to the folder."""
     accessors = build(
         folder, f"{package.prefix}_accessors", accessors_of(package, ("encode", "decode"))
     )
@@ -68,7 +67,7 @@ def measure(package: Package, folder: Path) -> Figures:
 
 
 def source_of(package: Package) -> str:
-    """Return parser and table, with those of its functions that stand in a header."""
+    """Return parser and table, including their functions in headers."""
     starts = tuple(f"{package.prefix}_{part}_" for part in PARTS)
     names = [name for name in package.functions() if name.startswith(starts)]
     lines = [f'#include "{package.name}/{package.source.name}"', *_addresses(names)]
@@ -76,7 +75,7 @@ def source_of(package: Package) -> str:
 
 
 def accessors_of(package: Package, functions: Sequence[str]) -> str:
-    """Return a file in which these functions of all layouts are compiled, and no others."""
+    """Return a file that compiles only these functions, for all layouts."""
     there = set(package.functions())
     wanted = (f"{layout}_{function}" for layout in package.layouts() for function in functions)
     names = [name for name in wanted if name in there]
@@ -84,7 +83,7 @@ def accessors_of(package: Package, functions: Sequence[str]) -> str:
 
 
 def _addresses(names: Sequence[str]) -> list[str]:
-    """Return a table for which a compiler has to emit functions that are ``static inline``."""
+    """Return a table that makes a compiler emit functions that are ``static inline``."""
     if not names:
         return []
     lines = ["typedef void (*any_function)(void);", "extern const any_function functions[];"]
@@ -106,9 +105,9 @@ def build(folder: Path, name: str, text: str, *options: str) -> Path:
 
 
 def _of_accessors(package: Package, made: Path, parts: Mapping[str, str]) -> dict[str, int]:
-    """Return the bytes of the functions of layouts, and of all others together: the helpers.
+    """Return the sizes of the functions of layouts, and of the remaining functions together: the helpers.
 
-    ``parts`` says which figure a function counts for, by the end of its name.
+    ``parts`` maps the suffix of a function to its figure.
     """
     names = {
         f"{layout}_{function}": f"{layout.removeprefix(package.prefix + '_')}/{part}"
@@ -124,7 +123,7 @@ def _of_accessors(package: Package, made: Path, parts: Mapping[str, str]) -> dic
 
 
 def _of_source(package: Package, made: Path) -> dict[str, int]:
-    """Return the bytes of code that the parser needs, what decodes replies, and all together."""
+    """Return the sizes of the parser, the decoder of replies, and all code together."""
     rows = symbols("arm-none-eabi-nm", made)
     code = {name: size for name, kind, size in rows if kind in "Tt"}
     graph = callgraph.read([made.with_suffix(".ci")])
@@ -137,7 +136,7 @@ def _of_source(package: Package, made: Path) -> dict[str, int]:
 
 
 def _read_only(made: Path) -> int:
-    """Return the bytes of constants, those without a symbol (text) included, but for our own."""
+    """Return the size of constants, including those without a symbol (text), but not our own."""
     rows = (row.split() for row in compiles("arm-none-eabi-size", "-A", made).splitlines())
     found = sum(int(row[1]) for row in rows if row and row[0].startswith(".rodata"))
     ours = [size for name, _, size in symbols("arm-none-eabi-nm", made) if name == "functions"]
@@ -145,7 +144,7 @@ def _read_only(made: Path) -> int:
 
 
 def sizes_of_types(package: Package, folder: Path) -> Figures:
-    """Return the size of everything that users keep for the parser, by its name."""
+    """Return the sizes of the types that users need for the parser, by name."""
     texts = (path.read_text(encoding="utf-8") for path in package.headers())
     types = [name for text in texts for name in _CALLER_OWNED.findall(text)]
     lines = [f"const unsigned char size_of_{name}[sizeof({name})] = {{0}};" for name in types]
@@ -159,7 +158,7 @@ def sizes_of_types(package: Package, folder: Path) -> Figures:
 
 
 def main() -> int:
-    """Measure; write the table, or compare with it."""
+    """Measure, and write the table or compare with it."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--renew", metavar="REASON", help="write the table, and why")
     parser.add_argument("--print", action="store_true", help="only print the figures")

@@ -1,18 +1,17 @@
 /*
- * The parser of one package as a program: blocks come by standard input, events go out.
+ * The parser of one package as a program: reads blocks from standard input and writes events.
  *
- * Compiled with -DPARSER='"stagewire_apt/parser.h"' and -DPREFIX=apt. What is asked begins with a letter:
+ * Compile with -DPARSER='"stagewire_apt/parser.h"' and -DPREFIX=apt. Each request begins with a letter:
  *
- *     i END                 begin anew at this end of the line (one byte); gives 'i'
- *     f SIZE BYTES          take a block of so many bytes (four bytes, the least significant first)
- *     a                     give up the frame that waits
- *     p                     gives 'p' with the bytes that wait
- *     w                     gives 'w' with the work since 'i' (eight bytes): the straight pieces of code that were run, counted
- *                           where the source was compiled with -fsanitize-coverage=trace-pc
+ *     i END                 initialise the parser for this end of the line (one byte); answers 'i'
+ *     f SIZE BYTES          feed a block; SIZE has four bytes, the least significant first
+ *     a                     abandon the pending frame
+ *     p                     answers 'p' with the pending bytes
+ *     w                     answers 'w' with the number of basic blocks executed since 'i' (eight bytes), counted
+ *                           if the source was compiled with -fsanitize-coverage=trace-pc
  *
- * What is given is a byte (the kind of an event, or the letter of what was asked), one that says
- * whether the bytes are those of the block, where they are, and not copies, the number of bytes (four
- * bytes), and the bytes.
+ * An answer is a byte (the kind of an event, or the letter of the request), a byte that is 1 if the bytes
+ * are in the block and not copied, the number of bytes (four bytes), and the bytes.
  */
 #include PARSER
 
@@ -31,7 +30,7 @@ struct block {
 static NAME(parser) parser;
 static uint64_t work;
 
-/* gcc -fsanitize-coverage=trace-pc calls it in every straight piece of code. */
+/* gcc -fsanitize-coverage=trace-pc calls this in every basic block. */
 void __sanitizer_cov_trace_pc(void);
 
 void __sanitizer_cov_trace_pc(void)
@@ -51,7 +50,7 @@ static void put(int what, const struct block *in, const uint8_t *bytes, size_t s
     fwrite(bytes, 1U, size, stdout);
 }
 
-/* Read a block into memory of just its size, so that a sanitizer sees who reads on. */
+/* Read a block into memory of exactly its size, so that a sanitizer detects reads past its end. */
 static struct block read_block(void)
 {
     struct block block = {NULL, 0U};

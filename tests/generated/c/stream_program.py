@@ -1,4 +1,4 @@
-"""Streams through the parser in C (``stream_main.c``) and through the framer in Python."""
+"""Streams through the C parser (``stream_main.c``) and through the Python framer."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ ENDS = {End.HOST: 1, End.DEVICE: 2, End.NONE: 3}
 
 
 class GiveUp:
-    """The rest of the frame that waits is given up."""
+    """A step that abandons the pending frame."""
 
 
 Block = bytes
 Step = Block | type[GiveUp]
 Seen = tuple[object, bytes]
-"""The class of an event, or PENDING, and the bytes."""
+"""The class of an event or PENDING, and the bytes."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """What the program in C gave of a stream: events, which of them are in place, and the work."""
+    """The output of the C program for a stream: events, which of them are in place, and the work."""
 
     events: list[Seen]
     in_place: list[bool]
@@ -61,7 +61,7 @@ class Program:
     def __init__(
         self, c: Path, package: str, made: Path, *words: object, beside: Path | None = None
     ) -> None:
-        """Compile; what counts the work stands in the program, and does not count itself."""
+        """Compile; the code that counts the work is not counted."""
         self._made = made
         main = Path(__file__).with_name("stream_main.c")
         prefix = package.removeprefix("stagewire_")
@@ -72,7 +72,7 @@ class Program:
         compiles(*words, *options, main, *([beside] if beside else []), source, "-o", made)
 
     def asked(self, streams: Iterable[tuple[End, list[Step]]]) -> bytes:
-        """Return what the program reads for some streams, each anew."""
+        """Return the input of the program for some streams, each with a new parser."""
         asked = bytearray()
         for end, steps in streams:
             asked += b"i" + bytes((ENDS[end],))
@@ -82,12 +82,12 @@ class Program:
         return bytes(asked)
 
     def run(self, asked: bytes, *before: object) -> subprocess.CompletedProcess[bytes]:
-        """Run the program, behind the words of another that runs it."""
+        """Run the program, optionally with a wrapper command."""
         words = [*map(str, before), str(self._made)]
         return subprocess.run(words, input=asked, capture_output=True, timeout=120, check=False)
 
     def give(self, streams: Iterable[tuple[End, list[Step]]]) -> list[Given]:
-        """Return what is given out of each stream; at its end what waits is given up."""
+        """Return the output for each stream; pending bytes are abandoned at its end."""
         done = self.run(self.asked(streams))
         assert done.returncode == 0, done.stderr.decode(errors="replace")
         return list(_given(done.stdout))
@@ -121,7 +121,7 @@ def _given(output: bytes) -> Iterator[Given]:
 
 
 def in_python(table: FramingTable, end: End, steps: list[Step]) -> list[Seen]:
-    """Return what the framer in Python gives of the same steps."""
+    """Return the output of the Python framer for the same steps."""
     framer = Framer(table, end)
     seen: list[Seen] = []
 
@@ -154,7 +154,7 @@ def joined(seen: list[Seen]) -> list[Seen]:
 
 
 def cut(rng: Random, stream: bytes) -> list[Block]:
-    """Cut a stream at random: byte by byte, into a few bytes, into many, or not at all."""
+    """Cut a stream at random: into bytes, small blocks, large blocks, or not at all."""
     longest = rng.choice((1, 3, 8, 40, 400, len(stream) + 1))
     blocks, at = [], 0
     while at < len(stream):
@@ -165,7 +165,7 @@ def cut(rng: Random, stream: bytes) -> list[Block]:
 
 
 def steps_of(rng: Random, stream: bytes) -> list[Step]:
-    """Cut a stream at random, with silences in which a frame is given up."""
+    """Cut a stream at random, with silences in which a frame is abandoned."""
     steps: list[Step] = []
     silences = rng.choice((0, 0, 0.01, 0.1))
     for block in cut(rng, stream):

@@ -1,4 +1,4 @@
-/* Runs one suite of a package (SUITE of SUITE_H) on a host, and prints what was found. */
+/* Runs one suite of a package (SUITE of SUITE_H) on a host, and prints the results. */
 #include "testing/report.h"
 
 #include SUITE_H

@@ -1,4 +1,4 @@
-"""Bytes appended to a frame: what its caller gets wrong costs a refusal, never a byte beyond the buffer."""
+"""Appending bytes to a frame: mistakes of the caller are errors, and nothing is written past the buffer."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def append(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (20, 20, 0, OK, 20),
         (20, 23, 4, NO_SPACE, 20),
         (20, 300, 242, OUT_OF_RANGE, 20),
-        # What no encoder leaves behind:
+        # Frames that no encoder produces:
         (20, 10, 4, NO_SPACE, 20),
         (24, 20, 0, NO_SPACE, 24),
         (5, 20, 4, WRONG_LENGTH, 5),
@@ -66,7 +66,7 @@ def append(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (262, 300, 0, OUT_OF_RANGE, 262),
     ],
 )
-def test_no_byte_is_written_beyond_the_room(
+def test_nothing_is_written_past_the_buffer(
     append: Path, size: int, cap: int, extra: int, status: int, after: int
 ) -> None:
     length = after - 6 if status == OK else 14 if cap > 2 else 0

@@ -1,4 +1,4 @@
-"""The parser of commands in C against the framer in Python, over damaged streams in any chunks."""
+"""The C parser of commands compared with the Python framer, with damaged streams in random chunks."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def a_byte(rng: Random, protocol: CommandProtocol) -> int:
 
 
 def a_command(rng: Random, protocol: CommandProtocol) -> bytes:
-    """Return a command, whole and right more often than not."""
+    """Return a command, usually complete and valid."""
     marks = protocol.marks
     if rng.random() < 0.1:
         return bytes((marks.prefix, rng.choice([*marks.setup, a_byte(rng, protocol)])))
@@ -105,7 +105,7 @@ def test_damaged_streams_give_the_same_events(library: CommandLibrary) -> None:
             seen[event.kind] += 1
         seen["pending"] += bool(wanted[1])
         seen["longest"] += any(len(event.raw) >= 259 for event in wanted[0])
-    assert min(seen.values()) > STREAMS // 50  # nothing of the rule was left out
+    assert min(seen.values()) > STREAMS // 50  # all kinds of events occurred
 
 
 @settings(max_examples=300, deadline=None)
@@ -119,7 +119,7 @@ def test_any_bytes_give_the_same_events(library: CommandLibrary, data: st.DataOb
 
 @pytest.mark.parametrize("size", [256, 257, 258, 259, 260, 261, 600])
 def test_bounds_of_the_longest_command(library: CommandLibrary, size: int) -> None:
-    """Its terminator comes just in time or just too late; what follows is a command again."""
+    """The terminator comes just in time or just too late; the next bytes are a command again."""
     end = bytes((library.protocol.marks.terminator,))
     for cls in library.protocol.messages:
         if issubclass(cls, Command):
@@ -131,7 +131,7 @@ def test_bounds_of_the_longest_command(library: CommandLibrary, size: int) -> No
                 assert in_c(library, chunks) == wanted
 
 
-def test_a_parser_can_begin_again(library: CommandLibrary) -> None:
+def test_a_parser_can_be_initialised_again(library: CommandLibrary) -> None:
     marks = library.protocol.marks
     parser = library.parser()
     for unfinished in (b"\1", bytes((marks.prefix, 0)), b"\1" * 400):
@@ -142,8 +142,8 @@ def test_a_parser_can_begin_again(library: CommandLibrary) -> None:
         assert parser.feed(raw) == [Event("message", raw)]
 
 
-def test_an_event_takes_no_more_bytes_than_its_own(library: CommandLibrary) -> None:
-    """What follows stays with the caller, who may stop parsing at a setup command."""
+def test_an_event_consumes_only_its_own_bytes(library: CommandLibrary) -> None:
+    """The caller keeps the rest, and may stop parsing at a setup command."""
     marks = library.protocol.marks
     setup = bytes((marks.prefix, next(iter(marks.setup))))
     event, rest = library.parser().next(setup + b"text")

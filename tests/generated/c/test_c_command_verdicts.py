@@ -1,4 +1,4 @@
-"""Whether bytes are a command or a reply: the verdicts of C against those of Python."""
+"""Identifying commands and replies: the results of C compared with those of Python."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def commands(library: CommandLibrary) -> list[type[Command]]:
 
 
 def named_by(library: CommandLibrary, raw: bytes) -> str | None:
-    """Return the command that the first two bytes name, if they name one."""
+    """Return the command that the first two bytes select, if any."""
     marks = library.protocol.marks
     if len(raw) < 2:
         return None
@@ -42,7 +42,7 @@ def verdict(library: CommandLibrary, raw: bytes) -> tuple[str, Any]:
 
 @st.composite
 def nearly_commands(draw: st.DrawFn, library: CommandLibrary) -> bytes:
-    """Draw a command that is whole or nearly so."""
+    """Draw a command that is complete or almost complete."""
     marks = library.protocol.marks
     if draw(st.integers(0, 9)) == 0:
         raw = bytes((marks.prefix, draw(st.sampled_from(sorted(marks.setup)) | a_byte)))
@@ -58,7 +58,7 @@ def nearly_commands(draw: st.DrawFn, library: CommandLibrary) -> bytes:
 
 @settings(max_examples=400, deadline=None)
 @given(data=st.data())
-def test_verdicts_are_those_of_python(library: CommandLibrary, data: st.DataObject) -> None:
+def test_verdicts_equal_those_of_python(library: CommandLibrary, data: st.DataObject) -> None:
     raw = data.draw(nearly_commands(library) | some_bytes)
     check_verdicts(library, raw)
 
@@ -75,7 +75,7 @@ def test_verdicts_of_long_commands(library: CommandLibrary, size: int) -> None:
             check_verdicts(library, bytes(raw))
 
 
-def test_verdicts_of_every_two_bytes_and_what_may_follow(library: CommandLibrary) -> None:
+def test_verdicts_of_all_pairs_of_bytes_and_possible_continuations(library: CommandLibrary) -> None:
     marks = library.protocol.marks
     firsts = (0x01, marks.prefix, marks.terminator)
     ends = (b"", bytes((marks.terminator,)), bytes((0,)), bytes((0, marks.terminator)), b"\1\1")
@@ -88,7 +88,7 @@ def test_verdicts_of_every_two_bytes_and_what_may_follow(library: CommandLibrary
 
 
 def check_verdicts(library: CommandLibrary, raw: bytes) -> None:
-    """Hold the verdicts of all commands against the one of Python."""
+    """Compare the verdicts of all commands with that of Python."""
     code, frame = verdict(library, raw)
     status, name = library.identify(raw)
     assert REFUSALS.get(status, "") == code

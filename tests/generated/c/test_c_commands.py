@@ -1,4 +1,4 @@
-"""Commands and replies in C against those in Python: bytes, verdicts, forms, tables."""
+"""Commands and replies in C compared with Python: bytes, results, forms, tables."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def commands(library: CommandLibrary) -> list[type[Command]]:
 
 
 def holds(field: Any) -> range:
-    """Return the integers that the member of a struct can hold."""
+    """Return the range of an integer member of a struct."""
     bits = max(8, 1 << (8 * field["size"] - 1).bit_length())
     return range(-(1 << bits - 1), 1 << bits - 1) if field["signed"] else range(1 << bits)
 
@@ -46,13 +46,13 @@ def values(field: Any) -> st.SearchStrategy[Any]:
 
 
 def message_of(data: st.DataObject, library: CommandLibrary, cls: type[Message]) -> Message:
-    """Draw a message, as if it had been decoded: its values may be out of range."""
+    """Draw a message as if it had been decoded: its values may be out of range."""
     fields = library.fields(cls)
     return cls.keep({field["name"]: data.draw(values(field)) for field in fields})
 
 
 def python_bytes(message: Any, axis: int, **options: bool) -> tuple[str, bytes]:
-    """Return the refusal code and the bytes that Python makes of a message."""
+    """Return the error code and the bytes of a message in Python."""
     try:
         checked = type(message)(**message.values())
         if isinstance(checked, Reply):
@@ -63,10 +63,10 @@ def python_bytes(message: Any, axis: int, **options: bool) -> tuple[str, bytes]:
         return error.code, b""
 
 
-# What there is
+# Declarations
 
 
-def test_numbers_are_those_of_the_registry(library: CommandLibrary) -> None:
+def test_numbers_equal_those_of_the_registry(library: CommandLibrary) -> None:
     for cls in library.layouts():
         layout = cls.layout
         if issubclass(cls, Command):
@@ -111,14 +111,14 @@ def test_an_entry_is_found_by_the_first_two_bytes(library: CommandLibrary) -> No
 
 @CASES
 @given(data=st.data())
-def test_the_bytes_are_those_of_python(library: CommandLibrary, data: st.DataObject) -> None:
+def test_bytes_equal_those_of_python(library: CommandLibrary, data: st.DataObject) -> None:
     cls = data.draw(st.sampled_from(list(library.layouts())))
     message, axis = message_of(data, library, cls), data.draw(a_byte)
     status, raw = library.encode(message, axis)
     assert (REFUSALS.get(status, ""), raw) == python_bytes(message, axis)
 
 
-def test_everything_is_encoded_and_decoded_at_its_bounds(library: CommandLibrary) -> None:
+def test_limits_are_encoded_and_decoded(library: CommandLibrary) -> None:
     axis = next(iter(library.protocol.axes.values()))
     for cls in library.layouts():
         for bound in ("minimum", "maximum"):
@@ -130,8 +130,8 @@ def test_everything_is_encoded_and_decoded_at_its_bounds(library: CommandLibrary
             assert library.decode(cls, raw) == ("OK", made.values())
 
 
-def test_what_is_just_out_of_range_is_refused(library: CommandLibrary) -> None:
-    """Unless the type in C cannot hold it."""
+def test_values_just_out_of_range_are_errors(library: CommandLibrary) -> None:
+    """Unless the type in C cannot hold them."""
     refused = 0
     for cls in library.layouts():
         plain = {f["name"]: bounded(f, "minimum") for f in library.fields(cls)}
@@ -157,7 +157,7 @@ def allowing(cls: type[Message]) -> dict[str, bool]:
     return {"allow_dummy": True} if cls.layout.dummy else {}
 
 
-def test_there_has_to_be_room(library: CommandLibrary) -> None:
+def test_a_small_buffer_is_an_error(library: CommandLibrary) -> None:
     for cls in library.layouts():
         made = cls.keep({f["name"]: bounded(f, "maximum") for f in library.fields(cls)})
         status, raw = library.encode(made, 1, checked=False)
@@ -171,10 +171,10 @@ def test_there_has_to_be_room(library: CommandLibrary) -> None:
 
 @CASES
 @given(data=st.data())
-def test_what_was_decoded_is_encoded_unchecked(
+def test_decoded_messages_are_encoded_unchecked(
     library: CommandLibrary, data: st.DataObject
 ) -> None:
-    """Whatever the values are, and whatever the axis."""
+    """For all values and all axes."""
     cls = data.draw(st.sampled_from([cls for cls in library.layouts() if cls.layout.fields]))
     content = bytes(data.draw(st.lists(a_byte, min_size=(n := cls.layout.length), max_size=n)))
     axis = data.draw(st.sampled_from(sorted(library.protocol.marks.axis_bytes)))
@@ -196,7 +196,7 @@ def python_values(library: CommandLibrary, cls: type[Message], raw: bytes) -> di
 
 
 @pytest.mark.parametrize("flag", ["NO_RANGE_CHECKS", "ALLOW_DUMMIES"])
-def test_checks_can_be_left_out(tmp_path: Path, flag: str) -> None:
+def test_range_checks_can_be_disabled(tmp_path: Path, flag: str) -> None:
     library = make_library(tmp_path, f"-DMS2000_{flag}")
     axis, mark = 0x18, library.protocol.marks.terminator
     from stagewire_ms2000 import messages as m
@@ -251,8 +251,8 @@ def test_extra_bytes_go_before_the_terminator(library: CommandLibrary, data: st.
     assert library.decode(cls, wanted)[0] == "OK"
 
 
-def test_what_is_shorter_than_a_command_stays_as_it_is(library: CommandLibrary) -> None:
-    """A setup command, say: there is no room behind its two bytes."""
+def test_bytes_shorter_than_a_command_are_unchanged(library: CommandLibrary) -> None:
+    """For example a setup command, which has no size slot."""
     for size in range(3):
         raw = b"\xff\x41"[:size]
         assert library.sized(0, raw) == ("WRONG_LENGTH", raw)
@@ -283,7 +283,7 @@ def test_bytes_that_look_like_a_setup_command(library: CommandLibrary, data: st.
         assert not library.holds_setup(raw)
 
 
-def test_the_two_bytes_are_found_wherever_they_stand(library: CommandLibrary) -> None:
+def test_the_two_bytes_are_found_at_any_offset(library: CommandLibrary) -> None:
     marks = library.protocol.marks
     for setup in marks.setup:
         for size in range(2, 12):
@@ -295,7 +295,7 @@ def test_the_two_bytes_are_found_wherever_they_stand(library: CommandLibrary) ->
         assert library.holds_setup(bytes((1, marks.prefix, other))) == (other in marks.setup)
 
 
-# A table of one's own
+# A custom table
 
 
 OWN_TABLE = """
@@ -305,7 +305,7 @@ const size_t ms2000_table_count = 1U;
 """
 
 
-def test_a_firmware_may_have_a_table_of_its_own(tmp_path: Path) -> None:
+def test_firmware_can_define_its_own_table(tmp_path: Path) -> None:
     own = tmp_path / "own.c"
     own.write_text(OWN_TABLE, encoding="utf-8")
     library = make_library(tmp_path, "-DMS2000_NO_TABLE", str(own))
@@ -319,7 +319,7 @@ def test_a_firmware_may_have_a_table_of_its_own(tmp_path: Path) -> None:
     assert not hasattr(library.c, "ms2000_entry_name")
 
 
-def test_names_can_be_left_out(tmp_path: Path) -> None:
+def test_names_can_be_omitted(tmp_path: Path) -> None:
     library = make_library(tmp_path, "-DMS2000_NO_NAMES")
     assert library.find(b("18 3F"))
     assert not hasattr(library.c, "ms2000_entry_name")

@@ -1,7 +1,6 @@
-"""Every header and source of the generated C, with every compiler, standard, optimisation and macro.
+"""All headers and sources of the generated C with every compiler, standard, optimisation level and macro.
 
-What the generated functions are compiled to matters as much as that they are read: a table of the
-addresses of all of them makes a compiler emit each, and warn of what it sees only then.
+Compilers report some warnings only for emitted code, so a table of addresses makes them emit all functions.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ of_each_compiler = pytest.mark.parametrize("compiler", first_of(["gcc", "clang"]
 
 
 def command(compiler: str, standard: str, *more: str) -> list[str]:
-    """Return how a file is compiled without a warning, for a chip without a library."""
+    """Return the command that compiles a file without warnings, for a chip without a library."""
     cpp = standard.startswith("c++")
     return [
         compiler,
@@ -53,7 +52,7 @@ def command(compiler: str, standard: str, *more: str) -> list[str]:
     ]
 
 
-def test_every_layout_of_the_registry_is_there() -> None:
+def test_every_layout_of_the_registry_has_functions() -> None:
     by_name = {package.prefix: len(package.layouts()) for package in packages()}
     for prefix, protocol in {"apt": "thorlabs_apt", "ms2000": "asi_ms2000"}.items():
         messages = load_protocol(protocol).registry()["messages"]
@@ -62,7 +61,7 @@ def test_every_layout_of_the_registry_is_there() -> None:
 
 
 @of_each_language
-def test_every_header_stands_alone(compiler: str, standard: str, tmp_path: Path) -> None:
+def test_every_header_compiles_alone(compiler: str, standard: str, tmp_path: Path) -> None:
     need(compiler)
     for package in packages():
         for header in package.headers():
@@ -77,7 +76,7 @@ def test_every_header_stands_alone(compiler: str, standard: str, tmp_path: Path)
         (compiler, standard, optimisation)
         for compiler, standard in LANGUAGES
         for optimisation in OPTIMISATIONS
-        # C11 and C17 differ from C99 in what is read, not in what is made of it: once is enough.
+        # C11 and C17 differ from C99 only in parsing, not in the code: compiling once is enough.
         if standard in ("c99", "c++17") or optimisation == "-Os"
     ),
 )
@@ -103,7 +102,7 @@ def test_the_test_programs_compile(compiler: str) -> None:
     compiles(*words, *sources)
 
 
-OTHER_MACHINES = {  # where other types stand behind uint32_t and size_t
+OTHER_MACHINES = {  # uint32_t and size_t are other types
     "arm-none-eabi-gcc": ("arm-none-eabi-gcc", "-mcpu=cortex-m0", "-mthumb"),
     "s390x-linux-gnu-gcc": ("s390x-linux-gnu-gcc",),
     "gcc -m32": ("gcc", "-m32"),
@@ -159,8 +158,8 @@ def test_only_three_standard_headers_are_included(package: Package, tmp_path: Pa
         tree = [(len(dots), Path(path)) for dots, _, path in (row.partition(" ") for row in shown)
                 if dots and not dots.strip(".")]  # fmt: skip
         ours = {path for _, path in tree if path.is_relative_to(C)}
-        assert ours, "nothing of ours was included"
-        inside = 0  # how deep the standard header stands that the row belongs to; 0 for none
+        assert ours, "none of our headers was included"
+        inside = 0  # depth of the standard header of the row; 0 for none
         for depth, path in tree:
             if path in ours:
                 inside = 0
@@ -184,7 +183,7 @@ BAD = {
 
 @pytest.mark.parametrize("warning", BAD)
 @of_each_compiler
-def test_the_warnings_bite(compiler: str, warning: str, tmp_path: Path) -> None:
+def test_the_warnings_are_enabled(compiler: str, warning: str, tmp_path: Path) -> None:
     need(compiler)
     bad = tmp_path / "bad.c"
     bad.write_text(BAD[warning] + "\n", encoding="ascii")

@@ -1,4 +1,4 @@
-"""The testees in C pass all that a codec of a vendor is asked, as processes that are told line by line."""
+"""The C testees pass the conformance suite for codecs, as processes that read and write lines."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire_conformance.testees import run
 pytestmark = pytest.mark.matrix
 
 PATIENT = 60.0
-"""Seconds that an answer may take: more than any machine needs."""
+"""Timeout of an answer in seconds: more than any machine needs."""
 
 
 @pytest.mark.parametrize("name", PROTOCOLS.values())

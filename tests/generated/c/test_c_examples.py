@@ -1,4 +1,4 @@
-"""examples/c: built and run in a fresh folder by the commands of its README, over pseudo-terminals."""
+"""examples/c: built in a fresh folder and run with the commands of the README, over pseudo-terminals."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ pty, tty = (pytest.importorskip(name, exc_type=ImportError) for name in ("pty", 
 
 EXAMPLES = ROOT / "examples" / "c"
 HOST, DEVICE = 0x01, 0x21
-PATIENCE = 20  # seconds until what should have come is taken for lost; far more than it takes
+PATIENCE = 20  # timeout in seconds, far more than needed
 
 
 def block(language: str) -> str:
@@ -41,7 +41,7 @@ def block(language: str) -> str:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The examples in a folder of their own, beside what they are built from."""
+    """The examples in a separate folder, with the files that they are built from."""
     need("gcc")
     root = tmp_path_factory.mktemp("fresh")
     (root / "generated").mkdir()
@@ -52,7 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def built(folder: Path) -> Path:
-    """The folder with the programs in it; no compiler says a word."""
+    """The folder with the programs; compilers give no warnings."""
     warnings = " ".join(["-std=c99", "-O2", *C_WARNINGS])
     compiles("make", "--silent", f"CFLAGS={warnings}", cwd=folder)
     return folder
@@ -64,7 +64,7 @@ def test_the_commands_of_the_readme(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "generated").symlink_to(folder.parents[1] / "generated")
     script = ["sh", "-e", "-c", block("sh")]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    # As a user's shell has it: below another make, make would say which folder it is in.
+    # As in a user's shell: within another make, make would print its directory.
     plain = {k: v for k, v in os.environ.items() if not k.startswith(("MAKE", "MFLAGS"))}
     with subprocess.Popen(script, cwd=fresh, start_new_session=True, env=plain, **pipes) as shell:
         try:
@@ -88,11 +88,11 @@ class Port:
         self.came: list[Message] = []
 
     def send(self, data: bytes) -> None:
-        """Send bytes, in one go."""
+        """Send bytes at once."""
         assert os.write(self.fd, data) == len(data)
 
     def next(self, patience: float = PATIENCE) -> Message | None:
-        """Return the next message, which must be addressed to us; None if none comes in time."""
+        """Return the next message, which must be addressed to us; None after a timeout."""
         deadline = time.monotonic() + patience
         while not self.came:
             remaining = max(0, deadline - time.monotonic())
@@ -133,7 +133,7 @@ PROFILE = m.MotSetVelParams(chan_ident=1, min_velocity=0, acceleration=5, max_ve
 ASK_PROFILE = m.MotReqVelParams(chan_ident=1)
 
 
-def test_the_controller_says_who_it_is_and_keeps_a_profile(controller: Port) -> None:
+def test_the_controller_identifies_itself_and_keeps_a_profile(controller: Port) -> None:
     controller.send(to_device(m.HwReqInfo()))
     info = controller.next()
     assert isinstance(info, m.HwGetInfo)
@@ -144,7 +144,7 @@ def test_the_controller_says_who_it_is_and_keeps_a_profile(controller: Port) -> 
     assert kept.values() == PROFILE.values()
 
 
-def test_the_controller_moves_when_it_is_told_to(controller: Port) -> None:
+def test_the_controller_moves_on_command(controller: Port) -> None:
     controller.send(to_device(PROFILE))
     for position in (5000, -100_000, -100_000, -1):
         move = m.MotMoveAbsolute(chan_ident=1, absolute_distance=position)
@@ -153,12 +153,12 @@ def test_the_controller_moves_when_it_is_told_to(controller: Port) -> None:
         assert isinstance(ended, m.MotMoveCompletedDc)
         assert ended.position == position
         assert "settled" in ended.status_bits_flags.names
-    assert controller.next(0.05) is None  # and it says so once
+    assert controller.next(0.05) is None  # and reports it once
 
 
-def test_the_controller_finds_its_frames_in_what_comes(controller: Port) -> None:
+def test_the_controller_finds_frames_in_a_damaged_stream(controller: Port) -> None:
     elsewhere = to_device(m.MotMoveAbsolute(chan_ident=1, absolute_distance=7), dest=0x22)
-    short = to_device(PROFILE)[:-1]  # of a length that it has not
+    short = to_device(PROFILE)[:-1]  # of a wrong length
     short = short[:2] + (len(short) - 6).to_bytes(2, "little") + short[4:]
     controller.send(bytes(range(40)) + elsewhere + short)
     for byte in to_device(ASK_PROFILE):
@@ -170,7 +170,7 @@ def test_the_controller_finds_its_frames_in_what_comes(controller: Port) -> None
 
 
 @pytest.mark.matrix
-def test_the_controller_needs_nothing_but_its_two_functions(built: Path, tmp_path: Path) -> None:
+def test_the_controller_needs_only_its_two_functions(built: Path, tmp_path: Path) -> None:
     need("arm-none-eabi-gcc")
     made = tmp_path / "firmware.o"
     source = C / "stagewire_apt" / "stagewire_apt.c"
@@ -183,7 +183,7 @@ def test_the_controller_needs_nothing_but_its_two_functions(built: Path, tmp_pat
 
 
 @pytest.mark.matrix
-def test_the_examples_are_as_clean_as_what_they_use(folder: Path) -> None:
+def test_the_examples_pass_the_linters(folder: Path) -> None:
     need("clang-tidy", "clang-format")
     sources, headers = sorted(folder.glob("*.c")), sorted(folder.glob("*.h"))
     options = ["-std=c99", "-D_XOPEN_SOURCE=600", f"-I{C}"]
@@ -198,7 +198,7 @@ def test_the_examples_are_as_clean_as_what_they_use(folder: Path) -> None:
 
 
 class Host:
-    """The host of the example, on a line whose other end is ours."""
+    """A host of the examples on a line whose other end is ours."""
 
     def __init__(self, program: Path, *arguments: str) -> None:
         fd, self._other = pty.openpty()
@@ -217,14 +217,14 @@ class Host:
             self.port.send(message.pack(dest=HOST, source=DEVICE))
 
     def close(self) -> None:
-        """End it, if it has not ended."""
+        """Stop the program if it is still running."""
         self.process.kill()
         self.process.communicate()
         os.close(self.port.fd)
         os.close(self._other)
 
     def end(self) -> tuple[int, str, str]:
-        """Wait for its end; return its status, and what it printed."""
+        """Wait for the program; return its status and its output."""
         out, err = self.process.communicate(timeout=PATIENCE)
         return self.process.returncode, out, err
 
@@ -234,7 +234,7 @@ Start = Callable[..., Host]
 
 @pytest.fixture
 def start(built: Path) -> Iterator[Start]:
-    """Start a host of the examples, by the name of its program."""
+    """Start a host of the examples by the name of its program."""
     hosts: list[Host] = []
 
     def start(name: str, *arguments: str) -> Host:
@@ -256,7 +256,7 @@ INFO = m.HwGetInfo(
 )
 
 
-def test_the_host_only_asks_when_it_is_not_told_to_move(start: Start) -> None:
+def test_the_host_only_reads_without_a_position(start: Start) -> None:
     host = start("host")
     assert isinstance(host.port.next(), m.HwReqInfo)
     host.answer(INFO)
@@ -292,7 +292,7 @@ def test_the_host_converts_moves_and_waits_for_the_end_of_the_move(start: Start)
     move = host.port.next()
     assert isinstance(move, m.MotMoveAbsolute)
     assert move.absolute_distance == -20_000
-    # What comes before the end of the move, and from elsewhere, is not taken for it.
+    # Other messages, and messages of other devices, do not end the wait.
     status = m.MotGetDcStatusUpdate(chan_ident=1, position=5, velocity=0, status_bits=0)
     ended = m.MotMoveCompletedDc(chan_ident=1, position=-20_000, velocity=0, status_bits=0)
     host.answer(status)
@@ -304,7 +304,7 @@ def test_the_host_converts_moves_and_waits_for_the_end_of_the_move(start: Start)
     assert out.splitlines()[-1] == "moved to -1000 um"
 
 
-def test_the_host_gives_up_on_a_controller_that_is_silent(start: Start) -> None:
+def test_the_host_stops_if_the_controller_is_silent(start: Start) -> None:
     host = start("host", "25000", "1000")
     assert isinstance(host.port.next(), m.HwReqInfo)
     status, out, err = host.end()
@@ -315,7 +315,7 @@ def test_the_host_gives_up_on_a_controller_that_is_silent(start: Start) -> None:
 @pytest.mark.parametrize(
     "arguments", [(), ("p", "1"), ("p", "1", "x"), ("p", "", "1"), ("p", "1", "9" * 30)]
 )
-def test_the_host_says_how_it_is_called(built: Path, arguments: tuple[str, ...]) -> None:
+def test_the_host_prints_its_usage(built: Path, arguments: tuple[str, ...]) -> None:
     done = subprocess.run([built / "host", *arguments], capture_output=True, text=True)
     assert done.returncode == 2
     assert "PORT [VELOCITY POSITION]" in done.stderr

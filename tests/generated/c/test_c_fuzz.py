@@ -1,6 +1,6 @@
-"""A short, seeded run of the fuzz targets, and proof that they find what is broken.
+"""A short, seeded run of the fuzz targets, and tests that they find broken code.
 
-The long run is a program: ``libfuzzer.py``.
+``libfuzzer.py`` is the program for long runs.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SEED = 1
 
 
 def short(name: str, c: Path, objects: Path, folder: Path) -> libfuzzer.Ran:
-    """Build a target and run it a little."""
+    """Build a target and run it for a short time."""
     program = libfuzzer.build(name, c, objects, "-O1", "-g0")
     corpus = folder / "corpus"
     corpus.mkdir()
@@ -28,13 +28,13 @@ def short(name: str, c: Path, objects: Path, folder: Path) -> libfuzzer.Ran:
 
 @pytest.fixture(scope="module")
 def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder for what several targets are made of."""
+    """A folder for objects that several targets share."""
     return tmp_path_factory.mktemp("objects")
 
 
 @pytest.mark.matrix
 @pytest.mark.parametrize("name", libfuzzer.TARGETS)
-def test_the_targets_hold(name: str, objects: Path, tmp_path: Path) -> None:
+def test_the_targets_find_nothing(name: str, objects: Path, tmp_path: Path) -> None:
     need("clang", "clang -fsanitize")
     ran = short(name, C, objects, tmp_path)
     assert ran.code == 0, ran.said
@@ -72,10 +72,10 @@ def test_broken_code_is_found(what: str, tmp_path: Path) -> None:
     path.write_text(text.replace(right, wrong), encoding="utf-8")
     ran = short(name, broken, tmp_path, tmp_path)
     assert ran.code != 0
-    assert list((tmp_path / "kept").iterdir()), "the input is not kept"
+    assert list((tmp_path / "kept").iterdir()), "the input was not kept"
 
 
-# The program: it counts, and does not believe
+# The program counts executions and events
 
 
 def fake(monkeypatch: pytest.MonkeyPatch, ran: libfuzzer.Ran) -> None:
@@ -84,7 +84,9 @@ def fake(monkeypatch: pytest.MonkeyPatch, ran: libfuzzer.Ran) -> None:
     monkeypatch.setattr(libfuzzer, "fuzz", lambda *_: ran)
 
 
-def test_a_run_is_enough_when_all_was_executed_and_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_passes_if_all_executions_and_events_occurred(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     fake(monkeypatch, libfuzzer.Ran(0, 3, Counter({"message": 1}), ""))
     assert libfuzzer.run(24, SEED, 2, C) == 0
 
@@ -109,7 +111,7 @@ def test_a_run_fails(
     assert word in capsys.readouterr().out
 
 
-def test_as_many_executions_are_given_out_as_are_asked_for() -> None:
+def test_all_requested_executions_are_distributed() -> None:
     for executions in (1, 99, 20_000_000):
         for processes in (1, 2, 3):
             given = sum(job.executions for job in libfuzzer.jobs(executions, processes))

@@ -1,4 +1,4 @@
-"""The layouts as data, and the typed test of each: all of the registry, in its order, and nothing else."""
+"""The layouts as data, and their round trips: all layouts of the registry in order, and no others."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ Json = dict[str, Any]
 
 HERE = Path(__file__).parent
 PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
-FRAMES = {"message": 6, "command": 4, "setup": 2}  # bytes beside the data, where a size is sent
+FRAMES = {
+    "message": 6,
+    "command": 4,
+    "setup": 2,
+}  # number of bytes besides the data if a size is sent
 
 
 def registry(package: Package) -> Registry:
@@ -26,7 +30,7 @@ def registry(package: Package) -> Registry:
 
 
 def lines_of(message: Json, layout: Json) -> list[list[str]]:
-    """Return what a program prints of a layout of the registry."""
+    """Return the output of a program for a layout of the registry."""
     context, value = next(iter((layout["when"] or {}).items()), ("-", "-"))
     length = layout["length"]
     size = length if layout["form"] == "reply" else FRAMES[message["kind"]] + length
@@ -53,7 +57,7 @@ def field_line(name: str, field: Json | None) -> list[str]:
 
 
 @of_each_package
-def test_the_layouts_are_those_of_the_registry(package: Package, tmp_path: Path) -> None:
+def test_the_layouts_equal_those_of_the_registry(package: Package, tmp_path: Path) -> None:
     need("gcc")
     program = tmp_path / "layouts"
     sources = [HERE / "layouts_main.c", package.folder / "testing" / "layouts.c"]
@@ -92,7 +96,7 @@ def test_every_layout_has_a_round_trip(package: Package, tmp_path: Path) -> None
     assert len(made) == len(named)
 
 
-# A change of a package, and what a round trip says of it.
+# A change of a package, and the message of a round trip.
 WRONG = {
     "reading": ("stagewire_ms2000/wire.h", "((uint32_t)bytes[2] << 16)", "0U",
                 "message.position == content->position"),
@@ -113,7 +117,7 @@ SMALL = sum(ending.startswith("stagewire_ms2000") for ending, *_ in WRONG.values
 
 
 @pytest.mark.parametrize("wrong", first_of(WRONG, SMALL))
-def test_what_is_wrong_is_found(wrong: str, tmp_path: Path) -> None:
+def test_errors_are_found(wrong: str, tmp_path: Path) -> None:
     need("gcc")
     ending, old, new, finds = WRONG[wrong]
     package = next(package for package in packages() if ending.startswith(package.name))

@@ -1,6 +1,6 @@
-"""What clang-tidy, cppcheck, clang-format and doxygen say of the generated C: nothing.
+"""clang-tidy, cppcheck, clang-format and doxygen find nothing in the generated C.
 
-Which checks were left out would stand in ``.clang-tidy``, each with its reason; cppcheck has no suppressions.
+Excluded checks would be in ``.clang-tidy`` with their reasons; cppcheck has no suppressions.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ CPPCHECK = [
 ]
 
 
-# Enough for test programs: headers are long, and seen with every set of macros elsewhere.
+# Enough for test programs; the headers are tested with every set of macros elsewhere.
 ONE_SET = ["--max-configs=1", "--suppress=toomanyconfigs"]
-ARRAYS = ("examples.c", "cases.c")  # constants and nothing else; minutes, for nothing
+ARRAYS = ("examples.c", "cases.c")  # only constants, which would take minutes
 ROUND_TRIP = "round_trip.c"
 TESTED = ["--target", "c", "--target", "c-tests"]
 
 
 def user(package: Package, folder: Path) -> list[Path]:
-    """Return all headers in one file, and parser and table: what is in a user's program."""
+    """Return all headers in one file, and parser and table: the code in a user's program."""
     every = folder / "user.c"
     every.write_text("".join(map(package.include, package.headers())), encoding="ascii")
     return [every, package.source]
@@ -61,13 +61,13 @@ def test_clang_tidy_finds_nothing(package: Package, tmp_path: Path) -> None:
 
 
 @pytest.mark.matrix
-def test_clang_tidy_finds_nothing_in_what_is_shared() -> None:
+def test_clang_tidy_finds_nothing_in_shared_files() -> None:
     need("clang-tidy")
     tidy(*programs(C / "testing"))
 
 
 @pytest.mark.matrix
-def test_clang_tidy_sees_headers(tmp_path: Path) -> None:
+def test_clang_tidy_checks_headers(tmp_path: Path) -> None:
     need("clang-tidy")
     (tmp_path / "bad.h").write_text("#define TWICE(a) a * 2\n", encoding="ascii")
     bad = tmp_path / "bad.c"
@@ -78,7 +78,7 @@ def test_clang_tidy_sees_headers(tmp_path: Path) -> None:
 
 
 @pytest.mark.matrix
-def test_every_check_that_is_left_out_has_a_reason() -> None:
+def test_every_excluded_check_has_a_reason() -> None:
     text = TIDY.read_text(encoding="utf-8")
     left_out = [name for name in re.findall(r"^  -([\w*-]+)", text, re.MULTILINE) if name != "*"]
     reasons = dict(re.findall(r"^# ([\w-]+): (\S.*)", text, re.MULTILINE))
@@ -100,7 +100,7 @@ def test_cppcheck_finds_nothing(package: Package, tmp_path: Path) -> None:
 @pytest.mark.parametrize("folder", sorted(C.iterdir()), ids=lambda it: it.name)
 def test_cppcheck_finds_nothing_in_test_programs(folder: Path) -> None:
     need("cppcheck")
-    # One set of macros is enough here: the headers were seen with all, and are long.
+    # One set of macros is enough here: another test checks the headers with all sets.
     one_set = ["--max-configs=1", "--suppress=toomanyconfigs"]
     sources = [path for path in programs(folder) if path.name not in ARRAYS]
     done = run(
@@ -112,7 +112,7 @@ def test_cppcheck_finds_nothing_in_test_programs(folder: Path) -> None:
 @pytest.mark.matrix
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
 def test_cppcheck_finds_nothing_in_a_small_package(spec: str, tmp_path: Path) -> None:
-    """What takes minutes where there are many layouts: the same templates make it where there are few."""
+    """With options that take minutes for many layouts. The same templates make the small package."""
     need("cppcheck")
     source = SMALL_SPECS / spec
     assert main(["generate", "--spec", str(source), "--out", str(tmp_path), *TESTED]) == 0
@@ -124,7 +124,7 @@ def test_cppcheck_finds_nothing_in_a_small_package(spec: str, tmp_path: Path) ->
 
 
 @pytest.mark.matrix
-def test_cppcheck_bites(tmp_path: Path) -> None:
+def test_cppcheck_reports_errors(tmp_path: Path) -> None:
     need("cppcheck")
     bad = tmp_path / "bad.c"
     bad.write_text("int f(void) { int a[2] = {0, 1}; return a[2]; }\n", encoding="ascii")
@@ -134,7 +134,7 @@ def test_cppcheck_bites(tmp_path: Path) -> None:
 
 
 def written_in_c() -> list[Path]:
-    """Return all C of the repository, generated or not."""
+    """Return all C files of the repository, generated or not."""
     folders = (C, ROOT / "examples" / "c", HERE, ROOT / "tests" / "fuzz", ROOT / "benchmarks")
     return sorted(p for folder in folders for p in folder.rglob("*.[ch]"))
 
@@ -151,7 +151,7 @@ def test_clang_format_changes_nothing() -> None:
 
 
 @pytest.mark.matrix
-def test_clang_format_bites(tmp_path: Path) -> None:
+def test_clang_format_reports_differences(tmp_path: Path) -> None:
     need("clang-format")
     bad = tmp_path / "bad.c"
     bad.write_text("int f( int a ){return a;}\n", encoding="ascii")
@@ -160,7 +160,7 @@ def test_clang_format_bites(tmp_path: Path) -> None:
 
 
 def doxygen(folder: Path, source: Path) -> str:
-    """Return what doxygen says of the headers in a folder; empty if it is content."""
+    """Return the output of doxygen for the headers in a folder; empty without warnings."""
     shutil.copy(HERE / "Doxyfile", folder)
     with (folder / "Doxyfile").open("a", encoding="utf-8") as settings:
         settings.write(f'INPUT = "{source}"\nOUTPUT_DIRECTORY = "{folder}/made"\n')
@@ -168,7 +168,7 @@ def doxygen(folder: Path, source: Path) -> str:
 
 
 @pytest.mark.matrix
-def test_doxygen_warns_of_nothing(tmp_path: Path) -> None:
+def test_doxygen_gives_no_warnings(tmp_path: Path) -> None:
     need("doxygen")
     assert doxygen(tmp_path, C) == ""
     assert any((tmp_path / "made" / "xml").glob("motor_8h.xml"))
@@ -183,7 +183,7 @@ def test_doxygen_warns_of_nothing(tmp_path: Path) -> None:
         ("/** @file */\n/** A \\nonsense. */\nint f(int a);\n", "nonsense"),
     ],
 )
-def test_doxygen_bites(text: str, word: str, tmp_path: Path) -> None:
+def test_doxygen_reports_errors(text: str, word: str, tmp_path: Path) -> None:
     need("doxygen")
     source = tmp_path / "source"
     source.mkdir()

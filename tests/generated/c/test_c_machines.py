@@ -1,4 +1,4 @@
-"""The same programs on every machine: other word sizes, other byte order, a chip, and under watch."""
+"""The same programs on every machine: other word sizes and byte order, a chip, and with sanitizers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ids_of_examples(package: Package) -> set[str]:
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What the first machine prints of the vectors, by package: there, all hold."""
+    """The output of the first machine for the vectors, by package; all of them pass."""
     machine = MACHINES[FIRST]
     need(*machine.needs)
     printed = {}
@@ -46,7 +46,7 @@ def test_every_example_is_among_the_vectors(package: Package, expected: dict[str
 
 @on_each_other_machine
 @of_each_package
-def test_every_vector_holds_elsewhere(
+def test_every_vector_passes_on_other_machines(
     package: Package, machine: str, expected: dict[str, str], tmp_path: Path
 ) -> None:
     there = MACHINES[machine]
@@ -54,20 +54,20 @@ def test_every_vector_holds_elsewhere(
     done = there.run(there.build(vectors(package), tmp_path))
     assert done.returncode == 0, done.stdout
     said = expected[package.prefix]
-    if there.is_chip:  # which has no room for the cases
+    if there.is_chip:  # which is too small for the cases
         examples, mark, _ = said.partition("\n" + said_in_all(said, 0))
         said = examples + mark + "\n"
     assert done.stdout == said
 
 
 def said_in_all(text: str, suite: int) -> str:
-    """Return the line that a suite ends with."""
+    """Return the summary line of a suite."""
     return [line for line in text.splitlines() if " passed, " in line][suite]
 
 
 @on_each_machine
 @of_each_package
-def test_every_layout_goes_round(package: Package, machine: str, tmp_path: Path) -> None:
+def test_every_round_trip_passes(package: Package, machine: str, tmp_path: Path) -> None:
     there = MACHINES[machine]
     need(*there.needs)
     done = there.run(there.build(round_trip(package), tmp_path))
@@ -85,7 +85,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("machine", BAD)
-def test_every_machine_is_what_it_says(machine: str, tmp_path: Path) -> None:
+def test_every_machine_has_its_stated_properties(machine: str, tmp_path: Path) -> None:
     there = MACHINES[machine]
     need(*there.needs)
     bad = tmp_path / "bad.c"
@@ -94,7 +94,7 @@ def test_every_machine_is_what_it_says(machine: str, tmp_path: Path) -> None:
     assert done.returncode not in (0, -11), done.stdout
 
 
-def test_a_writable_global_does_not_get_onto_the_chip(tmp_path: Path) -> None:
+def test_a_writable_global_does_not_link_for_the_chip(tmp_path: Path) -> None:
     need(*MICROBIT.needs)
     bad = tmp_path / "bad.c"
     bad.write_text("int count = 1; int main(void) { return ++count; }\n", encoding="ascii")

@@ -1,4 +1,4 @@
-"""Packets in C, in every shape: they compile, and say what Python says, whatever comes."""
+"""Packets in C in every shape: they compile and behave like Python for any input."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from stagewire_conformance.testee import Testee
 STREAMS = 60  # of each shape
 DAMAGED = 40  # requests of each shape
 LANGUAGES = first_of([("gcc", "c99"), ("clang", "c17"), ("g++", "c++17")])
-SMALL = ["clang", "--target=msp430", "-std=c99"]  # where int and size_t have 16 bits
+SMALL = ["clang", "--target=msp430", "-std=c99"]  # int and size_t have 16 bits
 
 
 @pytest.fixture(scope="session")
 def shapes(tmp_path_factory: pytest.TempPathFactory) -> object:
-    """Make each shape once, when it is first asked for."""
+    """Make each shape on first use."""
     return cache(lambda name: make(name, tmp_path_factory.mktemp("shape")))
 
 
@@ -66,7 +66,9 @@ def test_headers_and_sources_compile(
 
 
 @pytest.mark.matrix
-def test_nothing_is_called_and_nothing_is_writable_on_a_chip(made: Made, tmp_path: Path) -> None:
+def test_objects_for_a_chip_call_nothing_and_have_no_writable_data(
+    made: Made, tmp_path: Path
+) -> None:
     need("arm-none-eabi-gcc")
     user = tmp_path / "user.c"
     user.write_text(everything(made.package), encoding="ascii")
@@ -91,12 +93,12 @@ def test_clang_format_changes_nothing(made: Made) -> None:
 # Every layout, every case
 
 
-def test_every_layout_goes_there_and_back(made: Made, tmp_path: Path) -> None:
+def test_every_round_trip_passes(made: Made, tmp_path: Path) -> None:
     done = run(build_round_trip(made.package, tmp_path))
     assert (done.returncode, done.stdout) == (0, "")
 
 
-def test_every_vector_holds(made: Made, tmp_path: Path) -> None:
+def test_every_vector_passes(made: Made, tmp_path: Path) -> None:
     found, in_all, status = findings_of(build_vectors(made.package, tmp_path))
     assert status == 0, in_all
     assert {finding.outcome for finding in found.values()} <= {"passed", "noted"}
@@ -115,9 +117,9 @@ def test_the_testees_answer_every_case(made: Made) -> None:
 
 
 def in_python(made: Made, requests: list[Json]) -> list[Json]:
-    """Return what the testee in Python answers."""
+    """Return the answers of the Python testee."""
     testee = Testee()
-    testee._codecs[made.name] = codec_of(made.protocol)  # as if it was installed
+    testee._codecs[made.name] = codec_of(made.protocol)  # as if it were installed
     return [testee.answer(line) for line in lines(requests).splitlines()]
 
 
@@ -126,7 +128,7 @@ def said(answer: Json) -> Json:
 
 
 def test_the_testees_agree_on_damaged_packets(made: Made) -> None:
-    """With one bit turned, cut, longer, or with another length and a right check."""
+    """With a flipped bit, cut, longer, or with another length and a valid check."""
     rng = Random(1)
     requests: list[Json] = []
     for number in range(DAMAGED):
@@ -149,20 +151,20 @@ def test_the_testees_agree_on_damaged_packets(made: Made) -> None:
 
 
 def packets(made: Made, rng: Random) -> Iterator[bytes]:
-    """Yield packets of known and of unknown ids, with payloads of all lengths."""
+    """Yield packets with known and unknown ids, and payloads of all lengths."""
     shape = made.protocol.shape
     layouts = [cls.layout for cls in made.protocol.messages]
     for layout in rng.sample(layouts, len(layouts)):
         length = max(0, min(shape.maximum, layout.length + rng.choice((0, 0, 0, 1, -1, 5))))
         payload = rng.choice((bytes(length), rng.randbytes(length)))
-        if rng.random() < 0.2:  # starts inside
+        if rng.random() < 0.2:  # start bytes in the payload
             payload = (shape.start * length)[:length]
         id = layout.id if rng.random() < 0.9 else rng.randrange(1 << 8 * shape.id)
         yield shape.pack(id, rng.randrange(1 << 8 * shape.address), payload)
 
 
 def damaged(made: Made, rng: Random) -> bytes:
-    """Return some packets after some accidents."""
+    """Return some packets with random damage."""
     stream = bytearray(b"".join(packets(made, rng)))
     for _ in range(rng.choice((0, 1, 3, 8))):
         at = rng.randrange(len(stream))
@@ -189,8 +191,8 @@ def chunks(rng: Random, stream: bytes) -> list[bytes]:
     return found
 
 
-def test_the_parser_gives_what_the_framer_gives(made: Made) -> None:
-    """After every block what is given and what waits; and the same after silences."""
+def test_the_parser_produces_the_events_of_the_framer(made: Made) -> None:
+    """Compare events and pending bytes after every block, also after silences."""
     rng = Random(2)
     kinds = set()
     for _ in range(STREAMS):
@@ -214,8 +216,8 @@ def test_the_parser_gives_what_the_framer_gives(made: Made) -> None:
     assert kinds == {"message", "unknown", "bad_length", "garbage"}
 
 
-def test_a_packet_of_one_layout_is_decoded_by_no_other(made: Made) -> None:
-    """Also where it is longer than known: its length tells it from the other layouts of the message."""
+def test_a_packet_is_decoded_by_only_one_layout(made: Made) -> None:
+    """Also a packet with extra bytes: its length distinguishes the layouts of the message."""
     layouts = [cls.layout for cls in made.protocol.messages]
     requests: list[Json] = []
     address = min(1, made.protocol.shape.address)
@@ -227,7 +229,7 @@ def test_a_packet_of_one_layout_is_decoded_by_no_other(made: Made) -> None:
     assert list(map(said, theirs)) == list(map(said, in_python(made, requests)))
 
 
-# A table of one's own
+# A custom table
 
 
 OWN = """
@@ -247,7 +249,7 @@ int main(void)
 """
 
 
-def test_a_firmware_may_have_a_table_of_its_own(shapes: object, tmp_path: Path) -> None:
+def test_firmware_can_define_its_own_table(shapes: object, tmp_path: Path) -> None:
     need("gcc")
     carousel: Made = shapes(CAROUSEL)  # type: ignore[operator]
     own = tmp_path / "own.c"

@@ -1,4 +1,4 @@
-"""The page on C: its code compiles, its names and files exist, and it lists all deviations."""
+"""The page on C: its code compiles, its names and files exist, and it lists all MISRA deviations."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ COMMANDS = [block.text for block in blocks(ROOT / "docs" / "reference" / "c.md",
 PREFIXES = "|".join(package.prefix for package in packages())
 
 
-def test_there_are_blocks() -> None:
+def test_the_page_has_code_blocks() -> None:
     assert len(BLOCKS) >= 5
     assert len(COMMANDS) == 2
     assert len(BLOCKS) + len(COMMANDS) == PAGE.count("```") / 2
@@ -45,7 +45,7 @@ def test_a_block_compiles(block: str, tmp_path: Path) -> None:
     compiles("g++", "-std=c++17", *WARNINGS, f"-I{C}", "-x", "c++", "-fsyntax-only", source)
 
 
-def test_a_program_prints_what_it_says(tmp_path: Path) -> None:
+def test_a_program_prints_the_stated_output(tmp_path: Path) -> None:
     need("gcc")
     [block] = [block for block in BLOCKS if "int main" in block]
     [said] = re.findall(r"/\* prints (.*?) \*/", block)
@@ -58,7 +58,7 @@ def test_a_program_prints_what_it_says(tmp_path: Path) -> None:
 @pytest.mark.matrix
 @pytest.mark.parametrize("package", first_of(packages()[::-1]), ids=lambda it: it.prefix)
 def test_the_commands_make_the_tests_and_run_them(package: Package, tmp_path: Path) -> None:
-    """As a reader does, in a checkout; and with the name of the other package."""
+    """As a reader would, in a checkout; also with the name of the other package."""
     need("gcc")
     shutil.copytree(ROOT / "spec", tmp_path / "spec")
     path = os.pathsep.join([sysconfig.get_path("scripts"), os.environ["PATH"]])
@@ -93,7 +93,7 @@ def test_the_files_exist(page: str) -> None:
 
 
 def includes(package: Package) -> str:
-    """Return the headers of a package, with two chapters: the others come from the same templates."""
+    """Return includes for the headers of a package, but only two chapters: all come from the same templates."""
     chapters = [path for path in package.headers() if path.parent.name == "messages"]
     longer = sorted(chapters, key=lambda path: path.stat().st_size)[2:]
     kept = [path for path in package.headers() if path not in (package.umbrella, *longer)]
@@ -101,23 +101,23 @@ def includes(package: Package) -> str:
 
 
 def deviations(marked: bool) -> set[str]:
-    """Return the rules of the list, those with a mark or those without."""
+    """Return the rules in the list with a mark, or those without."""
     rows = re.findall(r"^\| (?:Directive )?([0-9.]+)( †)? \| \w+ \|", PAGE, re.M)
     return {rule for rule, mark in rows if bool(mark) == marked}
 
 
 @pytest.mark.matrix
-def test_the_deviations_are_those_that_are_found(tmp_path: Path) -> None:
+def test_the_page_lists_exactly_the_deviations_found(tmp_path: Path) -> None:
     need("cppcheck")
     user = tmp_path / "user.c"
     user.write_text("".join(map(includes, packages())), encoding="ascii")
-    # cppcheck has no standard headers here, and looks at one configuration where it is given one.
+    # cppcheck has no standard headers here, and checks only the given configuration.
     constants = ["-DUINT32_C(a)=a##U", "-DINT32_C(a)=a", "-DINT64_C(a)=a##LL"]
     words = ["--addon=misra", "--enable=style", "--std=c99", "--quiet", *constants, f"-I{C}"]
     done = run("cppcheck", *words, user, *(package.source for package in packages()))
     assert done.returncode == 0, done.stdout
     found = set(re.findall(r"\[misra-c2012-([0-9.]+)\]", done.stdout))
     listed = deviations(marked=False)
-    assert found - listed == set(), "found, and not listed in docs/reference/c.md"
-    assert listed - found == set(), "listed in docs/reference/c.md, and not found any more"
+    assert found - listed == set(), "found, but not listed in docs/reference/c.md"
+    assert listed - found == set(), "listed in docs/reference/c.md, but no longer found"
     assert deviations(marked=True)

@@ -1,4 +1,4 @@
-"""The parser of frames with a header in C: the same events as the framer in Python, whatever comes."""
+"""The C parser of frames with a header: the same events as the Python framer, for any input."""
 
 from __future__ import annotations
 
@@ -35,32 +35,32 @@ BUILDS = {
     "sanitized": [*SANITIZED, "-std=c99"],
     "sanitized and indexed": [*SANITIZED, "-std=c99", "-DAPT_HOST_INDEX"],
 }
-STREAMS = 1200  # for each build
+STREAMS = 1200  # per build
 STATUS = "8104 0e00 8150 0100400d0300000000003000 0080"
 HOMED = "4404 0100 0150"
-# A stream for every sentence of the rule in parser.h, and what random streams are unlikely to hold.
+# A stream for every sentence of the rule in parser.h, and streams that are unlikely at random.
 SENTENCES = (
     "770f ff01 8150",  # 1: too long for any packet
     STATUS + HOMED,  # 2
     "8104 0400 8150 00000000",  # shorter
     "8104 1300 8150" + "00" * 13 + HOMED,  # longer, by less than a header
-    "8104 1400 8150" + "00" * 20,  # longer by a header that is none
-    "8104 1400 8150" + "00" * 14 + HOMED,  # by a header that ends with the frame
+    "8104 1400 8150" + "00" * 20,  # longer by an invalid header
+    "8104 1400 8150" + "00" * 14 + HOMED,  # longer by a header at the end of the frame
     "8104 1500 8150" + "00" * 14 + HOMED + "00",
-    "8104 1400 8150" + "00" * 15 + HOMED,  # by all but the last byte of a header
+    "8104 1400 8150" + "00" * 15 + HOMED,  # longer by all but the last byte of a header
     "8104 ff00 8150" + "00" * 100 + STATUS * 8,
-    "8104 1400 8150" + "00" * 14 + "4404 0100 0000",  # by a header that does not count
-    "4404 0100 5001",  # the addresses the other way round
-    "4404 0100 0000",  # and none
-    "5304 0600 5001",  # a packet that lost its bit
+    "8104 1400 8150" + "00" * 14 + "4404 0100 0000",  # longer by a header that is not accepted
+    "4404 0100 5001",  # exchanged addresses
+    "4404 0100 0000",  # addresses 0 and 0
+    "5304 0600 5001",  # a packet without the data flag
     "5304 0100 5001",
-    "0200 0000 0150",  # only with parameters that are zero
+    "0200 0000 0150",  # valid only with parameters that are zero
     "0200 0001 0150",
     "770f 0400 8150 00000000",  # 3: unknown
     "770f 0400 0150",
     "8100 0400 8150 00000000",  # undocumented
     "8100 0000 8000",
-    "8104 0100 0150",  # 4: a form that it has not
+    "8104 0100 0150",  # 4: a wrong form
     "4404 0100 8150",
     "ff" + STATUS,  # 5
     "ff" + HOMED,
@@ -68,16 +68,16 @@ SENTENCES = (
     "ff8104 0f00 8150" + "00" * 15,
     "ff770f 0000 8150",
     "770f 5000 8150" + STATUS,  # 6: given up as a whole
-    "8104 8e00 8150" + "00" * 14 + HOMED + STATUS + "4404 01",  # looked through
+    "8104 8e00 8150" + "00" * 14 + HOMED + STATUS + "4404 01",  # searched for frames
     "ff" + "8104 0e00 8150" + HOMED,
 )
 LONG = 20_000
-MOST_WORK = 100  # straight pieces of code for a byte; a search in the table takes 20 of them
+MOST_WORK = 100  # basic blocks per byte; a search in the table executes 20
 
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where programs are made."""
+    """The folder for programs."""
     return tmp_path_factory.mktemp("parser")
 
 
@@ -89,13 +89,13 @@ def program(request: pytest.FixtureRequest, folder: Path) -> Program:
 
 @pytest.fixture(scope="session")
 def experiment() -> ModuleType:
-    """The experiment that the rule was chosen by."""
+    """The experiment that led to the rule."""
     return import_program(ROOT / "benchmarks" / "framing_experiment.py")
 
 
 @pytest.fixture
 def indexed(folder: Path) -> Program:
-    """The parser of APT as a host has it."""
+    """The parser of APT with an index, as for hosts."""
     return made("indexed", folder)
 
 
@@ -107,7 +107,7 @@ def made(build: str, folder: Path) -> Program:
 
 
 def compare(program: Program, table: FramingTable, streams: list[tuple[End, list[Step]]]) -> int:
-    """Hold what C gives against Python; return how many events there are."""
+    """Compare the output of C with Python; return the number of events."""
     given = program.give(streams)
     assert len(given) == len(streams)
     events = 0
@@ -118,7 +118,7 @@ def compare(program: Program, table: FramingTable, streams: list[tuple[End, list
 
 
 def damaged(rng: Random, frame: Callable[[Random], bytes] = fuzz_streams.frame) -> bytes:
-    """Return some frames after some accidents."""
+    """Return some frames with random damage."""
     stream = b"".join([frame(rng) for _ in range(rng.randrange(1, 12))])
     for _ in range(rng.choice((0, 1, 1, 2, 5))):
         stream = fuzz_streams.damaged(rng, stream)
@@ -149,7 +149,9 @@ def test_damage_everywhere_in_a_run(indexed: Program, experiment: ModuleType) ->
             frames = experiment.make_run(rng, TABLE, (way,), addresses, newer=True)[:6]
             stream = b"".join(frames)
             everything = experiment.damages(stream, len(stream))
-            for damage in islice(everything, 0, None, 5):  # every kind, at every place but a few
+            for damage in islice(
+                everything, 0, None, 5
+            ):  # every kind of damage at almost every position
                 steps = cut(rng, damage.stream)
                 streams.append((rng.choice((end, end, End.NONE)), [*steps]))
     assert len(streams) > 1000
@@ -176,7 +178,7 @@ def test_no_byte_is_lost(program: Program) -> None:
 
 
 @pytest.mark.parametrize("end", End)
-def test_whole_frames_of_a_block_are_not_copied(
+def test_complete_frames_in_a_block_are_not_copied(
     program: Program, end: End, experiment: ModuleType
 ) -> None:
     rng = Random(5)
@@ -193,8 +195,8 @@ def test_whole_frames_of_a_block_are_not_copied(
     assert [i for i, there in enumerate(halves.in_place[:-2]) if not there] == [7]
 
 
-def test_what_is_remembered_is_no_other_header(indexed: Program) -> None:
-    """Headers that stand in the index from the beginning, and others that look like it."""
+def test_a_remembered_header_matches_only_itself(indexed: Program) -> None:
+    """Headers that are in the index initially, and headers that look similar."""
     zeros = [slot.to_bytes(6, "little") for slot in range(0x200)]
     likes = [raw * 12000 for raw in (bytes(6), b"\xff" * 6, b"\x01" + bytes(5))]
     steps: list[list[Step]] = [[b"".join(zeros) + bytes(80000)], *([it] for it in likes)]
@@ -202,18 +204,18 @@ def test_what_is_remembered_is_no_other_header(indexed: Program) -> None:
 
 
 def test_a_header_is_remembered_only_with_all_its_bytes(indexed: Program) -> None:
-    """One byte of the header is changed, after the parser has seen it many times."""
+    """One byte of a header changes after the parser has received it many times."""
     rng = Random(6)
     streams: list[tuple[End, list[Step]]] = []
     frames = (fuzz_streams.frame(rng) for _ in range(40))
-    for frame in [it for it in frames if len(it) >= 6]:  # not one that was misprinted
+    for frame in [it for it in frames if len(it) >= 6]:  # not a misprinted one
         for at in range(6):
             other = frame[:at] + bytes((frame[at] ^ 1 << rng.randrange(8),)) + frame[at + 1 :]
             streams.append((rng.choice(list(End)), [frame * 3 + other + frame * 3]))
     compare(indexed, TABLE, streams)
 
 
-def test_files_with_and_without_the_index_are_not_linked(folder: Path) -> None:
+def test_files_with_and_without_the_index_do_not_link(folder: Path) -> None:
     need("gcc")
     package = C / "stagewire_apt"
     user = folder / "user.c"
@@ -243,8 +245,8 @@ def test_files_with_and_without_the_index_are_not_linked(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("index", "number"), first_of(product(("", "-DTINY_HOST_INDEX"), range(INVENTED)))
 )
-def test_protocols_that_nobody_has(number: int, index: str, tmp_path: Path) -> None:
-    """Several lengths of an id, undocumented ids, other addresses: what APT has not, or not together."""
+def test_random_protocols(number: int, index: str, tmp_path: Path) -> None:
+    """Several lengths of an id, undocumented ids, other addresses: properties that APT does not have."""
     need("gcc")
     protocol = invent(Random(number))
     table = table_of(protocol)
@@ -257,13 +259,13 @@ def test_protocols_that_nobody_has(number: int, index: str, tmp_path: Path) -> N
 
 
 def _rendered(protocol: Protocol, folder: Path) -> Path:
-    """Write the C of a protocol; return where it stands."""
+    """Write the C code of a protocol; return its folder."""
     write_files(folder, render([protocol], ["c"]))
     return folder / "c"
 
 
 def _frame(table: FramingTable, rng: Random) -> bytes:
-    """Return a frame that a protocol has, or nearly has."""
+    """Return a frame that a protocol has, or almost has."""
     id, forms = rng.choice(sorted(table.forms.items()))
     pair = [table.host, rng.choice(sorted(table.devices))]
     rng.shuffle(pair)
@@ -302,7 +304,7 @@ int main(void)
 """
 
 
-def test_the_table_is_that_of_the_registry(tmp_path: Path) -> None:
+def test_the_table_equals_the_registry(tmp_path: Path) -> None:
     need("gcc")
     (tmp_path / "asks.c").write_text(ASKS_TABLE, encoding="ascii")
     source = C / "stagewire_apt" / "stagewire_apt.c"
@@ -335,7 +337,7 @@ const size_t apt_table_count = sizeof apt_table / sizeof apt_table[0];
 """
 
 
-def test_a_firmware_has_a_table_of_its_own(tmp_path: Path) -> None:
+def test_firmware_can_define_its_own_table(tmp_path: Path) -> None:
     need("gcc")
     (tmp_path / "firmware.c").write_text(FIRMWARE, encoding="ascii")
     words = ["gcc", "-std=c99", "-DAPT_NO_TABLE"]
@@ -351,7 +353,7 @@ def test_a_firmware_has_a_table_of_its_own(tmp_path: Path) -> None:
 
 
 def floods() -> Iterator[tuple[str, bytes]]:
-    """Yield streams that make as much work as any, by name."""
+    """Yield streams that need the most work, by name."""
     yield "zeros", bytes(20)
     yield "half headers", bytes.fromhex("81040e0081ff")
     yield "lengths that never end", bytes.fromhex("770fff018150")
@@ -363,8 +365,8 @@ def floods() -> Iterator[tuple[str, bytes]]:
 
 
 @pytest.mark.parametrize("block", first_of([1, 2, 7, 300, 4096]))
-def test_the_work_for_a_byte_is_bounded(block: int, folder: Path) -> None:
-    """Straight pieces of code that are run, however long the stream is."""
+def test_the_work_per_byte_is_bounded(block: int, folder: Path) -> None:
+    """Counted in executed basic blocks, for streams of any length."""
     program = made("small", folder)
     for name, piece in floods():
         stream = (piece * (LONG // len(piece) + 1))[:LONG]

@@ -1,4 +1,4 @@
-"""quantities.h converts as the runtime does, for every number; its scales are those of the registry."""
+"""quantities.h converts like the runtime for all numbers, and has exactly the scales of the registry."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from stagewire_conformance.scales import in_unit, scale_of
 PROTOCOLS = (stagewire_apt.PROTOCOL, stagewire_ms2000.PROTOCOL)
 GREATEST = 2**63 - 1
 LEAST = -(2**63)
-UNTOUCHED = 111  # what the program has as a result before it is made
+UNTOUCHED = 111  # initial value of a result in the program
 
 TO_COUNTS, FROM_COUNTS, SHARE_NUMERATOR, SHARE_DENOMINATOR = 0, 1, 6, 7
 NARROW = {2: (-(2**15), 2**15 - 1), 3: (0, 2**16 - 1), 4: (-(2**31), 2**31 - 1), 5: (0, 2**32 - 1)}
 
 Question = tuple[int, int, int, int, int]
 
-# Small numbers and those around powers of two meet ties and limits far more often than any others.
+# Small numbers, and numbers around powers of two, are most likely to be ties or limits.
 _NEAR = st.builds(lambda bit, off: (1 << bit) + off, st.integers(0, 63), st.integers(-3, 3))
 _POSITIVE = (st.integers(1, 100) | _NEAR | st.integers(1, GREATEST)).filter(
     lambda n: 0 < n <= GREATEST
@@ -47,13 +47,13 @@ _ANY = st.builds(
 
 
 class Converter:
-    """The C program: questions in, answers out, as many as there are at once."""
+    """The C program: answers any number of questions at a time."""
 
     def __init__(self, program: Path) -> None:
         self.program = program
 
     def __call__(self, questions: Sequence[Question]) -> list[int | None]:
-        """Return the results; None for what was refused, and for that alone."""
+        """Return the results; None only for errors."""
         asked = b"".join(struct.pack("=5q", *question) for question in questions)
         done = subprocess.run([str(self.program)], input=asked, capture_output=True, check=True)
         assert not done.stderr, done.stderr.decode()
@@ -65,7 +65,7 @@ class Converter:
 
 @pytest.fixture(scope="module")
 def converter(tmp_path_factory: pytest.TempPathFactory) -> Converter:
-    """The program, which stops where something undefined happens."""
+    """The program, which stops at undefined behaviour."""
     need("gcc")
     program = tmp_path_factory.mktemp("quantities") / "converter"
     sanitized = ["-fsanitize=undefined", "-fno-sanitize-recover=all", "-O1"]
@@ -75,12 +75,12 @@ def converter(tmp_path_factory: pytest.TempPathFactory) -> Converter:
 
 
 def fits(value: int, least: int = LEAST, greatest: int = GREATEST) -> int | None:
-    """Return a result, or None if it has no place."""
+    """Return a result, or None if it does not fit."""
     return value if least <= value <= greatest else None
 
 
 def expected(question: Question) -> int | None:
-    """Return what the runtime makes of a question."""
+    """Return the result of the runtime for a question."""
     which, first, second, numerator, denominator = question
     if min(second, numerator, denominator) <= 0:
         return None
@@ -99,18 +99,20 @@ def expected(question: Question) -> int | None:
 @example([(FROM_COUNTS, LEAST, 1, 1, 1), (FROM_COUNTS, LEAST, GREATEST, GREATEST, GREATEST)])
 @example([(TO_COUNTS, n, 2, 1, 1) for n in range(-5, 6)])
 @example([(FROM_COUNTS, n, 1, 2, 1) for n in range(-5, 6)])
-def test_it_converts_as_the_runtime_does(converter: Converter, questions: list[Question]) -> None:
+def test_conversions_equal_those_of_the_runtime(
+    converter: Converter, questions: list[Question]
+) -> None:
     assert converter(questions) == [expected(question) for question in questions]
 
 
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 5), _ANY, _ANY, _ANY, _ANY), min_size=1))
-def test_it_refuses_what_is_not_positive(converter: Converter, questions: list[Question]) -> None:
+def test_arguments_must_be_positive(converter: Converter, questions: list[Question]) -> None:
     assert converter(questions) == [expected(question) for question in questions]
 
 
 def tie(random_: random.Random) -> Question:
-    """Return a question whose answer is a half, or the least that can be said above or below it."""
+    """Return a question whose answer is a tie, or as close as possible to one."""
     odd, part, numerator, denominator = (
         random_.getrandbits(random_.randrange(1, 21)) | 1 for _ in range(4)
     )
@@ -119,7 +121,7 @@ def tie(random_: random.Random) -> Question:
 
 
 def plain(random_: random.Random) -> Question:
-    """Return a question with numbers of every length, whose answer fits as often as not."""
+    """Return a question with numbers of random length; about half of the answers fit."""
     first, *others = (random_.getrandbits(random_.randrange(1, 64)) for _ in range(4))
     second, numerator, denominator = (other or 1 for other in others)
     sign = random_.choice((1, -1))
@@ -127,7 +129,9 @@ def plain(random_: random.Random) -> Question:
 
 
 @pytest.mark.parametrize("rounds", first_of([5_000, 125_000]))
-def test_it_converts_random_numbers_as_the_runtime_does(converter: Converter, rounds: int) -> None:
+def test_conversions_of_random_numbers_equal_those_of_the_runtime(
+    converter: Converter, rounds: int
+) -> None:
     random_ = random.Random(20)
     questions = [make(random_) for _ in range(rounds) for make in (tie, plain, tie, plain)]
     answers = converter(questions)
@@ -138,7 +142,9 @@ def test_it_converts_random_numbers_as_the_runtime_does(converter: Converter, ro
             above, below = abs(first) * denominator * second, numerator
         else:
             above, below = abs(first) * numerator, second * denominator
-        magnitude = (2 * above + below) // (2 * below)  # what expected() says, without fractions
+        magnitude = (2 * above + below) // (
+            2 * below
+        )  # the result of expected(), without fractions
         value = magnitude if first >= 0 else -magnitude
         assert answer == fits(value, *NARROW.get(which, (LEAST, GREATEST))), question
         refused += answer is None
@@ -151,7 +157,7 @@ def test_it_converts_random_numbers_as_the_runtime_does(converter: Converter, ro
 @example(GREATEST, GREATEST, 2**32 - 1)
 @example(3, GREATEST, 32767)
 @example(GREATEST - 1, 2**62, 2)
-def test_a_scale_by_a_setting(
+def test_a_scale_that_depends_on_a_setting(
     converter: Converter, numerator: int, denominator: int, full_scale: int
 ) -> None:
     found = converter([
@@ -167,7 +173,7 @@ def test_a_scale_by_a_setting(
     assert none or gcd(*filter(None, found)) == 1
 
 
-# What the documents convert
+# Conversions in the documents
 
 
 def stated_values() -> list[tuple[str, str, Json, Scale, Fraction]]:
@@ -184,7 +190,7 @@ def stated_values() -> list[tuple[str, str, Json, Scale, Fraction]]:
     return found
 
 
-def test_the_values_that_the_documents_convert(converter: Converter) -> None:
+def test_the_conversions_in_the_documents(converter: Converter) -> None:
     found = stated_values()
     assert {name for name, *_ in found} == {protocol.name for protocol in PROTOCOLS}
     asked = [
@@ -205,7 +211,7 @@ def test_the_values_that_the_documents_convert(converter: Converter) -> None:
 
 
 def known_scales(data: Json) -> dict[str, Fraction]:
-    """Return what the constants of a registry are called, without the prefix, and what they say."""
+    """Return the constants of a registry, by name without the prefix."""
     found: dict[str, Fraction] = {}
 
     def add(name: str, rule: Json) -> None:
@@ -229,7 +235,7 @@ def known_scales(data: Json) -> dict[str, Fraction]:
 
 
 def scales_by_setting(data: Json) -> dict[str, int]:
-    """Return what the functions of a registry are called, without the prefix, and the full scale."""
+    """Return the functions of a registry, by name without the prefix, with their full scale."""
     found = {}
     for name, quantity in data["quantities"].items():
         rule = quantity["scale"]
@@ -241,7 +247,7 @@ def scales_by_setting(data: Json) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS, ids=lambda protocol: protocol.name)
-def test_the_scales_are_those_of_the_registry(protocol: Protocol, tmp_path: Path) -> None:
+def test_the_scales_equal_those_of_the_registry(protocol: Protocol, tmp_path: Path) -> None:
     need("gcc")
     prefix = protocol.package.removeprefix("stagewire_")
     header = (C / protocol.package / "quantities.h").read_text("utf-8")
@@ -272,7 +278,7 @@ def test_the_scales_are_those_of_the_registry(protocol: Protocol, tmp_path: Path
 
 
 def comments(header: str) -> dict[str, str]:
-    """Return the comment before each macro, and under its own words each that stands alone."""
+    """Return the comment on each macro, and each separate comment under its own text."""
     found = {}
     for text, name in re.findall(r"/\*\*?((?:[^*]|\*(?!/))*)\*/\n(?:#define (\w+))?", header):
         words = " ".join(re.sub(r"^ \* ?", "", text, flags=re.M).split())
@@ -280,7 +286,7 @@ def comments(header: str) -> dict[str, str]:
     return found
 
 
-def test_the_comments_say_where_a_scale_is_from() -> None:
+def test_the_comments_name_the_source_of_a_scale() -> None:
     found = comments((C / "stagewire_apt" / "quantities.h").read_text("utf-8"))
     velocity = found["APT_SCALE_MLS203_BBD10X_VELOCITY"]
     for fact in ("MLS203 on BBD10x", "mm/s", "page 14", "16777216/125", "“134218”"):
@@ -308,7 +314,7 @@ def test_both_packages_have_the_same_arithmetic() -> None:
 
 
 @pytest.mark.matrix
-def test_a_cortex_m0_needs_no_function_of_a_library(tmp_path: Path) -> None:
+def test_a_cortex_m0_needs_no_library_functions(tmp_path: Path) -> None:
     need("arm-none-eabi-gcc")
     source, made = tmp_path / "conversions.c", tmp_path / "conversions.o"
     source.write_text(

@@ -1,4 +1,4 @@
-"""The reader of replies in C against the decoder in Python: whole, late, and unasked."""
+"""The C reader of replies compared with the Python decoder: complete, late and unsolicited replies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ some_bytes = st.binary(max_size=9)
 
 
 def frames(library: CommandLibrary) -> list[CommandFrame]:
-    """Return a frame of every command and setup command, in each of its forms."""
+    """Return a frame of every command and setup command in each of its forms."""
     axis = next(iter(library.protocol.axes.values()))
     found = []
     for cls in library.protocol.messages:
@@ -42,7 +42,7 @@ def shown(events: list[PythonEvent]) -> list[Event]:
 
 
 def sent(decoder: ReplyDecoder, frame: CommandFrame) -> str:
-    """Return what becomes of a command in Python, as C has it."""
+    """Return the status for a command in Python, as the name in C."""
     waiting = decoder.outstanding
     try:
         decoder.sent(frame)
@@ -51,8 +51,8 @@ def sent(decoder: ReplyDecoder, frame: CommandFrame) -> str:
     return "OK"
 
 
-def test_the_reader_is_the_decoder_of_python(library: CommandLibrary) -> None:
-    """Whatever is sent, comes, is given up or waited for, in any order."""
+def test_the_reader_behaves_like_the_decoder_of_python(library: CommandLibrary) -> None:
+    """Commands, replies and timeouts in random order."""
 
     class Line(RuleBasedStateMachine):
         known: ClassVar[list[CommandFrame]] = frames(library)
@@ -73,7 +73,7 @@ def test_the_reader_is_the_decoder_of_python(library: CommandLibrary) -> None:
 
         @rule(more=st.sampled_from((-1, 0, 0, 0, 1)), byte=st.integers(0, 0xFF))
         def answer(self, more: int, byte: int) -> None:
-            """Feed what is due, or a byte more or less."""
+            """Feed the expected bytes, or one more or less."""
             if self.python.outstanding is not None:
                 reply: Any = self.python.outstanding.message.reply
                 due = reply.layout.length - len(self.python.pending)
@@ -100,7 +100,7 @@ def test_the_reader_is_the_decoder_of_python(library: CommandLibrary) -> None:
     Test("runTest").runTest()
 
 
-def test_every_reply_comes_in_any_pieces(library: CommandLibrary) -> None:
+def test_every_reply_can_arrive_in_pieces(library: CommandLibrary) -> None:
     for frame in frames(library):
         reply: Any = frame.message.reply
         if reply is not None:
@@ -127,7 +127,7 @@ def first_request(library: CommandLibrary) -> tuple[CommandFrame, int]:
     raise AssertionError("no command has a reply")
 
 
-def test_no_request_is_sent_before_what_followed_a_reply_is_looked_at(
+def test_no_request_is_sent_before_bytes_after_a_reply_are_read(
     library: CommandLibrary,
 ) -> None:
     """The rest of a chunk would be taken for the next reply."""
@@ -139,7 +139,7 @@ def test_no_request_is_sent_before_what_followed_a_reply_is_looked_at(
     assert reader.next(rest) == (Event("garbage", b"\1"), b"")
 
 
-def test_what_is_no_command_is_not_noted(library: CommandLibrary) -> None:
+def test_invalid_commands_are_not_registered(library: CommandLibrary) -> None:
     frame, _ = first_request(library)
     raw = frame.encode(allow_dummy=True)
     reader = library.replies()
@@ -151,7 +151,7 @@ def test_what_is_no_command_is_not_noted(library: CommandLibrary) -> None:
     assert reader.sent(raw) == "OK"
 
 
-def test_a_request_outstanding_says_so_before_a_poisoned_line(library: CommandLibrary) -> None:
+def test_an_outstanding_request_is_reported_before_a_poisoned_line(library: CommandLibrary) -> None:
     frame, length = first_request(library)
     raw = frame.encode(allow_dummy=True)
     reader = library.replies()

@@ -1,4 +1,4 @@
-"""What the generated C takes on a Cortex-M0: against fixed bounds, and against the committed table."""
+"""Sizes of the generated C on a Cortex-M0, compared with fixed limits and with the committed table."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
 
 
 def objects(folder: Path) -> Iterator[Path]:
-    """Return the objects with code of users."""
+    """Return the objects with the code for users."""
     yield from (path for path in folder.glob("*.o") if not path.stem.endswith("_types"))
 
 
 @pytest.mark.matrix
 @of_each_package
-def test_nothing_else_is_linked(package: Package, measured: Measured) -> None:
+def test_objects_need_no_other_code(package: Package, measured: Measured) -> None:
     folder, _ = measured[package.prefix]
     for path in objects(folder):
         undefined = compiles("arm-none-eabi-nm", "-u", path)
@@ -72,18 +72,18 @@ def test_the_parser_is_small(measured: Measured) -> None:
 
 
 def messages(protocol: str) -> list[dict[str, Any]]:
-    """Return the messages of a protocol, as the registry has them."""
+    """Return the messages of a protocol in the registry."""
     return list(load_protocol(protocol).registry()["messages"])
 
 
 def takes_all(field: dict[str, Any]) -> bool:
-    """Whether a field takes every value that its bytes have, so that there is nothing to check."""
+    """Whether a field accepts every value of its format, so that no check is needed."""
     values = int(field["maximum"]) - int(field["minimum"]) + 1
     return bool(values == 1 << 8 * field["size"])
 
 
 def of_14_bytes() -> list[str]:
-    """Return the names of the messages whose packet has 14 bytes, all of them integers of any value."""
+    """Return the messages with a packet of 14 bytes that are integers without a narrower range."""
     found = []
     for message in messages("thorlabs_apt"):
         fields = [field for layout in message["layouts"] for field in layout["fields"]]
@@ -94,7 +94,7 @@ def of_14_bytes() -> list[str]:
 
 
 @pytest.mark.matrix
-def test_a_payload_of_14_bytes_is_cheap(measured: Measured) -> None:
+def test_a_payload_of_14_bytes_needs_little_code(measured: Measured) -> None:
     _, figures = measured["apt"]
     names = [name.replace("_", "/", 1) for name in of_14_bytes()]
     assert len(names) >= 5
@@ -103,14 +103,14 @@ def test_a_payload_of_14_bytes_is_cheap(measured: Measured) -> None:
 
 
 @pytest.mark.matrix
-def test_what_they_share_is_small(measured: Measured) -> None:
+def test_shared_code_is_small(measured: Measured) -> None:
     folder, _ = measured["apt"]
     made = folder / "apt_accessors.o"
     roots = {f"{name}_{function}" for name in of_14_bytes() for function in ("encode", "decode")}
     reached = callgraph.read([made.with_suffix(".ci")]).reached(roots)
     code = {name: size for name, _, size in symbols("arm-none-eabi-nm", made)}
     helpers = {name: code[name] for name in reached - roots}
-    assert len(helpers) >= 2, "they share nothing: then the other bound means something else"
+    assert len(helpers) >= 2, "there is no shared code, so the other limit means something else"
     assert sum(helpers.values()) <= HELPERS, helpers
 
 
@@ -137,7 +137,7 @@ def test_the_stack_is_small(measured: Measured) -> None:
             graph = callgraph.read([path.with_suffix(".ci")])
             assert graph.calls
             assert graph.cycle() == []
-            assert graph.indirect() == [], "where that leads is not counted"
+            assert graph.indirect() == [], "calls through pointers are not counted"
             assert graph.unbounded == frozenset()
         stacks = {name: size for name, size in figures.items() if name.endswith("stack")}
         assert {name: size for name, size in stacks.items() if size > STACK} == {}
@@ -154,7 +154,7 @@ def test_nothing_grew(measured: Measured) -> None:
     assert not grown, f'{grown}{note}\nrenew the table: make c-sizes REASON="why"'
 
 
-# The comparison itself
+# The comparison
 
 
 def test_growth_is_reported_by_name() -> None:

@@ -1,4 +1,4 @@
-"""What the generated C must not do, seen by program: in its text, its call graph and its objects."""
+"""Properties of the generated C, checked in its text, its call graph and its objects."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ FORBIDDEN = {
 
 
 def tokens(text: str) -> str:
-    """Return a text of C without comments and without what stands in quotes."""
+    """Return C text without comments and string literals."""
     return COMMENT_OR_STRING.sub(" ", text)
 
 
 def broken(text: str) -> list[str]:
-    """Say which of the rules a text of C breaks."""
+    """Return the rules that C text breaks."""
     return [name for name, rule in FORBIDDEN.items() if rule.search(tokens(text))]
 
 
 @of_each_package
-def test_the_text_keeps_to_the_rules(package: Package) -> None:
+def test_the_text_follows_the_rules(package: Package) -> None:
     for path in [*package.headers(), package.source]:
         assert broken(path.read_text(encoding="utf-8")) == [], path.name
 
@@ -65,7 +65,7 @@ def test_a_broken_rule_is_found(text: str, found: str) -> None:
     assert found in broken(text)
 
 
-def test_comments_and_texts_break_no_rule() -> None:
+def test_comments_and_strings_break_no_rule() -> None:
     assert (
         broken(
             '/* a float of 1.5 */ // union\nx = (const uint8_t *)y; f(a * b);\nconst char *x = "goto 1.5";'
@@ -78,7 +78,7 @@ def test_comments_and_texts_break_no_rule() -> None:
 
 
 def build(folder: Path, package: Package, *options: str) -> list[Path]:
-    """Compile all functions, and parser and table, and return the object files."""
+    """Compile all functions, the parser and the table, and return the object files."""
     user = folder / "user.c"
     user.write_text(everything(package), encoding="ascii")
     made = []
@@ -96,7 +96,7 @@ STRICT = ["-O0", "-mgeneral-regs-only", "-Wcast-align=strict", "-Werror", callgr
 
 @of_each_package
 def test_compiled_functions_are_plain_and_pure(package: Package, tmp_path: Path) -> None:
-    """No function calls itself, no global is writable, and nothing else is called."""
+    """No recursion, no writable globals, and no calls to other code."""
     need("gcc")
     made = build(tmp_path, package, *STRICT)
     graph = callgraph.read(path.with_suffix(".ci") for path in made)
@@ -117,14 +117,14 @@ def test_no_global_is_writable_and_nothing_is_called_when_it_is_optimised(
 
 
 def impure(made: list[Path]) -> list[str]:
-    """Return the names in object files that are writable, and those that no file defines."""
+    """Return the names of writable symbols in object files, and of undefined ones."""
     rows = [row for path in made for row in symbols("nm", path)]
     defined = {name for name, kind, _ in rows if kind != "U"}
     missing = [name for name, kind, _ in rows if kind == "U" and name not in defined]
     return [*missing, *(name for name, kind, _ in rows if kind in "dDbBC")]
 
 
-def test_recursion_and_its_kin_are_found(tmp_path: Path) -> None:
+def test_recursion_and_indirect_calls_are_found(tmp_path: Path) -> None:
     need("gcc")
     bad = tmp_path / "bad.c"
     bad.write_text(

@@ -1,4 +1,4 @@
-"""The testee in C answers as the one in Python does, whatever it is asked, and survives any line."""
+"""The C testee answers like the Python testee, and survives any line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any
 
 import jsonschema_rs
 import pytest
-from testee_calls import SCHEMA  # of tests/conformance
+from testee_calls import SCHEMA  # in tests/conformance
 from testee_requests import broken_lines, decoding, encodings, streams
 from testees import (
     PROTOCOLS,
@@ -48,7 +48,7 @@ from stagewire_conformance.testee import MAXIMUM_LINE
 from stagewire_generator import check, render
 
 SEED = 20250317
-EACH = 12  # messages of each layout
+EACH = 12  # messages per layout
 STREAMS = 2500
 BROKEN = 4000
 KEYS = ("dest", "source", "axis", "extra", "form", "data", "kind", "direction", "context")
@@ -69,7 +69,7 @@ def cases_of(name: str) -> list[Json]:
 
 
 def frames_of(name: str, rng: Random) -> list[bytes]:
-    """Return the bytes of valid messages, undocumented ones with them."""
+    """Return the bytes of valid messages, including undocumented ones."""
     found = [case["answer"].get("hex") for case in cases_of(name)]
     decoded = [case["request"].get("hex") for case in cases_of(name) if case["answer"]["ok"]]
     return [bytes.fromhex(raw) for raw in (*found, *decoded) if raw]
@@ -113,7 +113,7 @@ def test_every_case_of_the_vectors(name: str, testees: Testees) -> None:
 
 @pytest.mark.matrix
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
-def test_every_case_of_protocols_that_nobody_has(spec: str, tmp_path: Path) -> None:
+def test_every_case_of_test_protocols(spec: str, tmp_path: Path) -> None:
     [protocol] = check(SMALL_SPECS / spec)
     write_files(tmp_path, render([protocol], ["c", "c-tests", "vectors"]))
     vectors = json.loads((tmp_path / f"vectors/{protocol.name}.json").read_text(encoding="utf-8"))
@@ -128,7 +128,7 @@ def test_every_case_of_protocols_that_nobody_has(spec: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("way", ["from C to Python", "from Python to C"])
 @of_each_protocol
-def test_what_one_encodes_the_other_decodes(name: str, way: str, testees: Testees) -> None:
+def test_each_testee_decodes_the_bytes_of_the_other(name: str, way: str, testees: Testees) -> None:
     tellers = [testees.program(name).ask, ask_python(testees)]
     encoder, decoder = tellers if way == "from C to Python" else reversed(tellers)
     wanted = list(encodings(Random(SEED), load_protocol(name), EACH))
@@ -144,7 +144,7 @@ def test_what_one_encodes_the_other_decodes(name: str, way: str, testees: Testee
 
 
 @of_each_protocol
-def test_both_encode_alike_whatever_a_field_holds(name: str, testees: Testees) -> None:
+def test_both_encode_all_values_of_a_field_alike(name: str, testees: Testees) -> None:
     rng = Random(SEED)
     odd = [None, True, False, 1.0, 1e300, -0.0, "", "x", "\0", "é", "Ā", "\ud800", "zz", "00", [], {}, -1,
            2**7, 2**8, 2**15, 2**16, 2**23, 2**31, 2**32, 2**63, 2**64, -(2**63) - 1, 10**400]  # fmt: skip
@@ -165,7 +165,7 @@ def test_both_encode_alike_whatever_a_field_holds(name: str, testees: Testees) -
 
 
 @of_each_protocol
-def test_both_know_the_same_forms(name: str, testees: Testees) -> None:
+def test_both_support_the_same_forms(name: str, testees: Testees) -> None:
     protocol = load_protocol(name)
     forms = {cls.layout.form for cls in protocol.messages} | {*FORMS, "", "data:ac"}
     told: list[Json] = [
@@ -186,7 +186,7 @@ def test_both_know_the_same_forms(name: str, testees: Testees) -> None:
 
 
 @of_each_protocol
-def test_the_first_field_that_is_wrong_decides(name: str, testees: Testees) -> None:
+def test_the_first_wrong_field_is_reported(name: str, testees: Testees) -> None:
     asked = []
     protocol = load_protocol(name)
     for request, _ in encodings(Random(SEED), protocol, 1):
@@ -213,7 +213,7 @@ def test_texts(testees: Testees) -> None:
 
 
 @of_each_protocol
-def test_both_cut_damaged_streams_alike(name: str, testees: Testees) -> None:
+def test_both_parse_damaged_streams_alike(name: str, testees: Testees) -> None:
     rng = Random(SEED)
     asked = streams(rng, load_protocol(name), frames_of(name, rng), STREAMS)
     answers = testees.compare(lines(requests_of(name, asked)))
@@ -225,7 +225,7 @@ def test_both_cut_damaged_streams_alike(name: str, testees: Testees) -> None:
 
 
 @of_each_protocol
-def test_both_take_the_same_for_json(name: str, testees: Testees) -> None:
+def test_both_accept_the_same_json(name: str, testees: Testees) -> None:
     rng = Random(SEED)
     requests = requests_of(
         name, itertools.islice((case["request"] for case in cases_of(name)), 0, None, 17)
@@ -313,7 +313,7 @@ def test_lines_of_any_length(testees: Testees) -> None:
     ]  # fmt: skip
 
 
-def test_deeper_than_any_request_is_refused(testees: Testees) -> None:
+def test_too_deeply_nested_json_is_an_error(testees: Testees) -> None:
     for program in testees.programs:
         for depth, id in ((511, 1), (512, None)):
             line = b'{"id":1,"op":"hello","x":' + b"[" * depth + b"]" * depth + b"}\n"
@@ -321,25 +321,25 @@ def test_deeper_than_any_request_is_refused(testees: Testees) -> None:
             assert (answer["id"], answer["error"]) == (id, "bad_request")
 
 
-def test_nothing_is_answered_to_nothing(testees: Testees) -> None:
+def test_no_input_gives_no_output(testees: Testees) -> None:
     assert all(program.output(b"") == b"" for program in testees.programs)
 
 
-def test_what_cannot_be_written_is_no_success(testees: Testees) -> None:
+def test_a_failed_write_is_a_failure(testees: Testees) -> None:
     for program in testees.programs:
         with open("/dev/full", "wb") as full:
             done = subprocess.run(program.words, input=b"\n\n", stdout=full, check=False)
         assert done.returncode == 1
 
 
-def test_answers_come_line_by_line(testees: Testees) -> None:
+def test_answers_are_flushed_line_by_line(testees: Testees) -> None:
     for program in testees.programs:
         with subprocess.Popen(
             program.words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         ) as process:
             assert process.stdin
             assert process.stdout
-            alarm = threading.Timer(60, process.kill)  # or one that answers late hangs the test
+            alarm = threading.Timer(60, process.kill)  # otherwise a late answer would hang the test
             alarm.start()
             for id in range(3):
                 process.stdin.write(f'{{"id":{id},"op":"hello"}}\n')
@@ -364,7 +364,7 @@ def batch(name: str) -> bytes:
 @pytest.mark.parametrize(
     ("name", "standard"), first_of(itertools.product(("gcc", "clang"), ("c99", "c17")))
 )
-def test_compilers_have_nothing_to_say(name: str, standard: str) -> None:
+def test_compilers_give_no_warnings(name: str, standard: str) -> None:
     need(name)
     for package in packages():
         words = [f"-std={standard}", *C_WARNINGS, f"-I{C}", "-fsyntax-only"]
@@ -386,7 +386,7 @@ def test_sanitizers_find_nothing(package: Package, testees: Testees, tmp_path: P
 def test_the_index_of_hosts_changes_nothing(
     package: Package, testees: Testees, tmp_path: Path
 ) -> None:
-    """Nor does the optimiser: the other testees are built without it."""
+    """The optimiser also changes nothing: the other testees are built without it."""
     program = testees.program(PROTOCOLS[package.name])
     index = f"-D{package.prefix.upper()}_HOST_INDEX"
     built = build(package, tmp_path, index, "-O2", VERSION)
@@ -404,11 +404,11 @@ def test_valgrind_finds_nothing(package: Package, testees: Testees) -> None:
     assert Program(program.protocol, words).output(text) == program.output(text)
 
 
-# The words are the same for every package; the smallest one is enough to follow them.
+# The commands are the same for every package, so the smallest one is enough.
 SMALLEST = min(packages(), key=lambda package: package.source.stat().st_size)
 
 
-def test_the_command_that_its_header_gives(tmp_path: Path) -> None:
+def test_the_build_command_in_its_header(tmp_path: Path) -> None:
     text = (C / "testing" / "testee" / "testee.h").read_text(encoding="utf-8")
     lines = re.findall(r"^ \*     (\S.*)$", text, re.MULTILINE)
     assert lines[-1].startswith("cc ")
@@ -420,7 +420,7 @@ def test_the_command_that_its_header_gives(tmp_path: Path) -> None:
 
 
 @pytest.mark.matrix
-def test_cmake_builds_the_library_alone_where_the_tests_are_not_generated(tmp_path: Path) -> None:
+def test_cmake_builds_only_the_library_without_generated_tests(tmp_path: Path) -> None:
     cmake = Path(sysconfig.get_path("scripts")) / "cmake"
     compiles(cmake, "-S", ROOT / "generated" / "c" / SMALLEST.name, "-B", tmp_path)
     compiles(cmake, "--build", tmp_path)

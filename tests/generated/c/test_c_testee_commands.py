@@ -1,4 +1,4 @@
-"""All tests of the testee on commands once more: what they ask, the one in C answers, too, and alike."""
+"""Runs all tests of the testee for commands with the C testee, whose answers must be the same."""
 
 from __future__ import annotations
 

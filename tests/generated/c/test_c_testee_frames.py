@@ -1,4 +1,4 @@
-"""All tests of the testee on frames once more: what they ask, the one in C answers, too, and alike."""
+"""Runs all tests of the testee for frames with the C testee, whose answers must be the same."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tools that are missing are installed where that is possible, and named where it is not."""
+"""Missing tools are installed if possible, and otherwise named."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import tools
 
 @pytest.fixture
 def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A machine without any of the tools; its apt-get notes what it is told."""
+    """A machine without any of the tools; its apt-get records its arguments."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
@@ -37,7 +37,7 @@ def told(machine: Path) -> list[str]:
     return path.read_text(encoding="ascii").splitlines() if path.exists() else []
 
 
-def test_all_that_is_missing_is_installed(bare: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_missing_tools_are_installed(bare: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert tools.main(["install"]) == 0
     update, gcc, again, rest = told(bare)
     assert (update, again) == ("update", "update")
@@ -47,12 +47,12 @@ def test_all_that_is_missing_is_installed(bare: Path, capsys: pytest.CaptureFixt
     assert "tests of the C target will be skipped" in capsys.readouterr().out
 
 
-def test_the_library_for_32_bits_is_that_of_gcc(bare: Path) -> None:
+def test_the_library_for_32_bits_matches_gcc(bare: Path) -> None:
     program(bare / "bin", "gcc", "test $1 = -dumpversion && echo 12")
     assert tools.packages(["gcc -m32"]) == ["libc6-dev-i386", "lib32gcc-12-dev"]
 
 
-def test_without_the_right_to_install_it_is_said(
+def test_missing_privileges_are_reported(
     bare: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
@@ -63,9 +63,7 @@ def test_without_the_right_to_install_it_is_said(
     assert "apt-get install" in said
 
 
-def test_sudo_is_used_where_it_asks_no_password(
-    bare: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sudo_is_used_if_it_needs_no_password(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     program(bare / "bin", "true", "exit 0")
     program(bare / "bin", "sudo", 'shift; exec "$@"')
@@ -77,7 +75,7 @@ def test_sudo_is_used_where_it_asks_no_password(
     assert told(bare) == before
 
 
-def test_a_machine_without_apt_get_is_told_what_debian_calls_it(bare: Path) -> None:
+def test_without_apt_get_the_debian_packages_are_named(bare: Path) -> None:
     (bare / "bin" / "apt-get").unlink()
     assert tools.main(["install"]) == 0
     assert (
@@ -85,12 +83,12 @@ def test_a_machine_without_apt_get_is_told_what_debian_calls_it(bare: Path) -> N
     )
 
 
-def test_a_test_without_its_tool_is_skipped_in_the_same_words(bare: Path) -> None:
+def test_a_skipped_test_has_the_same_message(bare: Path) -> None:
     with pytest.raises(pytest.skip.Exception, match="apt-get install cppcheck"):
         toolchain.need("cppcheck")
 
 
-def test_what_is_there_is_left_alone(bare: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_installed_tools_are_not_changed(bare: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, tool in tools.TOOLS.items():
         program(
             bare / "bin", (tool.links or (name,))[0], 'test "$1" = -dumpversion && echo 12; exit 0'

@@ -1,4 +1,4 @@
-"""Worked examples, captures and cases in C: the same verdicts as in Python, and nothing left out unsaid."""
+"""Worked examples, captures and cases in C: the verdicts equal those of Python, and all gaps are listed."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 
 PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
-PROSE = "prose; nothing that a program could check"
-# What Python checks and C does not, by the reason that C gives; prose is not counted, nobody checks it.
+PROSE = "prose that a program cannot check"
+# Number of examples that only Python checks, by the reason in C; prose, which is never checked, is not counted.
 LEFT_OUT = {
     "stagewire_apt": {
-        "arithmetic of the document; no bytes, and no scale": 28,
-        "that a name is missing is nothing that C can ask": 2,
+        "arithmetic in the document, without bytes or a scale": 28,
+        "a missing name cannot be checked in C": 2,
     },
     "stagewire_ms2000": {
-        "arithmetic of the document; no bytes, and no scale": 15,
-        "says nothing of bytes; the registry's JSON has it": 6,
+        "arithmetic in the document, without bytes or a scale": 15,
+        "does not concern bytes; see the JSON of the registry": 6,
     },
 }
-# Refusals that a decoder in C gives; those on encode are for the compiler to give, but for a range.
+# Errors of a decoder in C; the compiler reports those of encoding, except values out of range.
 DECODED = {"truncated", "trailing", "bad_length", "unknown_message"}
 
 
 @pytest.fixture(scope="module")
 def found(once: Once) -> dict[str, dict[str, Finding]]:
-    """What the programs say, by package and id."""
+    """The results of the programs, by package and id."""
     need("gcc")
     said = {}
     for package in packages():
@@ -88,7 +88,7 @@ def test_examples_and_captures_have_the_verdicts_of_python(
 
 
 @of_each_package
-def test_every_case_that_c_can_say_holds(
+def test_every_case_that_can_be_written_in_c_passes(
     package: Package, found: dict[str, dict[str, Finding]]
 ) -> None:
     said, cases = found[package.name], cases_of(package)
@@ -101,7 +101,7 @@ def test_every_case_that_c_can_say_holds(
 
 
 def is_sayable(package: Package, case: Json) -> bool:
-    """Whether C has a function for a case, and types that hold its values."""
+    """Whether C has a function for a case, and types for its values."""
     request, answer = case["request"], case["answer"]
     form = str(answer.get("form", request.get("form", "")))
     if form.endswith((":undecided", "undocumented")) or request.get("refuse_prefix_bytes"):
@@ -114,13 +114,13 @@ def is_sayable(package: Package, case: Json) -> bool:
 
 
 def layouts_of(package: Package, name: str) -> list[Json]:
-    """Return the layouts of a message; of one that there is not, none."""
+    """Return the layouts of a message; none for an unknown message."""
     message = registry_of(protocol_of(package)).messages.get(name)
     return message["layouts"] if message else []
 
 
 def has_layout(package: Package, request: Json) -> bool:
-    """Whether some layout is asked that could take the bytes: of an undocumented message there is none."""
+    """Whether a layout can be tried with the bytes: undocumented messages have none."""
     if request.get("direction") == "reply":
         forms = [layout["form"] for layout in layouts_of(package, request["command"])]
         return "reply" in forms
@@ -132,9 +132,7 @@ def has_layout(package: Package, request: Json) -> bool:
 
 
 @of_each_package
-def test_what_is_left_out_is_counted(
-    package: Package, found: dict[str, dict[str, Finding]]
-) -> None:
+def test_omitted_cases_are_counted(package: Package, found: dict[str, dict[str, Finding]]) -> None:
     text = (package.folder / "testing" / "cases.c").read_text(encoding="utf-8").partition("*/")[0]
     here, total = map(int, re.findall(r"(\d+) of (\d+) cases are here", text)[0])
     reasons = [int(count) for count in re.findall(r"^ \* - (\d+) with ", text, re.MULTILINE)]
@@ -156,7 +154,7 @@ def test_a_case_that_encodes_out_of_range_is_refused_in_c(
         assert len(refused) > 10
 
 
-# For each thing that a vector can find a change of a file, from one text to another, and what is found.
+# For each kind of vector: a file, a change of it, and the message of the vector.
 WRONG = {
     "values": ("examples.c", ".position = INT32_C(100000)", ".position = INT32_C(100001)",
                "encoded to other bytes (READ_MOTOR_POSITION)"),
@@ -167,9 +165,9 @@ WRONG = {
     "layout": ("examples.c", '.message = "START_MOTOR"', '.message = "READ_STATUS"',
                "has a layout (READ_STATUS)"),
     "constant": ("examples.c", "MS2000_BUSY_BUSY == 66", "MS2000_BUSY_BUSY == 67",
-                 "is not what the document says"),
+                 "differs from the document"),
     "counts": ("examples.c", ".counts = INT64_C(100000)", ".counts = INT64_C(100001)",
-               "is converted to other counts"),
+               "converted to other counts"),
     "range": ("examples.c", ".verdict = STAGEWIRE_OUT_OF_RANGE,", "",
               "encoding failed (READ_RAMP_TIME)"),
     "writing": ("wire.h", "bytes[2] = (uint8_t)((value >> 16) & 0xFFU);", "bytes[2] = 0U;",
@@ -177,9 +175,9 @@ WRONG = {
     "reading": ("wire.h", "((uint32_t)bytes[2] << 16)", "0U", "decoded another value (position)"),
     "sign": ("wire.h", "- INT32_C(0x800000)", "- INT32_C(0x7FFFFF)", "decoded another value"),
     "end": ("wire.h", "return end + 1U == size", "return end <= size",
-            "is decoded, or refused in another way"),
+            "decoding succeeded, or failed with another error"),
     "beyond": ("testing/layouts.c", "*size = made;", "*size = made; out[made] = 0U;",
-               "is encoded beyond its room"),
+               "wrote past the buffer"),
 }  # fmt: skip
 
 
@@ -187,7 +185,7 @@ ONLY_CASES = ("end",)
 
 
 @pytest.mark.parametrize("wrong", WRONG)
-def test_what_is_wrong_is_found(wrong: str, tmp_path: Path) -> None:
+def test_errors_are_found(wrong: str, tmp_path: Path) -> None:
     need("gcc")
     package = next(package for package in packages() if package.name == "stagewire_ms2000")
     ending, old, new, finds = WRONG[wrong]
@@ -201,14 +199,14 @@ def test_what_is_wrong_is_found(wrong: str, tmp_path: Path) -> None:
 
 
 def written(protocol: Model, folder: Path) -> Package:
-    """Return the package of a protocol, generated into a folder."""
+    """Return the package of a protocol, generated to a folder."""
     write_files(folder, pipeline.render([protocol], ["c", "c-tests"], Templates()))
     return Package(folder / "c" / protocol.package)
 
 
 @pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
-def test_vectors_of_somebody_else_hold(spec: str, tmp_path: Path) -> None:
-    """Formats of 1 to 8 bytes, names that C keeps for itself: other protocols have what ours do not."""
+def test_vectors_of_test_protocols_pass(spec: str, tmp_path: Path) -> None:
+    """Formats of 1 to 8 bytes, names that C reserves: properties that our protocols do not have."""
     need("gcc")
     [protocol] = pipeline.check(SMALL_SPECS / spec)
     package = written(protocol, tmp_path)
@@ -242,7 +240,7 @@ SCALED = {
     "factor": "exact",
     "exact": 1,
 }
-# What a schema lets through, and a conformance run would find: it must not end in C that does not compile.
+# Examples that the schema accepts but a conformance run would report; the C must still compile.
 ODD = {
     "no-flag": {**STATEMENT, "claim": {"flag": "no_such.bit", "bit": 1}},
     "no-field": {**STATEMENT, "claim": {"range": "NO_SUCH.field", "minimum": 1}},
@@ -258,11 +256,11 @@ ODD = {
 }  # fmt: skip
 
 
-def test_examples_that_c_cannot_say_are_noted(tmp_path: Path) -> None:
+def test_examples_that_cannot_be_written_in_c_are_noted(tmp_path: Path) -> None:
     need("gcc")
     [protocol] = pipeline.check(SMALL_SPECS / "good_commands")
     package = written(replace(protocol, examples={"examples": ODD}), tmp_path)
     found, _, status = findings_of(build_vectors(package, tmp_path, "examples"))
     assert status == 0
     assert {id: finding.outcome for id, finding in found.items()} == dict.fromkeys(ODD, "noted")
-    assert all(finding.detail.startswith("C cannot say it: ") for finding in found.values())
+    assert all(finding.detail.startswith("cannot be written in C: ") for finding in found.values())

@@ -1,4 +1,4 @@
-"""Requests that a testee may get: of every layout, damaged streams, and lines that are hardly JSON."""
+"""Requests for testees: all layouts, damaged streams, and lines that are almost JSON."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PIECES = ('"', "\\", "{", "}", "[", "]", ":", ",", " ", "\t", "\x00", "\x7f", "
 
 
 def _integer(rng: Random, field: Json) -> int:
-    """Return a value in the range of a field: one of its ends, one beside them, or any."""
+    """Return a value of a field: a limit, a value next to a limit, or a random one."""
     low, high = field["minimum"], field["maximum"]
     near = [value for value in (low, low + 1, -1, 0, 1, high - 1, high) if low <= value <= high]
     return rng.choice(near) if rng.random() < 0.7 else rng.randint(low, high)
@@ -54,7 +54,7 @@ def _fields(rng: Random, protocol: Protocol, cls: type[Message]) -> Json:
 
 
 def _shown(protocol: Protocol, cls: type[Message], fields: Json) -> Json:
-    """Return the fields as a decoder shows them: with what was left out, without what means nothing."""
+    """Return the fields that a decoder returns: with optional fields, without unused ones."""
     layout = cls.layout
     known = registry_of(protocol).fields(layout.message, layout.form)
     shown = {}
@@ -68,11 +68,11 @@ def _shown(protocol: Protocol, cls: type[Message], fields: Json) -> Json:
 
 
 def encodings(rng: Random, protocol: Protocol, each: int) -> Iterator[tuple[Json, Json]]:
-    """Yield requests that encode every layout, and what a decoder says of the bytes, ``event`` apart."""
+    """Yield requests that encode every layout, and the answer of a decoder, without ``event``."""
     for cls in protocol.messages:
         layout = cls.layout
         if issubclass(cls, (UndecidedMessage, UndocumentedMessage)):
-            continue  # they are made from bytes, which the cases and streams have
+            continue  # made from bytes, which the cases and streams test
         for _ in range(each):
             fields = _fields(rng, protocol, cls)
             request: Json = {"message": layout.message, "form": layout.form, "fields": fields}
@@ -90,7 +90,7 @@ def encodings(rng: Random, protocol: Protocol, each: int) -> Iterator[tuple[Json
 
 
 def decoding(said: Json, raw: str) -> Json:
-    """Return the request that decodes bytes, told what only somebody who asked can know."""
+    """Return the request that decodes bytes, with the keys that depend on the request of the host."""
     request: Json = {"op": "decode", "hex": raw}
     form = said["form"]
     if form == "reply":
@@ -101,7 +101,7 @@ def decoding(said: Json, raw: str) -> Json:
 
 
 def streams(rng: Random, protocol: Protocol, frames: list[bytes], count: int) -> Iterator[Json]:
-    """Yield requests with streams of the frames, whole and damaged, in chunks of all sizes."""
+    """Yield requests with streams of the frames, complete and damaged, in chunks of all sizes."""
     asked = [cls.layout.message for cls in protocol.messages if issubclass(cls, Command)]
     for _ in range(count):
         stream = b"".join(_damaged(rng, rng.choice(frames)) for _ in range(rng.randint(0, 8)))
@@ -141,7 +141,7 @@ def _cut(rng: Random, stream: bytes) -> Iterator[bytes]:
 
 
 def broken_lines(rng: Random, requests: list[Json], count: int) -> Iterator[bytes]:
-    """Yield lines: requests with something put in or left out, and values that may be JSON."""
+    """Yield damaged requests, and values that may be JSON."""
     for _ in range(count):
         line = json.dumps(rng.choice(requests), ensure_ascii=rng.random() < 0.5)
         value = "".join(rng.choices(_PIECES, k=rng.randint(1, 6)))

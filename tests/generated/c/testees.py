@@ -1,4 +1,4 @@
-"""The testee in C: built, asked, and held against the one in Python."""
+"""The C testee: building it, running it, and comparing it with the Python testee."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ Json = dict[str, Any]
 PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 VERSION = '-DSTAGEWIRE_VERSION="0"'
-_ITS_OWN = ("detail", "implementation", "version", "protocols")  # what no two testees have alike
+_ITS_OWN = ("detail", "implementation", "version", "protocols")  # differs between all testees
 
 
 class Program(NamedTuple):
-    """A program that speaks one protocol, or how it is run."""
+    """A program for one protocol, or the command that runs it."""
 
     protocol: str
     words: Sequence[str | Path]
 
     def output(self, text: bytes) -> bytes:
-        """Return what it writes when it reads the text; it has to end well and say nothing else."""
+        """Return the output for an input; the program must succeed and print no errors."""
         done = subprocess.run(self.words, input=text, capture_output=True, timeout=300, check=False)
         assert (done.returncode, done.stderr) == (0, b""), done.stderr.decode()
         return done.stdout
@@ -65,7 +65,7 @@ def lines(requests: Iterable[Json]) -> bytes:
 class Testees:
     """The testees in C of all packages, and the one in Python."""
 
-    __test__ = False  # its name is no invitation to pytest
+    __test__ = False  # not a test class for pytest
 
     def __init__(self, folder: Path) -> None:
         """Run what was built in a folder."""
@@ -81,11 +81,11 @@ class Testees:
             build(package, folder, "-O0", VERSION)
 
     def program(self, protocol: str) -> Program:
-        """Return the program that speaks a protocol."""
+        """Return the program for a protocol."""
         return next(program for program in self.programs if program.protocol == protocol)
 
     def compare(self, text: bytes) -> list[Json]:
-        """Ask Python and C each line of a text; return the answers of Python, which C has to give."""
+        """Run Python and C with each line of a text; return the answers of Python, which C must equal."""
         asked = list(lines_of(io.BytesIO(text)))
         answers = [self.python.answer(line) for line in asked]
         for program in self.programs:
@@ -99,7 +99,7 @@ class Testees:
         return answers
 
     def serve(self, asked: Iterable[bytes], write: Callable[[str], None]) -> None:
-        """Answer lines as the testee in Python does, once those in C have said the same."""
+        """Answer lines like the Python testee, after checking that C gives the same answers."""
         kept = list(asked)
         self.compare(b"".join(line if line.endswith(b"\n") else line + b"\n" for line in kept))
         for line in kept:
@@ -111,7 +111,7 @@ def _alike(answer: Json) -> Json:
 
 
 def _speaks(program: Program, line: bytes) -> bool:
-    """Whether a line is a program's to answer: no other one's protocol is named in it."""
+    """Whether a program should answer a line: it names no other protocol."""
     try:
         named = json.loads(line).get("protocol")
     except (ValueError, AttributeError, RecursionError):

@@ -1,4 +1,4 @@
-"""The generated C, and the compilers that it is held against."""
+"""The generated C, and the compilers that test it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WARNINGS = [
     *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"),
     *("-Wcast-qual", "-Wcast-align", "-Wundef", "-Werror"),
 ]
-C_WARNINGS = [*WARNINGS, "-Wstrict-prototypes"]  # which C++ does not have
+C_WARNINGS = [*WARNINGS, "-Wstrict-prototypes"]  # not supported in C++
 C_STANDARDS = ("c99", "c11", "c17")
 CORTEX_M0 = ["-mcpu=cortex-m0", "-mthumb", "-Os", "-ffreestanding"]
 
@@ -28,7 +28,7 @@ _FUNCTION = re.compile(r"^static inline [\w *]*?(\w+)\(", re.MULTILINE)
 
 
 def need(*names: str) -> None:
-    """Skip the test, saying why and how to get them, when one of the tools is missing."""
+    """Skip the test if a tool is missing, with a message on how to install it."""
     reason = tools.why_not(names)
     if reason:
         pytest.skip(reason)
@@ -37,7 +37,7 @@ def need(*names: str) -> None:
 def run(
     *words: object, cwd: Path | None = None, timeout: float = 600, **more: str
 ) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end; standard error comes with the output."""
+    """Run a program and return the result; standard error is part of the output."""
     return subprocess.run(
         [*map(str, words)],
         cwd=cwd,
@@ -51,7 +51,7 @@ def run(
 
 
 def compiles(*words: object, cwd: Path | None = None) -> str:
-    """Run a compiler that must succeed without a word, and return its output."""
+    """Run a compiler that must succeed without messages, and return its output."""
     done = run(*words, cwd=cwd)
     assert done.returncode == 0, f"{' '.join(map(str, words))}\n{done.stdout}"
     return done.stdout
@@ -68,13 +68,13 @@ class Package:
         self.source = folder / f"{folder.name}.c"
 
     def headers(self) -> list[Path]:
-        """Return the headers that users include; those of test programs are apart."""
+        """Return the headers for users, without those of test programs."""
         inside = self.folder.rglob("*.h")
         return sorted(path for path in inside if "testing" not in path.parts)
 
     @functools.cached_property
     def text(self) -> str:
-        """What a compiler sees of all headers when no macro of theirs is defined."""
+        """The text of all headers as a compiler reads it when none of their macros is defined."""
         need("gcc")
         beside = f"-I{self.folder.parent}"
         command = ["gcc", "-std=c99", "-ffreestanding", "-E", "-P", beside, "-x", "c", "-"]
@@ -87,7 +87,7 @@ class Package:
         return _FUNCTION.findall(self.text)
 
     def layouts(self) -> list[str]:
-        """Return the names of all layouts, with the prefix: whatever can be encoded and decoded."""
+        """Return the names of all layouts, with the prefix."""
         functions = set(self.functions())
         return sorted(
             name.removesuffix("_encode")
@@ -96,12 +96,12 @@ class Package:
         )
 
     def include(self, path: Path) -> str:
-        """Return how a header is included."""
+        """Return the include line of a header."""
         return f'#include "{path.relative_to(self.folder.parent).as_posix()}"\n'
 
 
 def packages() -> list[Package]:
-    """Return the packages of all protocols that C was generated for."""
+    """Return the packages of all protocols with generated C."""
     umbrellas = sorted(C.glob("*/*.h"))
     return [Package(path.parent) for path in umbrellas if path.stem == path.parent.name]
 

@@ -1,11 +1,11 @@
-"""The programs that the tests of the C target need, and the Debian packages that they come in.
+"""The programs that the tests of the C target need, and their Debian packages.
 
-    python3 tests/generated/c/tools.py            # say what is missing; the exit is 1 then
-    python3 tests/generated/c/tools.py install    # install it where that needs no password; the exit is 0
+    python3 tests/generated/c/tools.py            # print missing tools; exit status 1 if there are any
+    python3 tests/generated/c/tools.py install    # install them if that needs no password; exit status 0
 
-``make test`` runs the second, before there is an environment: so only the standard library is used.
-What cannot be installed is named with the command that would, and the tests that need it are
-skipped in the same words. CI fails on a skip.
+``make test`` runs the second command before there is an environment, so only the standard library is used.
+Tools that cannot be installed are printed with the command that installs them. Tests that need them are
+skipped with the same message. CI fails on a skip.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from typing import NamedTuple
 
 
 class Tool(NamedTuple):
-    """What is needed, the packages that bring it, and how it is seen to be there."""
+    """A tool, the packages that contain it, and how to detect it."""
 
     packages: tuple[str, ...]
     links: tuple[str, ...] = ()
-    """A compiler with the options that an empty program must link with; else the name is a program."""
+    """A compiler with options that must link an empty program; otherwise the name is a program."""
 
 
 TOOLS = {
@@ -43,8 +43,8 @@ TOOLS = {
     "qemu-system-arm": Tool(("qemu-system-arm",)),
     "s390x-linux-gnu-gcc": Tool(("gcc-s390x-linux-gnu", "libc6-dev-s390x-cross")),
     "qemu-s390x": Tool(("qemu-user",)),
-    # gcc-multilib would bring the libraries for -m32 under one name, but it conflicts with every
-    # cross compiler; so the library of gcc is named, by the version that gcc has.
+    # gcc-multilib contains the libraries for -m32 under one name, but it conflicts with every
+    # cross compiler; so this is the library for the version of gcc.
     "gcc -m32": Tool(("libc6-dev-i386", "lib32gcc-{gcc}-dev"), ("gcc", "-m32")),
     "clang -fsanitize": Tool(
         ("libclang-rt-dev",), ("clang", "-fsanitize=address,undefined,fuzzer-no-link")
@@ -54,7 +54,7 @@ TOOLS = {
 
 @functools.cache
 def is_there(name: str) -> bool:
-    """Whether a tool of :data:`TOOLS` can be used."""
+    """Whether a tool of :data:`TOOLS` is available."""
     links = TOOLS[name].links
     if not links:
         return shutil.which(name) is not None
@@ -68,12 +68,12 @@ def is_there(name: str) -> bool:
 
 
 def missing(names: Iterable[str] = TOOLS) -> list[str]:
-    """Return which of the tools cannot be used."""
+    """Return the missing tools."""
     return [name for name in names if not is_there(name)]
 
 
 def packages(names: Iterable[str]) -> list[str]:
-    """Return the packages that bring the tools, each once."""
+    """Return the packages of the tools, each once."""
     version = _version_of_gcc()
     wanted = (package for name in names for package in TOOLS[name].packages)
     return list(dict.fromkeys(package.format(gcc=version) for package in wanted))
@@ -87,7 +87,7 @@ def _version_of_gcc() -> str:
 
 
 def why_not(names: Sequence[str]) -> str:
-    """Say which of the tools are missing and how to get them; empty when all are there."""
+    """Return a message with the missing tools and how to install them; empty if there are none."""
     absent = missing(names)
     if not absent:
         return ""
@@ -98,7 +98,7 @@ def why_not(names: Sequence[str]) -> str:
 
 
 def _privilege() -> list[str] | None:
-    """Return what to put before apt-get, or nothing if it cannot be run without a password."""
+    """Return the command before apt-get, or None if it cannot run without a password."""
     if shutil.which("apt-get") is None:
         return None
     if os.geteuid() == 0:
@@ -118,7 +118,7 @@ def _install(names: Sequence[str], privilege: Sequence[str]) -> None:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Install what is missing, or only say it."""
+    """Install the missing tools, or only print them."""
     if list(arguments) not in ([], ["install"]):
         print(__doc__)
         return 2
@@ -126,7 +126,7 @@ def main(arguments: Sequence[str]) -> int:
         print(why_not(list(TOOLS)) or "all are there")
         return 1 if missing() else 0
     privilege = _privilege()
-    # The first round brings gcc, whose version names a package of the second.
+    # The first round installs gcc, whose version decides on a package of the second.
     for names in (["gcc"], list(TOOLS)):
         absent = missing(names)
         if absent and privilege is not None:

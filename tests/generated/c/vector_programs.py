@@ -1,4 +1,4 @@
-"""The programs that run vectors in C, and what they say."""
+"""The programs that run vectors in C, and their output."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BOTH = "/encode+decode/"
 
 
 class Finding(NamedTuple):
-    """What a program says of one example or case."""
+    """The result of a program for an example or case."""
 
     outcome: str
     detail: str
@@ -26,7 +26,7 @@ def vectors_of(package: Package) -> str:
 
 
 def build_vectors(package: Package, folder: Path, alone: str = "") -> Path:
-    """Compile what runs the examples and the cases of a package, or one of these suites alone."""
+    """Compile the program for the examples and cases of a package, or for one of these suites."""
     here, shared = package.folder / "testing", package.folder.parent / "testing"
     sources = [here / "layouts.c", package.source, shared / "vectors.c", shared / "report.c"]
     if not alone:
@@ -39,7 +39,7 @@ def build_vectors(package: Package, folder: Path, alone: str = "") -> Path:
 
 
 def build_round_trip(package: Package, folder: Path) -> Path:
-    """Compile the typed test of every layout."""
+    """Compile the round trip of all layouts."""
     sources = [
         package.folder / "testing" / "round_trip.c",
         package.folder.parent / "testing" / "failed.c",
@@ -54,9 +54,9 @@ def _built(package: Package, program: Path, sources: list[Path], *defines: str) 
 
 
 def findings_of(program: Path) -> tuple[dict[str, Finding], list[str], int]:
-    """Return what a program found, by id, what it says in all, and its status.
+    """Return the results of a program by id, its summary lines, and its status.
 
-    What is the same there and back is one line of a program, and two cases.
+    Encoding and decoding the same message is one line of the program, and two cases.
     """
     done = run(program)
     found: dict[str, Finding] = {}
@@ -76,7 +76,7 @@ def findings_of(program: Path) -> tuple[dict[str, Finding], list[str], int]:
 
 
 def changed(package: Package, folder: Path, changes: Mapping[str, tuple[str, str]]) -> Package:
-    """Return a copy of a package, with one text in the place of another in some of its files."""
+    """Return a copy of a package with texts replaced in some of its files."""
     for path in [*package.folder.rglob("*.[ch]"), *package.folder.parent.glob("testing/*.[ch]")]:
         name = path.relative_to(package.folder.parent)
         text = path.read_text(encoding="utf-8")

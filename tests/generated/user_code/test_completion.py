@@ -1,4 +1,4 @@
-"""What an editor shows while a user writes: names, types, units and ranges, by pyright's language server."""
+"""Completion in an editor: names, types, units and ranges, from pyright's language server."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ def server() -> Iterator[LanguageServer]:
 
 @pytest.fixture(params=["stagewire_apt", "stagewire_apt.aio"])
 def program(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Path, str]:
-    """A file, and a text of it that is half written; ``|`` is not in it yet."""
+    """A file, and a text with an incomplete line; ``|`` marks the cursor and is not in the text."""
     lines = [f"from {request.param} import TDC001", "def use(tdc: TDC001) -> None:", "    tdc."]
     return tmp_path / "program.py", "\n".join(lines)
 
 
 def place(text: str) -> tuple[int, int]:
-    """Return where a text ends, as line and character from 0."""
+    """Return the end of a text as line and character, counted from 0."""
     return text.count("\n"), len(text.rpartition("\n")[2])
 
 
 def completion(server: LanguageServer, path: Path, text: str, close: str = "") -> set[str]:
-    """Return what is offered behind a text, before what closes it."""
+    """Return the completions at the end of a text, before the closing text."""
     server.open(path, text + close)
     return set(server.completion(path, *place(text)))
 
 
-def test_methods_are_offered(server: LanguageServer, program: tuple[Path, str]) -> None:
+def test_methods_are_completed(server: LanguageServer, program: tuple[Path, str]) -> None:
     path, text = program
     offered = completion(server, path, text)
     assert {"home", "move_absolute", "set_vel_params", "get_dc_status_update", "stop"} <= offered
@@ -55,7 +55,7 @@ def test_keywords_have_their_units(server: LanguageServer, program: tuple[Path, 
     assert {"max_velocity=", "max_velocity_mm_per_s=", "acceleration_mm_per_s2="} <= offered
 
 
-def test_a_method_shows_types_ranges_and_the_page(
+def test_help_on_a_method_has_types_ranges_and_the_page(
     server: LanguageServer, program: tuple[Path, str]
 ) -> None:
     path, text = program

@@ -1,8 +1,8 @@
-"""What mypy strict and pyright strict say of programs that users write, with mistakes and without.
+"""The findings of mypy strict and pyright strict in programs of users, with and without mistakes.
 
-A line with a mistake ends with ``# wrong: CODE RULE``: what mypy calls it, and what pyright does. Each must
-be found, and nothing else may be, except what follows from a mistake: that pyright does not know a type. What
-comes back of a call is asserted in the programs themselves.
+A line with a mistake ends with ``# wrong: CODE RULE``: the code of mypy and the rule of pyright. Each mistake
+must be found, and nothing else, except that pyright reports unknown types that follow from a mistake. The
+programs themselves assert the types of results.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _WRONG = re.compile(r"# wrong: (\S+) (\S+)$")
 
 
 def expected(name: str, checker: int) -> set[tuple[int, str]]:
-    """Return what the comments of a program say that a checker finds: 0 mypy, 1 pyright."""
+    """Return the findings that the comments of a program expect: 0 of mypy, 1 of pyright."""
     lines = (PROGRAMS / name).read_text(encoding="utf-8").splitlines()
     return {
         (number, wrong.groups()[checker])
@@ -40,7 +40,7 @@ def expected(name: str, checker: int) -> set[tuple[int, str]]:
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The programs in a folder of their own, set up as strict as it is called, and no more."""
+    """The programs in a separate folder, configured only with the strict mode of the checkers."""
     folder = tmp_path_factory.mktemp("project")
     shutil.copytree(PROGRAMS, folder, dirs_exist_ok=True)
     (folder / "mypy.ini").write_text("[mypy]\nstrict = True\n")
@@ -49,7 +49,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(project: Path, *command: str) -> str:
-    """Run a checker in the project and return what it says."""
+    """Run a checker in the project and return its output."""
     done = subprocess.run(command, cwd=project, capture_output=True, text=True, timeout=600)
     assert done.stderr == ""
     return done.stdout
@@ -57,7 +57,7 @@ def run(project: Path, *command: str) -> str:
 
 @pytest.fixture(scope="module")
 def mypy(project: Path) -> Found:
-    """What mypy finds."""
+    """The findings of mypy."""
     options = ["--output", "json", "--no-error-summary"]
     found: Found = {}
     for line in run(project, sys.executable, "-m", "mypy", *options, *NAMES).splitlines():
@@ -69,7 +69,7 @@ def mypy(project: Path) -> Found:
 
 @pytest.fixture(scope="module")
 def pyright(project: Path) -> Found:
-    """What pyright finds."""
+    """The findings of pyright."""
     program = npm.node_modules(HERE) / "pyright" / "index.js"
     output = run(project, "node", str(program), "--outputjson", "--pythonpath", sys.executable)
     found: Found = {}
@@ -94,7 +94,7 @@ def test_pyright_finds_the_mistakes_and_nothing_else(name: str, pyright: Found) 
     assert found == expected(name, 1)
 
 
-def test_there_are_both_kinds_of_both() -> None:
+def test_programs_exist_with_and_without_mistakes_for_both_apis() -> None:
     assert NAMES == ["bad_asyncio.py", "bad_sync.py", "good_asyncio.py", "good_sync.py"]
     for name in NAMES:
         assert bool(expected(name, 0)) == name.startswith("bad"), name

@@ -1,4 +1,4 @@
-/* Tells the emulator what failed in a round trip. */
+/* Reports failures of a round trip to the emulator. */
 #include "testing/round_trip.h"
 
 #include "semihosting.h"

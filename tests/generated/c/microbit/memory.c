@@ -1,4 +1,4 @@
-/* The four functions that gcc may call on its own. The headers make it call none; test programs do. */
+/* The four functions that gcc may call implicitly. Only test programs need them, not the headers. */
 #include <stddef.h>
 
 void *memcpy(void *restrict to, const void *restrict from, size_t size);

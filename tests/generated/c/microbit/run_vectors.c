@@ -1,4 +1,4 @@
-/* Runs the worked examples of one package (SUITE of SUITE_H) on the chip, and prints what a host prints of them. */
+/* Runs the worked examples of one package (SUITE of SUITE_H) on the chip, with the same output as on a host. */
 #include SUITE_H
 
 #include "semihosting.h"

@@ -11,7 +11,7 @@ void reset(void)
     semihosting_exit(main());
 }
 
-/* Whatever goes wrong on the chip ends here, such as a jump to where no code is. */
+/* The handler for all faults, such as a jump to an address without code. */
 static void fault(void)
 {
     semihosting_write("hard fault\n");
@@ -23,6 +23,6 @@ struct vectors {
     void (*handlers[15])(void);
 };
 
-/* Reset, NMI, hard fault; none of the others can happen here. */
+/* Reset, NMI, hard fault; no other exceptions can occur here. */
 __attribute__((section(".vectors"), used)) static const struct vectors vectors = {
     &stack_top, {reset, fault, fault, fault, fault, fault, fault, fault, fault, fault, fault, fault, fault, fault, fault}};

@@ -1,4 +1,4 @@
-"""Mistakes that users of asyncio make; behind each what mypy and pyright call it."""
+"""Mistakes of asyncio users; each line ends with the findings of mypy and pyright."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mistakes that users make; behind each what mypy and pyright call it."""
+"""Mistakes of users; each line ends with the findings of mypy and pyright."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def one_stage(tdc: TDC001) -> None:
 
 
 def others(bbd102: BBD102, tpz001: TPZ001) -> str:
-    """What only other units have."""
+    """Attributes that only other units have."""
     bbd102.home()  # wrong: attr-defined reportAttributeAccessIssue
     bbd102.bay("2").home()  # wrong: arg-type reportArgumentType
     bbd102.channel(1).home()  # wrong: attr-defined reportAttributeAccessIssue

@@ -1,4 +1,4 @@
-"""What users of asyncio write, without a mistake; the classes have the same names in another module."""
+"""Code of asyncio users without mistakes; the classes have the same names in another module."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ async def one_stage(url: str) -> float:
 
 
 async def two_bays(url: str) -> None:
-    """Both bays move at once."""
+    """Both bays move at the same time."""
     async with BBD102.open(url, stages={1: "MLS203", 2: "MLS203"}) as bbd102:
         ends = await asyncio.gather(*(bay.move_absolute(mm=10) for bay in bbd102.bays))
         assert_type(ends, list[MotionEnd])
 
 
 async def listen(url: str) -> int:
-    """Take what comes unasked."""
+    """Receive unsolicited messages."""
     async with (
         TDC001.open(url, stage="Z8") as tdc,
         tdc.subscribe(m.MotGetDcStatusUpdate) as updates,

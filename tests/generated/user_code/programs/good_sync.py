@@ -1,4 +1,4 @@
-"""What users write, without a mistake: no type checker finds anything, and each knows what comes back."""
+"""Code of users without mistakes: type checkers find nothing and know the types of all results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def one_stage(url: str) -> float:
 
 
 def two_bays(url: str) -> list[float]:
-    """Each bay has a stage of its own."""
+    """Each bay has its own stage."""
     with BBD102.open(url, stages={1: "MLS203", 2: "MLS203"}) as bbd102:
         for bay in bbd102.bays:
             bay.home()
@@ -56,7 +56,7 @@ def two_bays(url: str) -> list[float]:
 
 
 def channels(url: str) -> None:
-    """Each channel has one, too; and so has each of a module in a rack."""
+    """Each channel has its own stage, also in a module of a rack."""
     with BSC002.open(url) as bsc002:
         bsc002.channel(2).move_relative(counts=1000)
         bsc002.channel("CHAN2").stop()
@@ -65,14 +65,14 @@ def channels(url: str) -> None:
 
 
 def piezo(url: str) -> float:
-    """A piezo has volts, and a maximum of them."""
+    """A piezo has volts and a maximum voltage."""
     with TPZ001.open(url, max_volts=75) as tpz001:
         tpz001.set_output_volts(volts=12.5)
         return tpz001.get_output_volts().volts
 
 
 def listen(url: str) -> int:
-    """Take what comes unasked."""
+    """Receive unsolicited messages."""
     with (
         TDC001.open(url, stage="Z8") as tdc,
         tdc.subscribe(m.MotGetDcStatusUpdate) as updates,
@@ -101,7 +101,7 @@ def axes(url: str) -> int:
 
 
 def careful(url: str) -> bool:
-    """Every error is one of Stagewire."""
+    """All errors are errors of Stagewire."""
     try:
         with TDC001.open(url) as tdc:
             tdc.move_absolute(mm=1)
@@ -113,7 +113,7 @@ def careful(url: str) -> bool:
 
 
 def own_stage(url: str) -> Fraction:
-    """A stage that no document knows, and a value without the rounding of a float."""
+    """A stage that is not in a document, and a value without float rounding."""
     mine = Stage.of_user("rotary", position=Scale.counts_per("mm", 1919))
     with TDC001.open(url, stage=mine, on_close="leave") as tdc:
         print(tdc.move_absolute(mm=Decimal("0.1")).seconds)
@@ -121,7 +121,7 @@ def own_stage(url: str) -> Fraction:
 
 
 def found() -> list[str]:
-    """What is plugged in, and a controller whose unit is not known beforehand."""
+    """Connected controllers, and a controller of an unknown unit."""
     with stagewire.open("virtual://TDC001") as device:
         print(device)
     return [each.url for each in stagewire.discover()]
