@@ -93,7 +93,7 @@ def test_the_files_exist(page: str) -> None:
 
 
 def includes(package: Package) -> str:
-    """Return includes for the headers of a package, but only two chapters: all come from the same templates."""
+    """Return the includes of a package, with only two chapters: all come from the same templates."""
     chapters = [path for path in package.headers() if path.parent.name == "messages"]
     longer = sorted(chapters, key=lambda path: path.stat().st_size)[2:]
     kept = [path for path in package.headers() if path not in (package.umbrella, *longer)]

@@ -30,7 +30,7 @@ Json = dict[str, Any]
 
 PROTOCOLS = {"stagewire_apt": "thorlabs_apt", "stagewire_ms2000": "asi_ms2000"}
 PROSE = "prose that a program cannot check"
-# Number of examples that only Python checks, by the reason in C; prose, which is never checked, is not counted.
+# Number of examples that only Python checks, by the reason in C; prose, which is never checked, is left out.
 LEFT_OUT = {
     "stagewire_apt": {
         "arithmetic in the document, without bytes or a scale": 28,
@@ -134,7 +134,7 @@ def has_layout(package: Package, request: Json) -> bool:
 @of_each_package
 def test_omitted_cases_are_counted(package: Package, found: dict[str, dict[str, Finding]]) -> None:
     text = (package.folder / "testing" / "cases.c").read_text(encoding="utf-8").partition("*/")[0]
-    here, total = map(int, re.findall(r"(\d+) of (\d+) cases are here", text)[0])
+    here, total = map(int, re.findall(r"(\d+) of (\d+) cases, in", text)[0])
     reasons = [int(count) for count in re.findall(r"^ \* - (\d+) with ", text, re.MULTILINE)]
     cases = cases_of(package)
     assert total == len(cases)
