@@ -47,16 +47,14 @@ def _explain(code: str | None) -> None:
 def check(
     spec: Annotated[
         Path,
-        typer.Argument(
-            parser=folder, metavar="SPEC", help="Folder that holds one or more protocols."
-        ),
+        typer.Argument(parser=folder, metavar="SPEC", help="Folder of one or more protocols."),
     ] = Path("spec"),
     against: Annotated[
         str | None,
         typer.Option(
             "--against",
             metavar="REV",
-            help="Demand evidence for what changed on the wire since this folder or git revision.",
+            help="Require evidence for changes on the wire since this folder or git revision.",
         ),
     ] = None,
     overlay: Annotated[
@@ -70,7 +68,7 @@ def check(
     ] = None,
     format: Annotated[
         ReportFormat,
-        typer.Option("--format", case_sensitive=False, help="For people, programs or CI servers."),
+        typer.Option("--format", case_sensitive=False, help="Format of the report."),
     ] = ReportFormat.TEXT,
     out: Annotated[
         Path | None,
@@ -83,15 +81,14 @@ def check(
             metavar="CODE",
             callback=_explain,
             is_eager=True,
-            help="Print cause and cure of a diagnostic, such as SW031, and exit.",
+            help="Explain a diagnostic, such as SW031, with its remedy, and exit.",
         ),
     ] = None,
 ) -> None:
-    """Check a spec and report everything that is wrong with it.
+    """Check a registry and report every error.
 
-    With --against, every change on the wire, of a protocol or of an overlay, must come with an erratum
-    or a reference to the document; of a revision, the folder is the one that SPEC is in the repository
-    of the current folder.
+    With --against, every change on the wire of a protocol or an overlay requires an erratum or a reference to
+    the document. In a git revision, the path of SPEC is used.
     """
     with generator_extra():
         from stagewire_generator.diagnostics import SpecError

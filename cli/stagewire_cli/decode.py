@@ -47,19 +47,19 @@ def decode(
         typer.Option(
             "--direction",
             case_sensitive=False,
-            help="Of commands and replies without a frame: which they are.",
+            help="For protocols without frames: what the bytes are.",
         ),
     ] = None,
     command: Annotated[
         str | None,
-        typer.Option("--command", metavar="NAME", help="Command that the replies answer."),
+        typer.Option("--command", metavar="NAME", help="Decode the reply to this command."),
     ] = None,
     end: Annotated[
         End | None,
         typer.Option(
             "--end",
             case_sensitive=False,
-            help="End of the line that received the stream.  [default: none]",
+            help="Receiver of the stream; none if unknown.  [default: none]",
         ),
     ] = None,
     message: Annotated[
@@ -67,7 +67,7 @@ def decode(
         typer.Option(
             "--message",
             metavar="NAME[:FORM]",
-            help="One message alone; CSV and Parquet then have a column for each of its fields.",
+            help="Only this message; CSV and Parquet then have one column per field.",
         ),
     ] = None,
     format: Annotated[
@@ -80,25 +80,27 @@ def decode(
         typer.Option("--output", metavar="FILE", help="File to write; required for Parquet."),
     ] = None,
 ) -> None:
-    """Decode one frame in hex, or a stream from a file or standard input.
+    """Decode a frame in hex, or a stream from a file or stdin.
 
-    One frame on the command line must be whole and right; what is wrong with it is explained. A
-    file holds hex text, raw bytes, or JSON captures ("hex" in each entry, in a list or one a line),
-    each of which must be one frame. A stream may be of any size.
+    A frame on the command line must be complete and valid; otherwise the error is explained. A file
+    contains hex text, raw bytes, or JSON captures: a list, or one object per line, each with one
+    frame in "hex". A stream may be of any size.
 
-    A file may also be a recorded session, which begins with "# stagewire capture": it says which protocol
-    it is of, and of all that passed when and which way, which is shown instead of offsets.
+    A file may also be a recorded session, which begins with "# stagewire capture" and names its protocol.
+    Then line, time and direction are shown instead of offsets.
 
-    Without --direction or --command bytes are taken for frames with a header. A command and a reply have
-    none: a stream of commands can be decoded, replies only one by one, by the command that they answer.
+    Without --direction or --command, bytes are decoded as frames with a header. The commands and replies of
+    an MS-2000 have no header: --direction command decodes a stream of commands, and --command NAME decodes
+    one reply to that command.
 
-    CSV and Parquet have a row for every event, with the fields as JSON; for one --message they have
-    a typed column for each field, and a row for each of its frames. Offsets count bytes from the
-    beginning. An output file that is there already is replaced, once all is written.
+    CSV and Parquet have one row per event, with the fields as JSON. With --message they have one row per
+    frame of that message, and one typed column per field. Offsets count bytes from the beginning. An existing
+    output file is replaced when everything has been written.
 
-    Exit code 1 means that a frame was refused, or that a stream held garbage, a packet too short
+    Exit code 1 means that a frame was invalid, or that a stream contained garbage, a packet too short
     for its message, or an incomplete end. An unknown message in a stream is not an error, because newer
-    controllers send messages that the registry lacks. As the only frame, or in a JSON capture, it is.
+    controllers send messages that the registry does not contain. As the only frame, or in a JSON capture, it
+    is an error.
     """
     wanted = _format(format, as_json)
     if wanted is Format.PARQUET and target is None:
@@ -152,7 +154,7 @@ def _given(source: list[str]) -> Path | bytes | None:
         return parse_hex(" ".join(source))
     except ValueError as error:
         word = str(error).removeprefix("line 1: ")
-        raise CalledWronglyError(f"neither a file nor hex: {word}") from None
+        raise CalledWronglyError(f"not an existing file, and not bytes in hex: {word}") from None
 
 
 def _is_file(name: str) -> bool:

@@ -20,20 +20,24 @@ from stagewire_cli.errors import CalledWronglyError
 LinkUrl = Annotated[
     str,
     typer.Argument(
-        metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another line."
+        metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another URL."
     ),
 ]
 Unit = Annotated[
     str | None,
-    typer.Option("--unit", metavar="NAME", help="Unit that is there.  [default: found out]"),
+    typer.Option(
+        "--unit", metavar="NAME", help="Name of the unit, such as TDC001.  [default: detected]"
+    ),
 ]
 Bay = Annotated[
     int | None,
-    typer.Option("--bay", min=1, help="Bay of a rack; the first is 1, at address 0x21."),
+    typer.Option("--bay", min=1, help="Bay of a rack, from 1 (address 0x21)."),
 ]
 Stage = Annotated[
     str | None,
-    typer.Option("--stage", metavar="NAME", help="Stage that is moved, such as Z8; gives mm."),
+    typer.Option(
+        "--stage", metavar="NAME", help="Stage on the controller, such as Z8; needed for mm."
+    ),
 ]
 
 Travel = float | tuple[float, float]
@@ -70,7 +74,9 @@ def called_wrongly() -> Iterator[None]:
     try:
         yield
     except UnknownScaleError as error:
-        raise CalledWronglyError(f"{error}; here these are --unit, --stage and --counts") from None
+        raise CalledWronglyError(
+            f"{error}; on the command line: --unit, --stage and --counts"
+        ) from None
     except (EncodeError, UnsupportedError) as error:
         raise CalledWronglyError(str(error)) from None
 

@@ -50,20 +50,22 @@ def diff(
         typer.Option(
             "--spec",
             metavar="FOLDER",
-            help="Folder of the spec in a revision; REVISION:path names another.",
+            help="Folder of the registry in a revision; REVISION:PATH names another.",
         ),
     ] = "spec",
-    as_json: Annotated[bool, typer.Option("--json", help="As changes.schema.json says.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print JSON, as described by changes.schema.json.")
+    ] = False,
     fail_on: Annotated[
         Severity | None,
         typer.Option(
             "--fail-on",
             case_sensitive=False,
-            help="Exit with 1 if there is a change of this class or a graver one.",
+            help="Exit with 1 on a change of this class or a more severe one.",
         ),
     ] = None,
 ) -> None:
-    """Show what changed between two specs: on the wire, in generated source, in the documentation.
+    """Compare two registries and classify every change.
 
     OLD and NEW are folders that hold protocols, or revisions of the git repository of the current folder.
     Every overlay is also compared, combined with its protocol; a change of the protocol itself is shown

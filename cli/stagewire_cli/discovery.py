@@ -30,14 +30,14 @@ def list_ports(
         bool,
         typer.Option(
             "--ask",
-            help="Open the ports of controllers, and ask for identity and bays; nothing moves.",
+            help="Also open the ports of controllers and read identity and bays; nothing moves.",
         ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
 ) -> None:
     """List controllers and serial ports.
 
-    Without --ask no port is opened: the USB plug tells ids and serial number, and its first digits the unit.
+    Without --ask no port is opened: the first digits of the USB serial number identify the unit.
     """
     from stagewire.discovery import discover
 
@@ -49,7 +49,7 @@ def list_ports(
     if found:
         _show(found, ask)
     if not any(one.is_controller for one in found):
-        typer.echo("no controller found; stagewire doctor says why", err=True)
+        typer.echo("no controller found; to find out why, run stagewire doctor", err=True)
 
 
 def _show(found: list[Found], ask: bool) -> None:
@@ -103,28 +103,29 @@ def doctor(
         str | None,
         typer.Argument(
             metavar="[URL]",
-            help="A port, socket://HOST:PORT or other line to ask; without it the computer is looked at.",
+            help="A port, socket://HOST:PORT or another URL.  [default: check the computer]",
         ),
     ] = None,
     unit: Annotated[
-        str | None, typer.Option("--unit", metavar="NAME", help="Unit that should be there.")
+        str | None, typer.Option("--unit", metavar="NAME", help="Unit expected at the URL.")
     ] = None,
     ask: Annotated[
         bool,
         typer.Option(
-            "--ask", help="Without a URL: open the ports of controllers, and ask who is there."
+            "--ask", help="Without a URL: also open the ports of controllers and identify them."
         ),
     ] = False,
 ) -> None:
-    """Say what is wrong with ports and controllers, and what to do about it.
+    """Find out why a controller is missing or does not answer.
 
-    Looks for missing ports and permissions, and for drivers that provide no port. A controller is only asked
-    for its identity, if necessary at each documented baud rate; this changes nothing.
+    Without a URL it checks ports, permissions and drivers. With a URL it asks the controller for its
+    identity, if necessary at each documented baud rate, and changes nothing. Each problem is printed with a
+    remedy.
     """
     from stagewire.discovery import Verdict, diagnose_computer, diagnose_line
 
     if url is None and unit is not None:
-        raise CalledWronglyError(f"--unit {unit} needs the URL of a line")
+        raise CalledWronglyError(f"--unit {unit} requires a URL")
     with progress() as say:
         if url is None:
             say("looking at ports")

@@ -34,7 +34,9 @@ def encode(
     ] = None,
     form: Annotated[
         str | None,
-        typer.Option("--form", help="header, data, data:dc, reply ...; where there are several."),
+        typer.Option(
+            "--form", help="header, data, data:dc, reply, ...; required if there are several."
+        ),
     ] = None,
     dest: Annotated[
         str | None, typer.Option("--dest", help="Address of the receiver.  [default: see below]")
@@ -43,13 +45,13 @@ def encode(
         str | None, typer.Option("--source", help="Address of the sender.  [default: see below]")
     ] = None,
     axis: Annotated[
-        str | None, typer.Option("--axis", help="Axis that a command is for: a name or a number.")
+        str | None, typer.Option("--axis", help="Axis of a command: a name or a number.")
     ] = None,
     address: Annotated[
         str | None, typer.Option("--address", help="Address of the controller in a packet.")
     ] = None,
     allow_dummy: Annotated[
-        bool, typer.Option("--allow-dummy", help="Encode a function that the document forbids.")
+        bool, typer.Option("--allow-dummy", help="Also encode functions that the document forbids.")
     ] = False,
     refuse_prefix_bytes: Annotated[
         bool,
@@ -62,10 +64,12 @@ def encode(
 ) -> None:
     """Encode a message and print its bytes in hex. Every value is checked; nothing is sent.
 
-    Values are raw counts: integers, 0x05, names of enumerations and flags (CONTINUOUS, a|b), text,
-    or hex for byte strings. Without addresses the message goes between the host and a single USB
-    unit, in its own direction. A command has an axis instead, a setup command and a reply nothing,
-    a packet the address of the controller if its protocol has addresses.
+    Values are raw counts (200000 or 0x05), names of enumerations and flags (CONTINUOUS, a|b), text, or hex
+    for byte strings.
+
+    The default addresses are those of the host and a single USB unit, in the direction of the message. A
+    command has an axis instead of addresses; setup commands and replies have neither. A packet has the
+    address of the controller if its protocol has addresses.
     """
     chosen = choose_by_message(protocol, message)
     options: Json = {"dest": dest, "source": source, "axis": axis, "address": address}

@@ -27,7 +27,7 @@ def format_files(
         typer.Argument(
             parser=folder,
             metavar="PATH",
-            help="Files, or folders that hold specs.  [default: spec]",
+            help="Files, or folders of registries.  [default: spec]",
             show_default=False,
         ),
     ] = None,
@@ -35,7 +35,7 @@ def format_files(
         bool, typer.Option("--check", help="Write nothing; report what would change.")
     ] = False,
 ) -> None:
-    """Bring the files of a spec into canonical form, or check that they are in it.
+    """Format the files of a registry, or check their format.
 
     A folder includes the worked examples and captures next to it. A file that is not valid YAML is
     reported and left unchanged.

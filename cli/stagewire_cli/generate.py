@@ -44,7 +44,7 @@ def generate(
             "--spec-dir",
             parser=folder,
             metavar="FOLDER",
-            help="Folder that holds protocols; may be repeated.  [default: spec]",
+            help="Folder of protocols; may be repeated.  [default: spec]",
         ),
     ] = None,
     out: Annotated[
@@ -63,7 +63,7 @@ def generate(
         typer.Option(
             "--package",
             metavar="NAME",
-            help="Make a project of the one protocol: pip installs it as this Python package.",
+            help="Generate a project for one protocol, which pip installs as this package.",
         ),
     ] = None,
     overlay: Annotated[
@@ -71,7 +71,7 @@ def generate(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Lay this later issue over its protocol; may be repeated.",
+            help="Add this later issue to its protocol; may be repeated.",
         ),
     ] = None,
     check: Annotated[
@@ -83,7 +83,7 @@ def generate(
             "--templates",
             parser=folder,
             metavar="FOLDER",
-            help="Folder of templates that replace ours of the same file name.",
+            help="Folder of templates that replace the built-in ones of the same name.",
         ),
     ] = None,
     list_outputs: Annotated[
@@ -92,16 +92,17 @@ def generate(
     ] = False,
     list_inputs: Annotated[
         bool,
-        typer.Option("--list-inputs", help="Write nothing; list the files that decide on them."),
+        typer.Option("--list-inputs", help="Write nothing; list the files that are read."),
     ] = False,
     list_templates: Annotated[
-        bool, typer.Option("--list-templates", help="List our templates, to be copied.")
+        bool,
+        typer.Option("--list-templates", help="List the built-in templates, which you can copy."),
     ] = False,
     cmake_dir: Annotated[
         bool, typer.Option("--cmake-dir", help="Print the folder of StagewireGenerate.cmake.")
     ] = False,
 ) -> None:
-    """Generate all bindings from a spec, or check that they are what it gives."""
+    """Generate code from a registry, or check that it is current."""
     _only_one(
         {
             "--check": check,
@@ -240,7 +241,7 @@ def schemas(
         bool, typer.Option("--check", help="Write nothing; report what would change.")
     ] = False,
 ) -> None:
-    """Write the JSON Schemas of spec files to a folder, or check that they are there.
+    """Write the JSON Schemas of registry files, or check them.
 
     Editors find them by the first line of each file, which `stagewire format` writes.
     """

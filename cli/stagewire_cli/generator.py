@@ -69,7 +69,7 @@ def generator_extra() -> Iterator[None]:
         ):
             raise
         raise CalledWronglyError(
-            f"this command needs {name}; it comes with pip install 'stagewire[generator]'"
+            f"this command needs {name}: run pip install 'stagewire[generator]'"
         ) from None
 
 

@@ -58,7 +58,7 @@ def command(arguments: Sequence[str] = ()) -> typer.Typer:
     """
     app = typer.Typer(
         name="stagewire",
-        help="Protocols of motion controllers: check and generate bindings, encode, decode, test.",
+        help="Control, simulate and test motion controllers; encode and decode their messages.",
         no_args_is_help=True,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -88,7 +88,7 @@ def _options(
         False, "--version", callback=_version, is_eager=True, help="Print the version and exit."
     ),
 ) -> None:
-    """Protocols of motion controllers: check and generate bindings, encode, decode, test."""
+    """Control, simulate and test motion controllers; encode and decode their messages."""
 
 
 def run() -> None:

@@ -29,24 +29,25 @@ def monitor(
             "--for",
             parser=seconds_above_0,
             metavar="SECONDS",
-            help="End by itself after this time.",
+            help="Exit after this time.",
         ),
     ] = None,
     plot: Annotated[
         Path | None,
         typer.Option(
-            "--plot", metavar="FILE", help="Draw position and velocity over time (.png, .svg)."
+            "--plot", metavar="FILE", help="Plot position and velocity over time (.png, .svg)."
         ),
     ] = None,
     log: Annotated[
         Path | None,
-        typer.Option("--log", metavar="FILE", help="Record what is said, as a capture."),
+        typer.Option("--log", metavar="FILE", help="Record the line as a capture."),
     ] = None,
 ) -> None:
-    """Show the status of every bay, channel or axis, until Ctrl-C or for a time; nothing is moved.
+    """Show the status of a controller live; nothing moves.
 
-    A live table on a terminal, a line for each status elsewhere. Status messages are switched on meanwhile; a
-    unit that sends none is asked five times a second.
+    Shows every bay, channel and axis until Ctrl-C or the end of --for: as a live table on a terminal,
+    otherwise one line per status. Status messages are switched on while it runs. A unit that does not send
+    any is polled five times a second.
     """
     from stagewire_cli.monitor_session import watch
 

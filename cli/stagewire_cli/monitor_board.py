@@ -96,7 +96,9 @@ _MISSING = "--plot needs matplotlib: pip install 'stagewire[plot]'"
 def check_plot(path: Path) -> None:
     """Raise :class:`CalledWronglyError` where no picture could be made, before anything is recorded."""
     if path.suffix.lower() not in _FORMATS:
-        raise CalledWronglyError(f"--plot {path}: a picture ends in {' or '.join(_FORMATS)}")
+        raise CalledWronglyError(
+            f"--plot {path}: the file name must end in {' or '.join(_FORMATS)}"
+        )
     if not path.absolute().parent.is_dir():
         raise CalledWronglyError(f"--plot {path}: missing folder {path.absolute().parent}")
     if path.exists() and not path.is_file():

@@ -32,7 +32,7 @@ Examples:
 """
 
 ChannelOption = Annotated[
-    int | None, typer.Option("--channel", min=1, help="Channel of the controller; the first is 1.")
+    int | None, typer.Option("--channel", min=1, help="Channel of the controller, from 1.")
 ]
 AxisOption = Annotated[
     str | None, typer.Option("--axis", metavar="NAME", help="Axis of an MS-2000, such as X.")
@@ -42,14 +42,19 @@ MoveTravel = Annotated[
     typer.Option(
         "--travel",
         metavar="MM|LOW,HIGH",
-        help="Travel of the stage, as 12 or as -5,5; positions outside are refused.",
+        help="Allowed positions in mm: 12 for 0 to 12, or -5,5. Others are refused.",
     ),
 ]
-Yes = Annotated[bool, typer.Option("--yes", help="Do not ask; required without a terminal.")]
+Yes = Annotated[
+    bool, typer.Option("--yes", help="Do not ask for confirmation; required without a terminal.")
+]
 Timeout = Annotated[
     float,
     typer.Option(
-        "--timeout", parser=seconds_above_0, metavar="SECONDS", help="How long its end may take."
+        "--timeout",
+        parser=seconds_above_0,
+        metavar="SECONDS",
+        help="Stop the motion if it takes longer.",
     ),
 ]
 
@@ -57,13 +62,13 @@ Timeout = Annotated[
 def move(
     url: LinkUrl,
     to: Annotated[
-        str | None, typer.Option("--to", metavar="MM", help="Position to go to, in mm.")
+        str | None, typer.Option("--to", metavar="MM", help="Target position in mm.")
     ] = None,
     by: Annotated[
-        str | None, typer.Option("--by", metavar="MM", help="Distance to go, in mm.")
+        str | None, typer.Option("--by", metavar="MM", help="Distance to move in mm.")
     ] = None,
     counts: Annotated[
-        bool, typer.Option("--counts", help="The number is one of raw counts, not of mm.")
+        bool, typer.Option("--counts", help="Read --to or --by as raw counts, not mm.")
     ] = False,
     unit: Unit = None,
     stage: Stage = None,
@@ -74,15 +79,15 @@ def move(
     timeout: Timeout = 60.0,
     yes: Yes = False,
 ) -> None:
-    """Move one axis to a position or by a distance, and wait until it is there.
+    """Move one axis, and wait for the end of the motion.
 
-    Says what will move from where to where, and asks. Ctrl-C stops it.
+    Prints the unit, its position and the target, and asks for confirmation. Ctrl-C stops the motion.
     """
     from stagewire_cli.motion_session import PartAddress, Target, run_move
 
     number = to if by is None else by
     if number is None or None not in (to, by):
-        raise CalledWronglyError("where to? give one of --to (a position) and --by (a distance)")
+        raise CalledWronglyError("give either --to (a position) or --by (a distance)")
     target = Target.parse(number, relative=by is not None, counts=counts)
     where = PartAddress(url, unit, bay, channel, axis)
     length = None if travel is None else travel_in_mm(travel)
@@ -98,10 +103,10 @@ def home(
     timeout: Timeout = 60.0,
     yes: Yes = False,
 ) -> None:
-    """Send one axis to its home position, and wait until it is there.
+    """Home one axis, and wait for the end of the motion.
 
-    Direction, limit switch and speed are those that the controller has stored; none is changed. Asks before
-    it moves. Ctrl-C stops it.
+    Uses the direction, limit switch and speed that are stored in the controller, and changes none of them.
+    Asks for confirmation. Ctrl-C stops the motion.
     """
     from stagewire_cli.motion_session import PartAddress, run_home
 
@@ -112,7 +117,9 @@ def jog(
     url: LinkUrl,
     direction: Annotated[
         str,
-        typer.Argument(metavar="DIRECTION", help="As the controller names it: forward or reverse."),
+        typer.Argument(
+            metavar="DIRECTION", help="forward or reverse, as the controller defines them."
+        ),
     ],
     unit: Unit = None,
     stage: Stage = None,
@@ -123,10 +130,10 @@ def jog(
     timeout: Timeout = 60.0,
     yes: Yes = False,
 ) -> None:
-    """Jog one axis by the step that its controller has stored, and wait until it is there.
+    """Jog one axis by the step stored in its controller.
 
-    The document does not say whether positions rise or fall in direction forward: try a small step first.
-    Says what is stored, and asks before it moves. Ctrl-C stops it.
+    The document does not state whether forward raises or lowers the position, so try a small step first.
+    Prints the stored step and asks for confirmation. Waits for the end of the motion. Ctrl-C stops it.
     """
     from stagewire_cli.motion_session import PartAddress, run_jog
 
@@ -149,10 +156,10 @@ def stop(
     counts: Annotated[bool, typer.Option("--counts", hidden=True)] = False,
     yes: Annotated[bool, typer.Option("--yes", hidden=True)] = False,
 ) -> None:
-    """Stop all that moves, or one bay, channel or axis; asks nothing.
+    """Stop all axes, or one bay, channel or axis, without asking.
 
-    If --unit or the USB plug identifies the unit, the stop is sent first. Options of move and home are
-    accepted and ignored, so that you can repeat a command line with `stop` in it.
+    If --unit or the USB plug identifies the unit, the stop is the first message that is sent. Options of move
+    and home are accepted and ignored, so you can repeat a command line with `stop` instead of `move`.
     """
     from stagewire_cli.motion_session import PartAddress, run_stop
 

@@ -32,7 +32,7 @@ from stagewire_cli.devices import (
     title_of,
 )
 from stagewire_cli.errors import INTERRUPTED, WRONG, CalledWronglyError
-from stagewire_cli.status import numbers_of, status_of
+from stagewire_cli.status import Value, numbers_of, status_of
 
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds in which a stopped stage must come to rest
@@ -64,7 +64,7 @@ class PartAddress:
         parts = self.parts(device)
         if len(parts) > 1:
             raise CalledWronglyError(
-                f"{device.unit.name} has {', '.join(parts)}: which one? (--bay, --channel or --axis)"
+                f"{device.unit.name} has {', '.join(parts)}; choose one with --bay, --channel or --axis"
             )
         [(name, part)] = parts.items()
         return name, part
@@ -85,7 +85,7 @@ class PartAddress:
             if all(f" {word} " in f" {name} " for word in words)
         }
         if not found:
-            has = ", ".join(parts) if len(parts) > 1 else "one channel alone"
+            has = ", ".join(parts) if len(parts) > 1 else "only one channel"
             raise CalledWronglyError(f"{device.unit.name} has no {' '.join(words)}; it has {has}")
         return found
 
@@ -110,7 +110,7 @@ class Target:
         except BadValueError as error:
             raise CalledWronglyError(f"{option} {error}") from None
         if counts and value.denominator != 1:
-            raise CalledWronglyError(f"{option} {text}: counts are whole numbers")
+            raise CalledWronglyError(f"{option} {text}: counts must be whole numbers")
         return cls(value, relative, counts)
 
     def __str__(self) -> str:
@@ -166,7 +166,7 @@ def run_move(
     with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, device.unit.name)
-        saying = f"moves from {_position(part)} {target}"
+        saying = f"will move from {_position(part)} {target}"
 
         def there() -> bool:
             return target.is_met_by(status_of(part))
@@ -178,7 +178,7 @@ def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
     """Home one part, after having asked."""
     with _opened_part(where, yes, timeout) as (device, name, part):
         start = _call(device, part, "start_home")
-        saying = f"goes home from {_position(part)}, as its controller is set"
+        saying = f"will home from {_position(part)} with the settings of the controller"
         _act(device, name, part, saying, start, timeout, yes)
 
 
@@ -195,9 +195,11 @@ def run_jog(
     with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
         start = _call(device, part, "start_jog")
         stored = _call(device, part, "get_jog_params")()
-        step = numbers_of(stored).get("jog_step_size", "an unknown step")
+        step = _in_words(numbers_of(stored).get("jog_step_size"), "an unknown distance")
         mode = getattr(stored.jog_mode, "name", stored.jog_mode)
-        saying = f"jogs {direction} from {_position(part)} by the stored step, {step} ({mode})"
+        saying = (
+            f"will jog {direction} from {_position(part)} by the stored step of {step} ({mode})"
+        )
         _act(device, name, part, saying, lambda: start(direction), timeout, yes)
 
 
@@ -244,7 +246,7 @@ def refuse_unattended(yes: bool) -> None:
     """Refuse to move without a confirmation, before a line is opened."""
     if not yes and not sys.stdin.isatty():
         raise CalledWronglyError(
-            "this moves hardware; without a terminal to confirm it, give --yes"
+            "this moves hardware; without a terminal to ask for confirmation, give --yes"
         )
 
 
@@ -256,7 +258,7 @@ def _call(device: Any, part: Any, name: str) -> Callable[..., Any]:
         other = _OTHERWISE.get(name)
         instead = f"; give {other[1]} instead" if other and hasattr(part, other[0]) else ""
         raise CalledWronglyError(
-            f"{device.unit.name} has no {what}: its document has no message for it{instead}"
+            f"{device.unit.name} does not support {what}: its document has no message for it{instead}"
         )
     return call
 
@@ -278,7 +280,7 @@ def _act(
     title = ", ".join(filter(None, (title_of(device), name)))
     if _moves(part):
         typer.echo(
-            f"stagewire: {title} is moving already: wait, or stop it (stagewire stop)", err=True
+            f"stagewire: {title} is already moving: wait, or stop it with stagewire stop", err=True
         )
         raise typer.Exit(WRONG)
     typer.echo(f"{title}: {saying}")
@@ -294,7 +296,7 @@ def _act(
         typer.echo(f"interrupted: {_stopped(part)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     except MotionTimeoutError:
-        typer.echo(f"it took longer than {timeout:g} s: {_stopped(part)}", err=True)
+        typer.echo(f"the motion took longer than {timeout:g} s: {_stopped(part)}", err=True)
         raise
     except ControllerFaultError:
         typer.echo(f"the controller reported a fault: {_stopped(part)}", err=True)
@@ -325,7 +327,7 @@ def _moves(part: Any) -> bool:
 def _confirmed() -> bool:
     """Ask; Ctrl-C and the end of what is typed mean no."""
     try:
-        return typer.confirm("Go on?", default=False)
+        return typer.confirm("Continue?", default=False)
     except typer.Abort:
         typer.echo()
         return False
@@ -355,6 +357,11 @@ def _position(part: Any) -> str:
     """Return where a part stands, for people; asking changes nothing."""
     values = status_of(part)
     position = None if values is None else numbers_of(values).get("position")
-    if position is None:
-        return "an unknown position"
-    return str(position) if position.unit else f"{position} counts"
+    return _in_words(position, "an unknown position")
+
+
+def _in_words(value: Value | None, unknown: str) -> str:
+    """Return a number with its unit, or counts."""
+    if value is None:
+        return unknown
+    return str(value) if value.unit else f"{value} counts"

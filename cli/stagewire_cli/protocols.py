@@ -12,7 +12,7 @@ from stagewire.protocols import Protocol, available_protocols, load_protocol
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.output import printable
 
-PROTOCOL_HELP = "Protocol; needed only where nothing else says which is meant."
+PROTOCOL_HELP = "Protocol; needed only if the other arguments are ambiguous."
 
 
 def choose(name: str | None, fits: Callable[[Protocol], bool]) -> Protocol:

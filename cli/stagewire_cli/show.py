@@ -44,11 +44,16 @@ _TABLES = {
 
 
 def show(
-    name: Annotated[str, typer.Argument(help="Name; upper or lower case, or a message id.")],
-    protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the registry's own JSON.")] = False,
+    name: Annotated[str, typer.Argument(help="Name in any case, or a message id.")],
+    protocol: Annotated[
+        str | None, typer.Option("--protocol", help="Search only this protocol.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the entry as JSON.")] = False,
 ) -> None:
-    """Show a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum."""
+    """Show what the registry says about a name.
+
+    Accepts the name of a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum.
+    """
     protocols = {one.name: one for one in one_or_all(protocol)}
     registries = {known: registry_of(one) for known, one in protocols.items()}
     everything = [

@@ -11,7 +11,10 @@ Example:
 
 
 def testee() -> None:
-    """Answer requests, one JSON object per line, on standard input and output."""
+    """Run Stagewire's codec as a testee of the conformance suite.
+
+    Reads requests from standard input and writes the answers to standard output, one JSON object per line.
+    """
     from stagewire_conformance.testee import lines_of, serve
 
     serve(lines_of(sys.stdin.buffer), _write)

@@ -90,7 +90,9 @@ class HexText:
             digits = f"0{digits}"
         if len(digits) % 2 or not _DIGITS.match(digits):
             shown = word if len(word) <= 40 else f"{word[:40]}…"
-            raise ValueError(f"line {self._line}: {shown!r} is not bytes as pairs of hex digits")
+            raise ValueError(
+                f"line {self._line}: {shown!r} is not a sequence of two-digit hex bytes"
+            )
         return bytes.fromhex(digits)
 
 
@@ -157,7 +159,7 @@ def parse_axis(option: str, text: str, axes: Mapping[str, int]) -> int:
     if value is None:
         known = ", ".join(f"{name} ({id:#04x})" for name, id in axes.items())
         raise CalledWronglyError(
-            f"{option} takes an axis: {known}, or the number of another; not {text!r}"
+            f"{option} must be {known}, or the number of another axis, not {text!r}"
         )
     return value
 

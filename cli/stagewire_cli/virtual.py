@@ -46,7 +46,7 @@ def _seconds(text: str) -> float:
         seconds = math.nan
     if not 0 <= seconds < math.inf:
         raise typer.BadParameter(
-            f"expected a number of seconds, not {text!r}; without it the end is Ctrl-C"
+            f"expected a number of seconds, not {text!r}; without --for it runs until Ctrl-C"
         )
     return seconds
 
@@ -58,23 +58,21 @@ def virtual(
     ] = None,
     bench: Annotated[
         Path | None,
-        typer.Option(
-            "--bench", metavar="FILE", help="Units and all their options from a TOML file."
-        ),
+        typer.Option("--bench", metavar="FILE", help="Serve the units described in a TOML file."),
     ] = None,
     replay: Annotated[
         Path | None,
         typer.Option(
             "--replay",
             metavar="CAPTURE",
-            help="Play the controller's side of a recorded session, until the host has left.",
+            help="Act as the controller of a recorded session until the host disconnects.",
         ),
     ] = None,
     lenient: Annotated[
         bool,
         typer.Option(
             "--lenient",
-            help="Of a replay: go on at the next request like the one that came, if it was not due.",
+            help="With --replay: on an unexpected request, continue at its next occurrence.",
         ),
     ] = False,
     tcp: Annotated[
@@ -82,11 +80,11 @@ def virtual(
         typer.Option(
             "--tcp",
             metavar="[HOST:]PORT",
-            help="Serve on TCP; more units on the ports that follow. 0 is any free port.",
+            help="Serve on TCP; further units use the following ports. 0 chooses a free port.",
         ),
     ] = None,
     pty: Annotated[
-        bool, typer.Option("--pty", help="Serve each unit on a pseudo-terminal of its own.")
+        bool, typer.Option("--pty", help="Serve each unit on its own pseudo-terminal.")
     ] = False,
     bind: Annotated[
         str | None,
@@ -98,11 +96,13 @@ def virtual(
     ] = None,
     stage: Annotated[
         str | None,
-        typer.Option("--stage", metavar="NAME", help="Stage that is moved, such as Z8."),
+        typer.Option("--stage", metavar="NAME", help="Stage on the controller, such as Z8."),
     ] = None,
     travel: Annotated[
         int | None,
-        typer.Option("--travel", parser=_whole, metavar="COUNTS", help="Length of its travel."),
+        typer.Option(
+            "--travel", parser=_whole, metavar="COUNTS", help="Length of the travel of the stage."
+        ),
     ] = None,
     position: Annotated[
         int | None,
@@ -119,7 +119,7 @@ def virtual(
             "--seed",
             parser=_whole,
             metavar="NUMBER",
-            help="The same seed gives the same bytes; more units count up from it.",
+            help="The same seed produces the same bytes; further units count up from it.",
         ),
     ] = None,
     model: Annotated[
@@ -127,7 +127,7 @@ def virtual(
         typer.Option(
             "--model",
             metavar="TEXT",
-            help="Model to report, such as KDC101; of a rack, that of its motherboard.",
+            help="Model to report, such as KDC101; for a rack, that of its motherboard.",
         ),
     ] = None,
     serial_number: Annotated[
@@ -136,7 +136,7 @@ def virtual(
             "--serial-number",
             parser=_whole,
             metavar="NUMBER",
-            help="Serial number to report; more units count up from it.",
+            help="Serial number to report; further units count up from it.",
         ),
     ] = None,
     hardware_type: Annotated[
@@ -154,7 +154,7 @@ def virtual(
             "--stage-id",
             parser=_whole,
             metavar="NUMBER",
-            help="Stage id to report, as later controllers do, such as 7.",
+            help="Stage id to report, as newer controllers do, such as 7.",
         ),
     ] = None,
     line: Annotated[
@@ -162,20 +162,22 @@ def virtual(
         typer.Option(
             "--line",
             metavar="usb|rs232",
-            help="Kind of line that the controller assumes; on USB it needs keep-alive messages.  "
+            help="Line that the controller assumes; on usb it requires keep-alive messages.  "
             "[default: usb]",
         ),
     ] = None,
     quirk: Annotated[
         list[str] | None,
-        typer.Option("--quirk", metavar="NAME", help="Deviate as real controllers do; see --list."),
+        typer.Option(
+            "--quirk", metavar="NAME", help="Imitate a quirk of real controllers; see --list."
+        ),
     ] = None,
     strategy: Annotated[
         list[str] | None,
         typer.Option(
             "--strategy",
             metavar="NAME=VALUE",
-            help="Read the MS-2000's document this way where it can be read in two; see --list.",
+            help="Choice where the document of the MS-2000 is ambiguous; see --list.",
         ),
     ] = None,
     fault: Annotated[
@@ -183,28 +185,24 @@ def virtual(
         typer.Option(
             "--fault",
             metavar="TEXT",
-            help='Something that goes wrong, such as "to_host drop frame every=10"; see --list.',
+            help='Fault to inject, such as "to_host drop frame every=10"; see --list.',
         ),
     ] = None,
     answer_unsupported: Annotated[
         bool,
-        typer.Option(
-            "--answer-unsupported", help="Answer HW_RESPONSE to what is not answered otherwise."
-        ),
+        typer.Option("--answer-unsupported", help="Answer unsupported messages with HW_RESPONSE."),
     ] = False,
     log: Annotated[
         str | None,
         typer.Option(
             "--log",
             metavar="FILE|-",
-            help="Record what is said, decoded, as a capture that --replay and decode can read.",
+            help="Record all bytes, decoded, as a capture for --replay and stagewire decode.",
         ),
     ] = None,
     seconds: Annotated[
         float | None,
-        typer.Option(
-            "--for", parser=_seconds, metavar="SECONDS", help="End by itself after this time."
-        ),
+        typer.Option("--for", parser=_seconds, metavar="SECONDS", help="Exit after this time."),
     ] = None,
     _: Annotated[
         bool,
@@ -216,16 +214,17 @@ def virtual(
         ),
     ] = False,
 ) -> None:
-    """Serve virtual controllers: software that speaks the bytes of real ones.
+    """Serve virtual controllers on TCP or pseudo-terminals.
 
-    Without --tcp or --pty each unit gets a free TCP port. Each address is printed on a line; on a terminal a
-    live table follows. The ports are reachable from this machine only, unless --bind gives another address.
+    A virtual controller is software that exchanges the same bytes as the real one. Without --tcp or --pty
+    each unit gets a free TCP port. Each address is printed on its own line; on a terminal a live table
+    follows. The ports are reachable only from this machine, unless --bind gives another address.
 
-    With several units, options are for all of them; a bench file has options for each. --log writes a
-    file for each unit, numbered if there are several.
+    With several units, the options apply to all of them; a bench file has options for each. --log writes one
+    file per unit, numbered if there are several.
 
-    Ctrl-C ends it with exit code 0. Exit code 1 means that a session that was replayed took another
-    course than the recorded one.
+    Ctrl-C ends the command with exit code 0. Exit code 1 means that a replayed session differed from the
+    recording.
     """
     options = {
         "stage": stage,
@@ -248,11 +247,9 @@ def virtual(
     if replay:
         _without("--replay", options)
     elif lenient:
-        raise CalledWronglyError("--lenient is for --replay")
+        raise CalledWronglyError("--lenient requires --replay")
     if tcp is not None and pty:
-        raise CalledWronglyError(
-            "--tcp and --pty exclude each other: a line is the one or the other"
-        )
+        raise CalledWronglyError("give only one of --tcp and --pty")
     with _called_wrongly():
         from stagewire_cli.virtual_session import run_session
         from stagewire_cli.virtual_units import of_bench, of_names, of_replay
@@ -273,10 +270,10 @@ def _one_of(given: Mapping[str, object]) -> None:
     names = [name for name, value in given.items() if value]
     if not names:
         raise CalledWronglyError(
-            "say what to serve: names of units (stagewire virtual --list shows them), --bench or --replay"
+            "nothing to serve: give names of units (stagewire virtual --list shows them), --bench or --replay"
         )
     if len(names) > 1:
-        raise CalledWronglyError(f"{' and '.join(names)} exclude each other; give one of them")
+        raise CalledWronglyError(f"give only one of {' and '.join(names)}")
 
 
 def _without(option: str, others: Mapping[str, object]) -> None:
@@ -286,7 +283,7 @@ def _without(option: str, others: Mapping[str, object]) -> None:
     for name, value in others.items():
         if value is not None:
             raise CalledWronglyError(
-                f"{called(name)} is for units that are named; {option} says it itself"
+                f"{called(name)} only applies to units named on the command line, not with {option}"
             )
 
 

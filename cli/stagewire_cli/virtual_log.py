@@ -117,7 +117,7 @@ def begin(logs: Iterable[Log]) -> None:
         except OSError as error:
             raise CalledWronglyError(
                 f"--log {log.name}: cannot be written: {error.strerror or error}; name a file in a folder "
-                "that is there and that you may write to"
+                "that exists and that you can write to"
             ) from None
 
 

@@ -114,7 +114,7 @@ def show_all() -> None:
     for name, unit in sorted(all_units().items()):
         stages = ", ".join(unit.facts["stages"])
         units.add_row(name, unit.facts["title"], unit.protocol.name, stages)
-    units.add_row(RACK, "modules in bays, which a bench file names", APT.name)
+    units.add_row(RACK, "rack of modules; a bench file names the module in each bay", APT.name)
     out.print(units)
     quirks = table("quirk", "what the controller does")
     for name, sentence in QUIRKS.items():
@@ -128,7 +128,7 @@ def show_all() -> None:
             readings.add_row(name, f"{reading}{default}", sentence)
     out.print()
     out.print(readings)
-    faults = table("fault", "befalls", "keys")
+    faults = table("fault", "applies to", "keys")
     for action, kind in ACTIONS.items():
         faults.add_row(action.value, "bytes or frames" if kind.piece else "", ", ".join(kind.keys))
     out.print()

@@ -19,7 +19,7 @@ def from_hex(text: str) -> bytes:
     """
     if not _STRICT.match(text):
         shown = text if len(text) <= 40 else f"{text[:40]}…"
-        raise ValueError(f"{shown!r} is not bytes as pairs of hex digits")
+        raise ValueError(f"{shown!r} is not a sequence of two-digit hex bytes")
     return bytes.fromhex(text)
 
 

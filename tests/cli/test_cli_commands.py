@@ -245,7 +245,7 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["decode", "--direction", "reply", "00"], "name its command by --command"),
+        (["decode", "--direction", "reply", "00"], "a reply does not name its command"),
         (["decode", "--direction", "command", "--command", "READ_STATUS", "62"], "contradicts"),
         (["decode", "--command", "NONSENSE", "00"], "--command: no installed protocol has"),
         (["decode", "--command", "READ_STATUS", "--end", "host", "62"], "cannot be cut"),
@@ -278,7 +278,7 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
         (["encode", "WRITE_TARGET_POSITION", "target_position=1"], "lacks axis"),
         (
             ["encode", "WRITE_TARGET_POSITION", "--axis", "Q", "target_position=1"],
-            "--axis takes an axis: X (0x18), Y (0x19), Z (0x1a), ",
+            "--axis must be X (0x18), Y (0x19), Z (0x1a), ",
         ),
         (["encode", "READ_STATUS", "--axis", "X", "data=00"], "has no field data"),
         (["encode", "READ_STATUS", "--form", "reply", "status=66", "data=00"], "has no field data"),
@@ -294,8 +294,8 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
         (["encode", "WRITE_TARGET_POSITION", "--axis", "58", "target_position=1"], "0x3a"),
         (["encode", "WRITE_TARGET_POSITION", "--axis", "X", "target_position=8388608"], " to 8388607"),
         (["encode", "WRITE_TARGET_POSITION", "--axis", "X"], "lacks target_position"),
-        (["encode", "WRITE_TARGET_POSITION", "--dest", "1", "target_position=1"], "--dest says nothing"),
-        (["encode", "MOT_MOVE_HOME", "--axis", "X", "chan_ident=1"], "--axis says nothing"),
+        (["encode", "WRITE_TARGET_POSITION", "--dest", "1", "target_position=1"], "--dest does not apply"),
+        (["encode", "MOT_MOVE_HOME", "--axis", "X", "chan_ident=1"], "--axis does not apply"),
         (["encode", "WRITE_START_SPEED", "--axis", "X", "start_speed=1"], "dummy"),
         (["encode", "READ_STATUS", "--axis", "X", "--form", "request:without_size"], "no form"),
         (["encode", "NONSENSE"], "no installed protocol has a message NONSENSE"),

@@ -327,7 +327,7 @@ def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -
         ([GOOD, "--unit", "TDC001", "--html", "-"], "--html: - is not a file"),
         ([GOOD, "--unit", "TDC001", "--log", "-"], "--log: - is not a file"),
         (["virtual://NOTHING", "--unit", "TDC001"], "virtual://NOTHING cannot be opened"),
-        (["VIRTUAL://TDC001?wings=2", "--unit", "TDC001"], "there is no option 'wings'"),
+        (["VIRTUAL://TDC001?wings=2", "--unit", "TDC001"], "unknown option 'wings'"),
         (["virtual://TDC001?stage=Z9999", "--unit", "TDC001"], "Z9999"),
         ([GOOD, "--unit", "TDC001", "--log", "no/such/folder/x.txt"], "--log: missing folder"),
         ([GOOD, "--unit", "TDC001", "--json", "x", "--html", "x"], "name the same file"),
@@ -359,9 +359,7 @@ def test_a_missing_extra_is_named_before_the_run(
     result = stagewire(*DEVICE, GOOD, "--unit", "TDC001", option, tmp_path / "report")
     assert result.code == 2
     assert result.out == ""
-    assert (
-        f"{option} needs {module}; it comes with pip install 'stagewire[conformance]'" in result.err
-    )
+    assert f"{option} needs {module}: run pip install 'stagewire[conformance]'" in result.err
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BBD102", "TPZ001", "OST001", "MS2000"])

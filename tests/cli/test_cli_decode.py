@@ -78,7 +78,7 @@ def test_names_of_values_and_flags(stagewire: Stagewire) -> None:
         ("53 04 04 00 D0 01 01 00 40 0D", [2, 3], "but a packet has 6 bytes"),
         ("53 04 06 00 50 01 01 00 40 0D 03 00", [4], "lack the bit of a data packet (0xd0)"),
         ("04 53 06 00 D0 01 01 00 40 0D 03 00", [0, 1], "0x0453 is MOT_MOVE_ABSOLUTE"),
-        (f"{HOME} {HOME}", [6, 7, 8, 9, 10, 11], "hint: several frames"),
+        (f"{HOME} {HOME}", [6, 7, 8, 9, 10, 11], "hint: to decode several frames"),
     ],
 )
 def test_a_broken_frame_is_explained(
@@ -176,8 +176,8 @@ def test_garbage_that_blocks_have_cut_is_one_run(stagewire: Stagewire) -> None:
     ("arguments", "said"),
     [
         ([], "Missing argument"),
-        (["no such file"], "neither a file nor hex: 'no'"),
-        (["5 3 0 4"], "'5' is not bytes as pairs of hex digits"),
+        (["no such file"], "not an existing file, and not bytes in hex: 'no'"),
+        (["5 3 0 4"], "'5' is not a sequence of two-digit hex bytes"),
         ([MOVE, "--status", "ac"], "--status: status must be one of dc, stepper, not 'ac'"),
         ([MOVE, "--end", "top"], "Invalid value"),
         ([MOVE, "--protocol", "nothing"], "no protocol nothing is installed"),
@@ -185,7 +185,7 @@ def test_garbage_that_blocks_have_cut_is_one_run(stagewire: Stagewire) -> None:
         (["-", "-"], "- stands among other arguments"),
         ([MOVE, __file__], "stands among other arguments; give one file at a time"),
         (["/"], "stagewire: "),
-        (["x" * 5000], "neither a file nor hex"),
+        (["x" * 5000], "not an existing file, and not bytes in hex"),
     ],
 )
 def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
@@ -197,7 +197,7 @@ def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        (b"53 04\nhello\n", "line 2: 'hello' is not bytes as pairs of hex digits"),
+        (b"53 04\nhello\n", "line 2: 'hello' is not a sequence of two-digit hex bytes"),
         (b'[{"hex": 5}]', 'entry 1 is not hex text and has none under "hex"'),
         (b'[{"hex": "5"}]', "entry 1: "),
         (b'[{"hex": "53"}', "not JSON"),

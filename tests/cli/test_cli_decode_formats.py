@@ -430,7 +430,7 @@ def test_an_error_leaves_no_file(stagewire: Stagewire, tmp_path: Path, format: l
     words = ["decode", "-", "--output", target, "--format", *format]
     result = stagewire(*words, input=text)
     assert result.code == 2
-    assert "line 5001: 'not' is not bytes" in result.err
+    assert "line 5001: 'not' is not a sequence of two-digit hex bytes" in result.err
     assert files_in(tmp_path) == {}
     target.write_bytes(b"before")
     stagewire(*words, input=text)
@@ -551,7 +551,7 @@ def test_without_pyarrow_the_error_says_what_to_install(
     target = tmp_path / "decoded.parquet"
     result = stagewire("decode", STATUS.hex(), "--format", "parquet", "--output", target)
     assert result.code == 2
-    assert "Parquet needs pyarrow; it comes with pip install 'stagewire[parquet]'" in result.err
+    assert "Parquet needs pyarrow: run pip install 'stagewire[parquet]'" in result.err
     assert files_in(tmp_path) == {}
     assert stagewire("decode", STATUS.hex(), "--format", "csv").code == 0
 

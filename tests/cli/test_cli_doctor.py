@@ -74,7 +74,7 @@ def test_a_line_that_cannot_be_opened(stagewire: Stagewire, url: str, said: str)
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--unit", "TDC001"], "needs the URL of a line"),
+        (["--unit", "TDC001"], "requires a URL"),
         (["virtual://TDC001", "--unit", "TDC01"], "did you mean TDC001"),
     ],
 )

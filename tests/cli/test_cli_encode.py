@@ -86,7 +86,7 @@ def test_what_is_encoded_decodes(stagewire: Stagewire) -> None:
         ("MOT_MOVE_HOME chan_ident=1 data=00", "takes fields, not data"),
         ("MOT_SET_MOVEVELPARAMS", "cannot be used"),
         ("HW_RICHRESPONSE", "has no documented layout"),
-        ("HW_RICHRESPONSE data=0", "'0' is not bytes"),
+        ("HW_RICHRESPONSE data=0", "'0' is not a sequence of two-digit hex bytes"),
     ],
 )
 def test_called_wrongly(stagewire: Stagewire, arguments: str, said: str) -> None:

@@ -104,7 +104,7 @@ def test_a_picture(tmp_path: Path, name: str, begin: bytes) -> None:
 @pytest.mark.parametrize(
     ("file", "said"),
     [
-        ("a.jpg", "a picture ends in .png or .svg"),
+        ("a.jpg", "the file name must end in .png or .svg"),
         ("nowhere/a.png", "missing folder"),
         ("folder.png", "not a regular file"),
     ],

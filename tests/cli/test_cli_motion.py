@@ -62,7 +62,7 @@ def test_a_move_says_from_where_to_where_and_where_it_stands_then(
     assert (result.code, result.err) == (0, "")
     first, second = result.out.splitlines()
     assert first.startswith("TDC001, serial number 83")
-    assert first.endswith(": moves from 0.0000 mm to 1.5 mm")
+    assert first.endswith(": will move from 0.0000 mm to 1.5 mm")
     assert second.endswith("it is at 1.5000 mm")
     assert line.count(*MOVES) == line.count(MOVE_ABSOLUTE) == 1
 
@@ -73,8 +73,8 @@ def test_by_a_distance_and_in_counts(stagewire: Stagewire, attach: Attach) -> No
         first = stagewire("move", URL, "--unit", "TDC001", "--counts", "--by", "2000", "--yes")
         second = stagewire("move", URL, "--unit", "TDC001", "--counts", "--by=-500", "--yes")
     assert (first.code, second.code) == (0, 0)
-    assert "moves from 0 counts by 2000 counts" in first.out
-    assert "moves from 2000 counts by -500 counts" in second.out
+    assert "will move from 0 counts by 2000 counts" in first.out
+    assert "will move from 2000 counts by -500 counts" in second.out
     assert second.out.endswith("it is at 1500 counts\n")
     assert line.count(MOVE_RELATIVE) == 2
 
@@ -84,7 +84,7 @@ def test_home(stagewire: Stagewire, attach: Attach) -> None:
         line = attach(tdc)
         result = stagewire("home", URL, "--unit", "TDC001", "--yes")
     assert result.code == 0
-    assert "goes home from 0 counts" in result.out
+    assert "will home from 0 counts" in result.out
     assert line.count(*MOVES) == line.count(HOME) == 1
 
 
@@ -93,7 +93,7 @@ def test_one_bay_of_a_rack(stagewire: Stagewire, attach: Attach) -> None:
         line = attach(rack)
         which = stagewire("move", URL, "--unit", "BBD102", "--counts", "--to", "9", "--yes")
         assert which.code == 2
-        assert "BBD102 has bay 1, bay 2: which one?" in which.err
+        assert "BBD102 has bay 1, bay 2; choose one with --bay" in which.err
         none = stagewire(
             "move", URL, "--unit", "BBD102", "--bay", "3", "--counts", "--to", "9", "--yes"
         )
@@ -104,7 +104,7 @@ def test_one_bay_of_a_rack(stagewire: Stagewire, attach: Attach) -> None:
             "move", URL, "--unit", "BBD102", "--bay", "2", "--counts", "--to", "900", "--yes"
         )
     assert result.code == 0
-    assert ", bay 2: moves from 0 counts to 900 counts" in result.out
+    assert ", bay 2: will move from 0 counts to 900 counts" in result.out
     [sent] = [data for data in line.written if MOVE_ABSOLUTE in data]
     assert sent[4] & 0x7F == 0x22
 
@@ -126,7 +126,7 @@ def test_an_axis_of_an_ms2000(stagewire: Stagewire, attach: Attach) -> None:
         attach(ms2000)
         result = stagewire("move", URL, "--unit", "MS2000", "--axis", "x", "--to", "0.1", "--yes")
     assert result.code == 0, result.err
-    assert "axis X: moves from 0.0000 um to 0.1 mm" in result.out
+    assert "axis X: will move from 0.0000 um to 0.1 mm" in result.out
     assert result.out.endswith("it is at 100.0000 um\n")
 
 
@@ -160,8 +160,8 @@ def test_without_a_terminal_and_without_yes_nothing_is_opened(
         (["--to", "inf"], "number"),
         (["--to", "1e400", "--counts"], "any"),
         (["--to", "x"], "not a number"),
-        (["--to", "1", "--by", "1"], "give one of --to"),
-        ([], "give one of --to"),
+        (["--to", "1", "--by", "1"], "give either --to"),
+        ([], "give either --to"),
         (["--to", "0.5", "--counts"], "whole numbers"),
         (["--to", "1"], "--stage and --counts"),
         (["--to", "1", "--stage", "Z9"], "unknown stage Z9"),
@@ -189,7 +189,7 @@ def test_a_unit_that_does_not_move(stagewire: Stagewire, attach: Attach) -> None
         attach(reader)
         result = stagewire("move", URL, "--unit", "TSG001", "--counts", "--to", "1", "--yes")
     assert result.code == 2
-    assert "TSG001 has no move absolute: its document has no message for it" in result.err
+    assert "TSG001 does not support move absolute: its document has no message for it" in result.err
 
 
 def test_an_axis_that_takes_no_distance(stagewire: Stagewire, attach: Attach) -> None:
@@ -208,7 +208,7 @@ def test_a_controller_that_does_not_get_there_is_stopped_and_it_says_so(
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "10", "--timeout", "1", *Z8)
     assert result.code == 1
-    assert "it took longer than 1 s: stop was sent; it is at" in result.err
+    assert "the motion took longer than 1 s: stop was sent; it is at" in result.err
     assert line.count(STOP) == 1
 
 
@@ -219,7 +219,7 @@ def test_a_stop_has_longer_to_be_answered_than_a_short_move_had(
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "1", "--timeout", "0.3", *Z8)
     assert result.code == 1
-    assert "it took longer than 0.3 s: stop was sent; it is at 0." in result.err
+    assert "the motion took longer than 0.3 s: stop was sent; it is at 0." in result.err
     assert "MOT_MOVE_ABSOLUTE" in result.err.splitlines()[-1]
     assert line.count(STOP) == 1
 
@@ -307,7 +307,8 @@ def test_a_jog_goes_by_the_stored_step(
         result = stagewire("jog", URL, direction, *Z8)
     assert (result.code, result.err) == (0, "")
     assert (
-        f"jogs {direction} from 0.0000 mm by the stored step, 0.1000 mm (SINGLE_STEP)" in result.out
+        f"will jog {direction} from 0.0000 mm by the stored step of 0.1000 mm (SINGLE_STEP)"
+        in result.out
     )
     assert result.out.endswith(f"it is at {stands} mm\n")
     assert line.count(JOG) == 1
@@ -326,8 +327,8 @@ def test_a_jog_that_misses_its_target_is_not_done(stagewire: Stagewire, attach: 
     [
         (("forwards", *Z8), "'forwards' is not one of FORWARD, REVERSE"),
         (("3", *Z8), "jog direction '3' is not one of FORWARD, REVERSE"),
-        (("forward", "--unit", "TDC001"), "without a terminal to confirm it, give --yes"),
-        (("forward", "--unit", "MS2000", "--axis", "X", "--yes"), "MS2000 has no jog"),
+        (("forward", "--unit", "TDC001"), "without a terminal to ask for confirmation, give --yes"),
+        (("forward", "--unit", "MS2000", "--axis", "X", "--yes"), "MS2000 does not support jog"),
     ],
 )
 def test_a_jog_that_is_called_wrongly_sends_none(
@@ -369,7 +370,7 @@ def test_a_stage_that_moves_already_is_not_moved(stagewire: Stagewire, attach: A
         for words in (("move", URL, "--to", "1", *Z8), ("home", URL, "--unit", "TDC001", "--yes")):
             result = stagewire(*words)
             assert result.code == 1
-            assert "is moving already" in result.err
+            assert "is already moving" in result.err
     assert line.count(*MOVES) == 0
 
 
@@ -378,7 +379,7 @@ def test_what_has_no_stop(stagewire: Stagewire, attach: Attach) -> None:
         attach(piezo)
         result = stagewire("stop", URL, "--unit", "TPZ001")
     assert result.code == 2
-    assert "TPZ001 has no stop" in result.err
+    assert "TPZ001 does not support stop" in result.err
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")
@@ -392,7 +393,7 @@ def test_ctrl_c_in_a_process_of_its_own(tmp_path: Path) -> None:
             process.send_signal(signal.SIGINT)
             out, err = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert "moves from 0.0000 mm to 50 mm" in out
+    assert "will move from 0.0000 mm to 50 mm" in out
     assert err.startswith("interrupted: stop was sent; it is at ")
     assert "Traceback" not in err
     assert "MOT_MOVE_STOPPED" in (tmp_path / "log.txt").read_text()

@@ -68,18 +68,18 @@ def test_a_packet_to_an_address(stagewire: Stagewire, words: list[str], packet: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["STOP"], "STOP lacks the address of the controller; give it by --address"),
+        (["STOP"], "STOP requires the address of the controller; give it with --address"),
         (["STOP", "--address", "x"], "--address takes an address such as 0x50, not 'x'"),
         (["STOP", "--address", "256"], "address must be 0 to 0xff, not 256"),
-        (["STOP", "--address", "3", "--dest", "3"], "--dest says nothing for messages of invented_packets"),
-        (["STOP", "--address", "3", "--axis", "X"], "--axis says nothing for"),
-        (["STOP", "--address", "3", "--allow-dummy"], "--allow-dummy says nothing for"),
+        (["STOP", "--address", "3", "--dest", "3"], "--dest does not apply to messages of invented_packets"),
+        (["STOP", "--address", "3", "--axis", "X"], "--axis does not apply to"),
+        (["STOP", "--address", "3", "--allow-dummy"], "--allow-dummy does not apply to"),
         (["STOP", "--address", "3", "extra=00"], "STOP has no payload to add extra bytes to"),
         (["STOP", "--address", "3", "data=00"], "STOP (header) has no field data"),
         (["STATE", "--address", "3"], "several forms; choose one of header, data:brief, data:full"),
         (["HOME", "--address", "3"], "HOME cannot be used: the document gives it no id"),
-        (["MOT_MOVE_HOME", "--address", "3"], "--address says nothing for messages of thorlabs_apt"),
-        (["STOP_MOTOR", "--address", "3"], "--address says nothing for messages of asi_ms2000"),
+        (["MOT_MOVE_HOME", "--address", "3"], "--address does not apply to messages of thorlabs_apt"),
+        (["STOP_MOTOR", "--address", "3"], "--address does not apply to messages of asi_ms2000"),
     ],
 )  # fmt: skip
 def test_what_is_not_encoded(stagewire: Stagewire, words: list[str], said: str) -> None:
@@ -97,7 +97,7 @@ def test_packets_without_an_address(stagewire: Stagewire, monkeypatch: pytest.Mo
     assert stagewire("encode", "STOP").out == "AA 00 01\n"
     result = stagewire("encode", "STOP", "--address", "3")
     assert (result.code, result.out) == (2, "")
-    assert "--address says nothing for messages of invented_packets" in result.err
+    assert "--address does not apply to messages of invented_packets" in result.err
     lines = stagewire("decode", "--protocol", NAME, "--end", "host", "AA 00 01").out.splitlines()
     assert lines == ["        0  STOP"]
     assert stagewire("decode", "--protocol", NAME, "AA 00 01").out.splitlines()[1] == "form header"
@@ -127,7 +127,7 @@ def test_a_packet_by_the_name_of_its_message(stagewire: Stagewire) -> None:
     ("raw", "error", "marked", "hint"),
     [
         (MOVE[:-1], "truncated", "08", ""),
-        (MOVE + STOP, "trailing", STOP.hex(" ").upper(), "several packets in one text are read from"),
+        (MOVE + STOP, "trailing", STOP.hex(" ").upper(), "to decode several packets at once"),
         (b"\x00" + MOVE, "bad_value", "00", "the bytes that begin a packet are at byte 1"),
         (MOVE[:5] + b"\x71" + MOVE[6:], "bad_value", MOVE[11:13].hex(" ").upper(), ""),
         (MOVE[:-1] + b"\x0a", "bad_value", "0A", ""),

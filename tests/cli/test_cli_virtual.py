@@ -127,10 +127,16 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
     ("words", "said"),
     [
         ([], "--bench or --replay"),
-        (["TDC001", "--bench", "x.toml"], "UNIT and --bench exclude each other"),
-        (["--replay", "x", "--seed", "1"], "--seed is for units that are named"),
-        (["--bench", "x.toml", "--quirk", "long_status"], "--quirk is for units that are named"),
-        (["TDC001", "--lenient"], "--lenient is for --replay"),
+        (["TDC001", "--bench", "x.toml"], "give only one of UNIT and --bench"),
+        (
+            ["--replay", "x", "--seed", "1"],
+            "--seed only applies to units named on the command line",
+        ),
+        (
+            ["--bench", "x.toml", "--quirk", "long_status"],
+            "--quirk only applies to units named on the command line",
+        ),
+        (["TDC001", "--lenient"], "--lenient requires --replay"),
         (["TDC001", "--tcp", "1", "--pty"], "--tcp and --pty"),
         (["TDC01"], "did you mean TDC001"),
         (["TDC001", "--tcp", "0.0.0.0:0"], "--bind 0.0.0.0"),
@@ -152,7 +158,10 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
         (["TDC001", "--hardware-type", "65536"], "--hardware-type: the hardware type 65536"),
         (["TDC001", "--stage-id", "-1"], "--stage-id: the stage id -1 does not fit"),
         (["MS2000", "--model", "MS"], "--model: MS2000 does not report a model"),
-        (["--replay", "x", "--stage-id", "7"], "--stage-id is for units that are named"),
+        (
+            ["--replay", "x", "--stage-id", "7"],
+            "--stage-id only applies to units named on the command line",
+        ),
         (["TDC001", "RACK"], "serve it with --bench FILE"),
         (["RAK"], "did you mean RACK?"),
         (["TDC001", "--quirk", "none"], "long_status"),

@@ -265,7 +265,7 @@ def test_the_command_names_a_missing_extra(
     done = python(unpacked, COMMAND, *words, hidden=(name,))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        f"stagewire: this command needs {name}; it comes with pip install 'stagewire[generator]'\n"
+        f"stagewire: this command needs {name}: run pip install 'stagewire[generator]'\n"
     )
 
 
@@ -277,7 +277,7 @@ def test_the_command_names_the_missing_extra_for_reports(
     done = python(unpacked, COMMAND, *words, option, tmp_path / "report", hidden=(name,))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
-        f"stagewire: {option} needs {name}; it comes with pip install 'stagewire[conformance]'\n"
+        f"stagewire: {option} needs {name}: run pip install 'stagewire[conformance]'\n"
     )
 
 
@@ -310,9 +310,7 @@ def test_the_command_names_the_extra_that_explains_errors(unpacked: Path, tmp_pa
     (tmp_path / "mine" / "protocol.yaml").write_text("protocol: 1\n", encoding="utf-8")
     done = python(unpacked, COMMAND, "check", tmp_path, hidden=("jsonschema",))
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith(
-        "stagewire: this command needs jsonschema; it comes with pip install "
-    )
+    assert done.stderr.startswith("stagewire: this command needs jsonschema: run pip install ")
 
 
 def test_the_generator_of_the_wheel_checks_and_generates(unpacked: Path, tmp_path: Path) -> None:

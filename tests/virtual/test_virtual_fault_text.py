@@ -78,9 +78,9 @@ def test_pieces_that_are_not_said() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "it begins with no direction '' (there are: to_host, to_controller, stick)"),
-        ("tohost drop", "no direction 'tohost'; did you mean to_host? (there"),
-        ("drop frame", "no direction 'drop'"),
+        ("", "unknown direction '' (there are: to_host, to_controller, stick)"),
+        ("tohost drop", "unknown direction 'tohost'; did you mean to_host? (there"),
+        ("drop frame", "unknown direction 'drop'"),
         ("to_host", "there is no action ''"),
         ("to_host drp", "there is no action 'drp'; did you mean drop? (there are: drop, insert,"),
         ("to_host drop evry=3", "there is no key 'evry'; did you mean every? (there are: every,"),

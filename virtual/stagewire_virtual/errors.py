@@ -36,7 +36,7 @@ class UnknownUnitError(VirtualError):
         self.known = tuple(known)
         close = difflib.get_close_matches(name.upper()[:40], known, n=3)
         hint = f"; did you mean {' or '.join(close)}?" if close else ""
-        super().__init__(f"there is no unit {name}{hint} (there are: {', '.join(known)})")
+        super().__init__(f"unknown unit {name}{hint} (known units: {', '.join(known)})")
 
 
 class ServingError(VirtualError):

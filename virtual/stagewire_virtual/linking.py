@@ -128,7 +128,7 @@ def _table(query: str) -> dict[str, Any]:
     table: dict[str, Any] = {}
     for key, values in given.items():
         if key not in _OPTIONS:
-            raise ValueError(f"there is no option {key!r} (there are: {', '.join(_OPTIONS)})")
+            raise ValueError(f"unknown option {key!r} (options: {', '.join(_OPTIONS)})")
         try:
             table[key] = _OPTIONS[key](values)
         except ValueError as error:

@@ -95,7 +95,7 @@ def parse_link_kind(name: LinkKind | str) -> LinkKind:
         return LinkKind(name.lower())
     except ValueError:
         known = " or ".join(line.value for line in LinkKind)
-        raise BadOptionError(f"there is no line {name!r}; it is {known}") from None
+        raise BadOptionError(f"unknown line type {name!r} (choose {known})") from None
 
 
 def check_stage(stage: Stage, units: Collection[str]) -> None:

@@ -53,9 +53,9 @@ Examples:
 \b
 Exit status:
   0    all cases passed; a failure that is expected counts as passed
-  1    a case failed, or passed though it is expected to fail
-  2    called wrongly: there is no such program, no such case, or the file of expected failures is wrong
-  4    the run did not come to its end: no testee answers, or it had to be started too often
+  1    a case failed, or passed although it is expected to fail
+  2    wrong arguments: unknown program or case, or an invalid file of expected failures
+  4    the run was not completed: the testee does not answer, or had to be restarted too often
   130  interrupted
 """
 
@@ -70,12 +70,14 @@ def codec(
         typer.Option("--protocol", metavar="NAME", help="Only this protocol; may be repeated."),
     ] = None,
     timeout: Annotated[
-        float, typer.Option("--timeout", metavar="SECONDS", help="How long an answer may take.")
+        float, typer.Option("--timeout", metavar="SECONDS", help="Time limit of each answer.")
     ] = 5.0,
     expected: Annotated[
         Path | None,
         typer.Option(
-            "--expected", metavar="FILE", help="Cases that are known to fail, and why (TOML)."
+            "--expected",
+            metavar="FILE",
+            help="Cases that are expected to fail, with reasons (TOML).",
         ),
     ] = None,
     only: Annotated[
@@ -96,7 +98,7 @@ def codec(
     json: Json = None,
     html: Html = None,
 ) -> None:
-    """Ask a codec all that it has to know, and say what it gets wrong.
+    """Test a codec in any language against the documents.
 
     COMMAND is a program that reads requests from standard input, one JSON object per line, and answers each
     of them; docs/reference/codec-conformance.md describes the protocol. The run covers every example of the

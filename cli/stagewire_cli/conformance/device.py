@@ -23,11 +23,11 @@ Examples:
   stagewire conformance device --unit BBD102 --list
 \b
 Exit status:
-  0    all that was run passed
+  0    every check that was run passed
   1    a check failed
-  2    called wrongly
-  3    nothing failed, but something departs from what the document advises
-  4    the run did not come to its end: nothing answers, or the line was lost
+  2    wrong arguments
+  3    no check failed, but the controller departs from a recommendation of the document
+  4    the run was not completed: nothing answers, or the line was lost
   130  interrupted
 """
 
@@ -36,19 +36,19 @@ def device(
     url: Annotated[
         str | None,
         typer.Argument(
-            metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another line."
+            metavar="URL", help="A port, socket://HOST:PORT, virtual://NAME or another URL."
         ),
     ] = None,
     unit: Annotated[
         str | None,
-        typer.Option("--unit", metavar="NAME", help="Unit that is there, where no PICS says it."),
+        typer.Option("--unit", metavar="NAME", help="Unit to assume if no PICS is given."),
     ] = None,
     pics: Annotated[
         Path | None,
         typer.Option(
             "--pics",
             metavar="FILE",
-            help="Vendor's declaration of the controller; see stagewire conformance pics.",
+            help="Declaration of the vendor; see stagewire conformance pics.",
         ),
     ] = None,
     allow_settings: Annotated[
@@ -75,7 +75,10 @@ def device(
         ),
     ] = None,
     list_checks: Annotated[
-        bool, typer.Option("--list", help="Print the checks, what they need and pages; run none.")
+        bool,
+        typer.Option(
+            "--list", help="Print the checks with their requirements and pages; run none."
+        ),
     ] = False,
     seed: Annotated[
         int, typer.Option("--seed", metavar="NUMBER", help="The same seed sends the same bytes.")
@@ -85,10 +88,10 @@ def device(
     html: Html = None,
     log: Annotated[
         Path | None,
-        typer.Option("--log", metavar="FILE", help="Record what is said, as a capture."),
+        typer.Option("--log", metavar="FILE", help="Record the line as a capture."),
     ] = None,
 ) -> None:
-    """Check a controller against its document, and say which rules it breaks.
+    """Test a controller against the rules of its document.
 
     By default it only reads. Each --allow option permits more, and the plan is printed before the run. When
     the run ends, also by Ctrl-C, stops are sent first; then settings are restored.
@@ -126,7 +129,7 @@ Examples:
 \b
 Exit status:
   0    the file was written
-  2    called wrongly
+  2    wrong arguments
   4    nothing answers, or the line was lost
 """
 
@@ -137,25 +140,23 @@ def pics(
         typer.Option(
             "--from",
             metavar="URL",
-            help="A port, socket://HOST:PORT, virtual://NAME or another line.",
+            help="A port, socket://HOST:PORT, virtual://NAME or another URL.",
         ),
     ],
     unit: Annotated[
         str | None,
-        typer.Option("--unit", metavar="NAME", help="Unit that is there.  [default: what it says]"),
+        typer.Option("--unit", metavar="NAME", help="Name of the unit.  [default: detected]"),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out", metavar="FILE", help="Write it to a file, which must not be there yet."
-        ),
+        typer.Option("--out", metavar="FILE", help="Write to this file, which must not exist yet."),
     ] = None,
 ) -> None:
-    """Write a PICS, in which a vendor declares what a controller can do.
+    """Write a PICS, a declaration of what a controller supports.
 
     Reads the identity of the controller and its bays, and sends every request of its unit once. A request
     without an answer is listed as unsupported. Nothing is set, and nothing moves. Add the stages, travels
-    and promises yourself.
+    and promises of the vendor yourself.
     """
     from stagewire.errors import BadValueError, StagewireError, TransportError
     from stagewire.links import open_link

@@ -37,14 +37,14 @@ def examples(
         bool, typer.Option("--summary", help="Print one line per protocol, and every failure.")
     ] = False,
     with_coverage: Annotated[
-        bool, typer.Option("--coverage", help="Show which messages have examples, instead.")
+        bool, typer.Option("--coverage", help="Show which messages have examples instead.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
 ) -> None:
-    """Run every worked example of the document, and the captures, in both directions.
+    """Decode and encode every worked example and capture.
 
-    An erratum passes when the printed bytes do what the registry says of them, and fails when they
-    turn out right after all.
+    An example with an erratum passes if its printed bytes behave as the registry says, and fails if they are
+    correct after all.
     """
     if summary and (as_json or with_coverage):
         raise typer.BadParameter("--summary excludes --json and --coverage")
@@ -136,9 +136,10 @@ def rules(
     protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
 ) -> None:
-    """List the rules of the documents, each with the checks that see it, or the reason why none can.
+    """List the rules of the documents and the checks of each.
 
-    Exits with 1 where a must has neither a check nor a waiver, or a rule has both.
+    A rule without a check has a reason instead. Exit code 1 means that a required rule has neither, or that a
+    rule has both.
     """
     from stagewire_conformance.device.rules_page import coverage, summary_of_rules
 

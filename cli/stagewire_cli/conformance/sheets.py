@@ -39,7 +39,7 @@ Json = Annotated[
 ]
 Html = Annotated[
     Path | None,
-    typer.Option("--html", metavar="FILE", help="Write a page to read, print and hand on."),
+    typer.Option("--html", metavar="FILE", help="Write a report for people (HTML)."),
 ]
 
 _NEEDED = {"--junit": "junitparser", "--html": "jinja2"}
@@ -116,7 +116,7 @@ def _check_needed(option: str) -> None:
         import_module(name) if name else None
     except ModuleNotFoundError:
         raise CalledWronglyError(
-            f"{option} needs {name}; it comes with pip install 'stagewire[conformance]'"
+            f"{option} needs {name}: run pip install 'stagewire[conformance]'"
         ) from None
 
 

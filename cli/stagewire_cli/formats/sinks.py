@@ -110,7 +110,7 @@ def require_pyarrow() -> None:
         importlib.import_module("pyarrow.parquet")
     except ImportError:
         raise CalledWronglyError(
-            "Parquet needs pyarrow; it comes with pip install 'stagewire[parquet]'"
+            "Parquet needs pyarrow: run pip install 'stagewire[parquet]'"
         ) from None
 
 

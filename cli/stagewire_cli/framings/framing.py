@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 
-SEVERAL = "several {} in one text are read from a file, from standard input, or with --end"
+SEVERAL = "to decode several {} at once, give a file, standard input, or --end"
 """A hint for bytes that go on after the first message."""
 
 
@@ -90,7 +90,7 @@ class Framing(abc.ABC):
             if key not in allowed:
                 option = f"--{key.replace('_', '-')}"
                 raise CalledWronglyError(
-                    f"{option} says nothing for messages of {self.protocol.name}"
+                    f"{option} does not apply to messages of {self.protocol.name}"
                 )
 
 

@@ -71,7 +71,7 @@ class PacketFraming(Framing):
         self._refuse_others(given, "address")
         if "address" not in given:
             raise CalledWronglyError(
-                f"{name} lacks the address of the controller; give it by --address"
+                f"{name} requires the address of the controller; give it with --address"
             )
         return {"address": parse_address("--address", given["address"])}
 

@@ -77,9 +77,7 @@ class SlotsFraming(Framing):
             options.check_context(protocol, {"status": options.status})
         command = options.command
         if options.direction is DirectionOption.REPLY and command is None:
-            raise CalledWronglyError(
-                "a reply does not say what it answers; name its command by --command"
-            )
+            raise CalledWronglyError("a reply does not name its command; give it with --command")
         if options.direction is DirectionOption.COMMAND and command is not None:
             raise CalledWronglyError("--command is for replies; it contradicts --direction command")
         if command is not None:

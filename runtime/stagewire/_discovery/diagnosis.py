@@ -142,7 +142,7 @@ def _unasked_units() -> str:
         for facts in protocol.registry().get("units", ())
     )
     listed = " or ".join(f"--unit {name}" for name in names)
-    return f"; these units are only asked by name: {listed}" if names else ""
+    return f"; if it is one of the units that are only asked by name, add {listed}" if names else ""
 
 
 def _asked(

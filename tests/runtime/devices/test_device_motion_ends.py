@@ -272,7 +272,7 @@ def test_a_timeout_quotes_a_status_that_shows_no_cause() -> None:
     with TDC001.open(line, stage="Z8", on_close="leave") as tdc:
         line.twist = lambda data: b"" if data[:2] == COMPLETED else data
         with pytest.raises(
-            MotionTimeoutError, match="its status shows no cause: position 34304"
+            MotionTimeoutError, match="the status shows no cause: position 34304"
         ) as end:
             tdc.move_absolute(mm=1, timeout=10)
         assert end.value.causes == ()

@@ -79,12 +79,15 @@ def test_a_url_has_the_options_of_a_bench() -> None:
     ("url", "what"),
     [
         ("virtual://", "it names no unit; write virtual://TDC001"),
-        ("virtual://TDC002", "there is no unit TDC002; did you mean TDC001"),
-        ("virtual://TDC001?tcp=4001", "there is no option 'tcp' .there are: stage, travel"),
+        ("virtual://TDC002", "unknown unit TDC002; did you mean TDC001"),
+        ("virtual://TDC001?tcp=4001", "unknown option 'tcp' .options: stage, travel"),
         ("virtual://TDC001?seed=x", "option seed: expected a whole number, not 'x'"),
         ("virtual://TDC001?seed=1&seed=2", "option seed: it is there twice"),
         ("virtual://TDC001?stage=Z9", "option stage: .* has no stage Z9; did you mean Z8"),
-        ("virtual://TDC001?line=gpib", "option line: there is no line 'gpib'; it is usb or rs232"),
+        (
+            "virtual://TDC001?line=gpib",
+            "option line: unknown line type 'gpib' .choose usb or rs232",
+        ),
         ("virtual://TDC001?quirks=a,b", "option quirks: TDC001 has no quirk a"),
         ("virtual://TDC001?faults=drop", "option faults: fault 'drop'"),
         ("virtual://TDC001?answer_unsupported=1", "expected true or false, not '1'"),

@@ -177,12 +177,12 @@ def test_where_a_text_means(text: str, bind: str | None, place: TcpEndpoint) -> 
 @pytest.mark.parametrize(
     ("text", "bind", "why"),
     [
-        ("", None, "no place for TCP"),
-        ("x", None, "no place for TCP"),
-        ("127.0.0.1", None, "no place for TCP"),
-        ("65536", None, "no place for TCP"),
-        ("-1", None, "no place for TCP"),
-        ("٣", None, "no place for TCP"),
+        ("", None, "is not a TCP address"),
+        ("x", None, "is not a TCP address"),
+        ("127.0.0.1", None, "is not a TCP address"),
+        ("65536", None, "is not a TCP address"),
+        ("-1", None, "is not a TCP address"),
+        ("٣", None, "is not a TCP address"),
         ("0.0.0.0:4001", None, "--bind 0.0.0.0"),
         ("[::]:4001", None, "--bind ::"),
         ("example.org:4001", None, "--bind example.org"),

@@ -23,32 +23,32 @@ from stagewire_virtual.options import Options, Settings, known_only
 
 STRATEGIES: Final[Mapping[str, Mapping[str, str]]] = {
     "power_on_mode": {
-        "high": "After power-on and reset it takes lines of text (section 1: 255 66 leads out of it).",
+        "high": "After power-on and reset it takes lines of text (section 1: 255 66 ends this).",
         "low": "After power-on and reset it takes low-level commands.",
     },
     "colon_in_data": {
-        "data": "As many bytes as the size says are data, a colon among them too (section 2, group 5).",
+        "data": "As many bytes as the size says are data, including a colon (section 2, group 5).",
         "end": "Any colon ends the command and clears the buffer (section 2, RS-232 timeout).",
     },
     "prefix_in_frame": {
-        "data": "255 begins a setup command where a command is due, and is data elsewhere.",
-        "setup": "255 and the letter of a setup command are one anywhere; what was pending is forgotten.",
+        "data": "255 begins a setup command at the start of a command, and is data elsewhere.",
+        "setup": "255 and a letter form a setup command anywhere; pending bytes are discarded.",
     },
     "missing_size": {
-        "accepted": "Any command without data may leave its size out (examples of sections 7 and 14).",
+        "accepted": "Any command without data may omit its size (examples of sections 7 and 14).",
         "ignored": "A command that reads is ignored without its size (section 2, group 3: three exceptions).",
     },
     "disabled_axis": {
-        "not_busy": "A stopped axis is not busy wherever it stands (section 16, from firmware 3.3 on).",
-        "busy": "A stopped axis is busy while it stands away from its target (before firmware 3.3).",
+        "not_busy": "A stopped axis is never busy (section 16, from firmware 3.3 on).",
+        "busy": "A stopped axis is busy while it is away from its target (before firmware 3.3).",
     },
     "start_motor": {
-        "resumes": "START_MOTOR lets a stopped axis go on to its target, which may be a new one.",
-        "stays": "START_MOTOR only enables: the target becomes the place where the axis stands.",
+        "resumes": "START_MOTOR resumes the move to the target, which may be a new one.",
+        "stays": "START_MOTOR only enables the motor; the current position becomes the target.",
     },
     "vector_speed": {
-        "unsigned": "Vector speeds go from 0 to 65535 µm/s, upwards only (section 25 names no sign).",
-        "signed": "Vector speeds go from -32768 to 32767 µm/s, as READ_CURRENT_SPEED returns them.",
+        "unsigned": "Vector speeds are 0 to 65535 µm/s, upwards only (section 25 does not mention a sign).",
+        "signed": "Vector speeds are -32768 to 32767 µm/s, as READ_CURRENT_SPEED returns them.",
     },
 }
 """Strategy -> reading -> what the controller does then. The first reading is the default."""

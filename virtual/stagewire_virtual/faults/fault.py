@@ -333,7 +333,7 @@ def _parse(words: list[str]) -> Fault:
     known = (*DIRECTIONS, Action.STICK.value)
     first = words[0] if words else ""
     if first not in known:
-        raise FaultError(f"it begins with no direction {one_of(first, known)}")
+        raise FaultError(f"unknown direction {one_of(first, known)}")
     values: dict[str, Any] = {}
     if first in DIRECTIONS:
         values["direction"] = DIRECTIONS[first]

@@ -72,8 +72,8 @@ def parse_tcp(text: str, bind: str | None = None) -> TcpEndpoint:
     host = host.removeprefix("[").removesuffix("]")
     if not (digits.isascii() and digits.isdigit() and int(digits) <= 0xFFFF):
         raise ServingError(
-            f"{text!r} is no place for TCP: expected a port up to 65535 such as 4001, or an address and a "
-            "port such as 127.0.0.1:4001; port 0 is one that is free"
+            f"{text!r} is not a TCP address: expected a port up to 65535 such as 4001, or an address and a "
+            "port such as 127.0.0.1:4001; port 0 chooses a free one"
         )
     wanted = bind if bind is not None else LOOPBACK
     if not host or host == wanted:

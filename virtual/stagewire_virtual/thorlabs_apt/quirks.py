@@ -41,7 +41,7 @@ def _header_only_completion(frame: Frame, unit: Unit) -> Frame:
 
 
 def _long_status(frame: Frame, unit: Unit) -> Frame:
-    """Send 28 bytes in the status of motors: a second channel ident and three reserved words follow."""
+    """Send a motor status of 28 bytes, with a second channel ident and three reserved words."""
     match frame.message:
         case m.MotGetStatusUpdate(chan_ident) | m.MotGetDcStatusUpdate(chan_ident):
             extra = chan_ident.to_bytes(2, "little") + bytes(12)
@@ -50,7 +50,7 @@ def _long_status(frame: Frame, unit: Unit) -> Frame:
 
 
 def _serial_number_of_another_model(frame: Frame, unit: Unit) -> Frame:
-    """Begin the serial number with the prefix of another unit: the next of those in the registry."""
+    """Begin the serial number with the prefix of another unit, the next one in the registry."""
     if not isinstance(frame.message, m.HwGetInfo):
         return frame
     own, rest = divmod(frame.message.serial_number, DIGITS)
@@ -61,7 +61,7 @@ def _serial_number_of_another_model(frame: Frame, unit: Unit) -> Frame:
 
 
 def _fault_codes_in_response(frame: Frame, unit: Unit) -> Frame:
-    """Put a fault code into the parameter bytes of HW_RESPONSE, which page 19 has as zero."""
+    """Put a fault code into the parameter bytes of HW_RESPONSE, which are zero on page 19."""
     if not isinstance(frame.message, m.HwResponse):
         return frame
     return Frame(m.HwResponse(param1=_FAULT_CODE), frame.dest, frame.source)
@@ -76,12 +76,12 @@ def _rich_responses(frame: Frame, unit: Unit) -> Frame:
 
 
 def _unswapped_addresses(frame: Frame, unit: Unit) -> Frame:
-    """Send back the addresses of the request as they came."""
+    """Reply with the addresses of the request in their original order."""
     return Frame(frame.message, frame.source, frame.dest, frame.extra)
 
 
 def _zero_addresses(frame: Frame, unit: Unit) -> Frame:
-    """Send no addresses."""
+    """Send zeros instead of addresses."""
     return Frame(frame.message, 0, 0, frame.extra)
 
 

@@ -320,7 +320,7 @@ async def explained(endpoint: Endpoint, error: Unended, seconds: float) -> Unend
         told = told or values.told(endpoint.connection.channel_field(type(values.message)))
     if causes:
         return _with(error, f"likely cause: {'; '.join(causes)}", tuple(causes))
-    return _with(error, f"its status shows no cause: {told}", ()) if told else error
+    return _with(error, f"the status shows no cause: {told}", ()) if told else error
 
 
 def _with(error: Unended, note: str, causes: tuple[str, ...]) -> Unended:
