@@ -126,7 +126,7 @@ def test_imports_of_packages_of_0_1(module: str, name: str) -> None:
     if module.removeprefix("stagewire.") in MOVED:
         use = MOVED[module.removeprefix("stagewire.")].split()[0]
         assert f"{module} has moved" in str(caught[-1].message)
-        assert f"use {use};" in str(caught[-1].message)
+        assert f"use {use}. " in str(caught[-1].message)
         assert caught[-1].category is DeprecationWarning
         assert hasattr(importlib.import_module(use), "__all__")
 

@@ -91,6 +91,6 @@ def test_docstrings_warn_about_the_direction(package: Any, call: str) -> None:
 @pytest.mark.parametrize("message", ["MOT_MOVE_JOG", "MOT_MOVE_VELOCITY"])
 def test_comments_in_c_warn_about_the_direction(message: str) -> None:
     header = (ROOT / "generated/c/stagewire_apt/messages/motor.h").read_text(encoding="utf-8")
-    found = re.search(rf"/\*\*\n \* {message} \(.*?\*/", header, re.S)
+    found = re.search(rf"/\*\*(?:(?!\*/).)*\n \* {message} \(.*?\*/", header, re.S)
     assert found is not None
     assert WARNING in " ".join(found[0].replace("\n * ", " ").split())
