@@ -1,4 +1,4 @@
-"""``stagewire check``: whether a spec is right, and whether its changes are vouched for."""
+"""``stagewire check``: errors in a spec, and changes without evidence."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Examples:
 
 
 def _explain(code: str | None) -> None:
-    """Print what a code stands for, and end."""
+    """Print the explanation of a code, and exit."""
     if code is None:
         return
     with generator_extra():
@@ -37,7 +37,7 @@ def _explain(code: str | None) -> None:
     name = code.upper()
     if name not in CODES:
         near = " or ".join(difflib.get_close_matches(name, CODES))
-        known = f"did you mean {near}?" if near else f"there are {min(CODES)} to {max(CODES)}"
+        known = f"did you mean {near}?" if near else f"codes are {min(CODES)} to {max(CODES)}"
         raise CalledWronglyError(f"unknown code {code}; {known}")
     found = CODES[name]
     typer.echo(f"{name}: {found.title}\ncause: {found.cause}\ncure: {found.hint}\n{anchor(name)}")
@@ -62,8 +62,8 @@ def check(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Also check several overlays combined; not with --against. "
-            "Each overlay on its own is always checked.",
+            help="Check these overlays combined; excludes --against. "
+            "Each single overlay is always checked.",
         ),
     ] = None,
     format: Annotated[
@@ -97,8 +97,8 @@ def check(
             import junitparser  # noqa: F401
     if against is not None and overlay:
         raise CalledWronglyError(
-            "--against compares each overlay by itself, and none laid over together; "
-            "give --overlay without it"
+            "--against compares each overlay separately and excludes --overlay, which combines "
+            "them; give only one of the two"
         )
     if out is not None:
         check_output(out, None)
@@ -119,7 +119,7 @@ def check(
 def _compared(
     report: Report, checked: Mapping[str, Checked], against: str, format: ReportFormat
 ) -> Report:
-    """Return the report with what changed, and with what changed on the wire without evidence."""
+    """Return the report with the changes, and with diagnostics for wire changes without evidence."""
     from stagewire_generator.change import Spec, compare_specs, unvouched
     from stagewire_generator.change.changes import counts
 
@@ -133,7 +133,7 @@ def _compared(
 
 
 def _show(report: Report, format: ReportFormat, out: Path | None) -> None:
-    """Write the report, and its summary to standard error unless the report has one."""
+    """Write the report, and a summary to standard error unless the report contains it."""
     with output(out) as stream:
         stream.write(written(report, format))
     if report.diagnostics or format is not ReportFormat.TEXT:

@@ -1,4 +1,4 @@
-"""``stagewire decode``: bytes to messages, for people or for programs."""
+"""``stagewire decode``: decode bytes to messages, for people or programs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,9 @@ def decode(
     status: Annotated[
         str | None,
         typer.Option(
-            "--status", help="Status block that the controller sends, such as dc or stepper."
+            "--status",
+            metavar="NAME",
+            help="Status block that the controller sends, such as dc or stepper.",
         ),
     ] = None,
     direction: Annotated[
@@ -118,7 +120,7 @@ def decode(
         with (
             output(target, binary=wanted is Format.PARQUET) as out,
             writing(wanted, task, out) as made,
-            # Output that scrolls on a terminal needs no progress line.
+            # Output that scrolls on a terminal is progress enough.
             progress(lines=False, quiet=target is None and sys.stdout.isatty()) as say,
         ):
             Decoding(task, made, end, total, say).of(read)
@@ -134,22 +136,20 @@ def _format(format: Format | None, as_json: bool) -> Format:
         return format or Format.TABLE
     if format not in (None, Format.JSONL):
         raise CalledWronglyError(
-            f"--json is --format jsonl; it contradicts --format {format.value}"
+            f"--json means --format jsonl and contradicts --format {format.value}"
         )
     return Format.JSONL
 
 
 def _given(source: list[str]) -> Path | bytes | None:
-    """Return what the arguments name: a file, bytes in hex, or None for standard input."""
+    """Return the input that the arguments name: a file, bytes in hex, or None for standard input."""
     if source == ["-"]:
         return None
     if len(source) == 1 and _is_file(source[0]):
         return Path(source[0])
     for word in source:
         if word == "-" or (_is_file(word) and not _is_hex(word)):
-            raise CalledWronglyError(
-                f"{word} stands among other arguments; give one file at a time"
-            )
+            raise CalledWronglyError(f"{word} must be the only argument; give one file at a time")
     try:
         return parse_hex(" ".join(source))
     except ValueError as error:
@@ -160,7 +160,7 @@ def _given(source: list[str]) -> Path | bytes | None:
 def _is_file(name: str) -> bool:
     try:
         return bool(name) and Path(name).exists()
-    except (OSError, ValueError):  # too long, or a NUL: no name of a file
+    except (OSError, ValueError):  # too long, or with a NUL: not the name of a file
         return False
 
 

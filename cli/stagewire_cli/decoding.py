@@ -1,4 +1,4 @@
-"""One run of ``stagewire decode``: from what is read to what writes, and its summary in numbers."""
+"""One run of ``stagewire decode``: reads an input, passes it to a writer, and counts events."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Counts:
         self._in_garbage: dict[object, bool] = {}
 
     def frame(self, raw: bytes, right: bool) -> None:
-        """Count a frame that had to be right."""
+        """Count a frame that must be valid."""
         self.read += len(raw)
         self.counts["frame" if right else "refused"] += 1
 
     def events(self, events: Sequence[Event], part: bytes, stream: object = None) -> None:
-        """Count what a part of a stream gave; a run of garbage that blocks have cut counts once.
+        """Count the events of a part of a stream; garbage that is cut by blocks counts once.
 
-        ``stream`` tells streams apart, where there are several.
+        ``stream`` identifies one of several streams.
         """
         self.read += len(part)
         if not events:
@@ -53,12 +53,12 @@ class Counts:
         self._in_garbage[stream] = type(events[-1]) is Garbage
 
     def end(self, pending: bytes) -> None:
-        """Count what is left at the end of a stream."""
+        """Count the incomplete bytes at the end of a stream."""
         self._pending += len(pending)
 
     @property
     def right(self) -> bool:
-        """Whether nothing was wrong."""
+        """Whether everything was valid."""
         return not self._pending and not any(self.counts[kind] for kind in _WRONG)
 
     @property
@@ -94,7 +94,7 @@ class Input:
 
 @contextmanager
 def opened(given: Path | bytes | None) -> Iterator[Input]:
-    """Give what the arguments name, with its first block read."""
+    """Yield the input that the arguments name, with its first block read."""
     if isinstance(given, bytes):
         yield Input(None, given, None)
         return
@@ -106,7 +106,7 @@ def opened(given: Path | bytes | None) -> Iterator[Input]:
 
 @dataclass(frozen=True)
 class Decoding:
-    """One run of the command: from what is read to what writes, and what is counted on the way."""
+    """One run of the command, which decodes an input, writes the results and counts events."""
 
     task: Task
     writer: Writer
@@ -115,7 +115,7 @@ class Decoding:
     say: Progress
 
     def of(self, read: Input) -> None:
-        """Decode what the arguments name."""
+        """Decode an input."""
         source, block, text = read.source, read.block, read.text
         if source is None:
             if self.end is not None:
@@ -123,17 +123,17 @@ class Decoding:
             else:
                 self.total.frame(block, self.writer.frame(0, block))
         elif read.heading:
-            self._has_no_end("a recorded session has both")
+            self._has_no_end("a recorded session has both ends")
             self._session(source, block)
         elif is_json(text):
-            self._has_no_end("JSON captures are frames by themselves")
+            self._has_no_end("JSON captures are single frames")
             self._captures(source, block)
         else:
             self._stream(chunks(source, block, text), source)
 
     def _has_no_end(self, why: str) -> None:
         if self.end is not None:
-            raise CalledWronglyError(f"--end is for a stream; {why}")
+            raise CalledWronglyError(f"--end requires a stream; {why}")
 
     def _captures(self, source: Source, block: bytes) -> None:
         for name, raw in captures(source, block):

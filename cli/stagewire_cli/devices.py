@@ -1,4 +1,4 @@
-"""A controller as the commands for people open it, and its parts: bays, channels or axes."""
+"""Options and functions to open a controller, and its parts: bays, channels or axes."""
 
 from __future__ import annotations
 
@@ -45,20 +45,20 @@ Travel = float | tuple[float, float]
 
 
 def travel_in_mm(text: str) -> Travel:
-    """Parse a travel; raises :class:`CalledWronglyError` if it is invalid."""
+    """Parse a travel; raise :class:`CalledWronglyError` if it is invalid."""
     try:
         ends = tuple(float(end) for end in text.split(","))
     except ValueError:
         ends = ()
     if len(ends) not in (1, 2) or not all(map(math.isfinite, ends)):
         raise CalledWronglyError(
-            f"--travel takes mm, such as 12, or two ends, such as -5,5, not {text!r}"
+            f"--travel must be a length in mm such as 12, or two ends such as -5,5, not {text!r}"
         )
     return ends[0] if len(ends) == 1 else (ends[0], ends[1])
 
 
 def seconds_above_0(text: str | float) -> float:
-    """Parse a time; raises :class:`typer.BadParameter` if it is invalid."""
+    """Parse a time; raise :class:`typer.BadParameter` if it is invalid."""
     try:
         seconds = float(text)
     except ValueError:
@@ -70,7 +70,7 @@ def seconds_above_0(text: str | float) -> float:
 
 @contextmanager
 def called_wrongly() -> Iterator[None]:
-    """Turn errors of the library that are about what was typed into a wrong call."""
+    """Turn errors of the library about arguments into :class:`CalledWronglyError`."""
     try:
         yield
     except UnknownScaleError as error:
@@ -83,11 +83,11 @@ def called_wrongly() -> Iterator[None]:
 
 @contextmanager
 def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any) -> Iterator[Any]:
-    """Open a controller for a block, ready to take commands.
+    """Open a controller for a block, ready for commands.
 
-    :param unit: its name; None: it is found out.
+    :param unit: its name; None detects it.
     :param bay: its bay in the rack, if it is a module.
-    :param options: of its class; those that are None were not given.
+    :param options: options of its class; None means not given.
 
     Raises :class:`CalledWronglyError` for an unknown unit or stage, and
     :class:`~stagewire.errors.StagewireError` for a line that cannot be opened.
@@ -106,9 +106,9 @@ def opened(url: str, unit: str | None, *, bay: int | None = None, **options: Any
 
 
 def parts_of(device: Any) -> dict[str, Any]:
-    """Return the parts of a controller that move by themselves, by what people call them.
+    """Return the parts of a controller that move independently, by name.
 
-    A controller that is one part alone has one without a name.
+    The only part of a controller has an empty name.
     """
     unit = device.unit
     if unit.kind == "line":
@@ -128,12 +128,12 @@ def parts_of(device: Any) -> dict[str, Any]:
 
 
 def title_of(device: Any) -> str:
-    """Return one line that says which controller this is."""
+    """Return one line that identifies a controller."""
     number = device.serial_number
     name = device.scales.controller
     return f"{name}, serial number {number}" if number else name
 
 
 def keywords(method: Any) -> Mapping[str, inspect.Parameter]:
-    """Return the keywords that a call of a part takes."""
+    """Return the parameters of a method by name."""
     return inspect.signature(method).parameters

@@ -1,4 +1,4 @@
-"""``stagewire diff``: what changed between two specs, and how grave it is."""
+"""``stagewire diff``: the changes between two specs, by class."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ _MEANING = {
     "SOURCE": "generated names or types change",
     "DOC": "texts, pages, errata, examples",
 }
-_LONGEST = 60  # characters of a value on a line
-_BEFORE = 20  # characters of them before the first that differs
+_LONGEST = 60  # characters shown of a value
+_BEFORE = 20  # characters shown before the first difference
 
 
 class Severity(enum.StrEnum):
-    """The classes of changes, as the option spells them."""
+    """Values of ``--fail-on``: the classes of changes."""
 
     WIRE = "wire"
     SOURCE = "source"
@@ -67,12 +67,12 @@ def diff(
 ) -> None:
     """Compare two registries and classify every change.
 
-    OLD and NEW are folders that hold protocols, or revisions of the git repository of the current folder.
-    Every overlay is also compared, combined with its protocol; a change of the protocol itself is shown
-    only once.
+    Changes have three classes: WIRE (bytes change), SOURCE (generated names or types change) and DOC. OLD and
+    NEW are folders with protocols, or git revisions of the current repository. Every overlay is also
+    compared, combined with its protocol; a change of the protocol itself is shown only once.
     """
     if not spec.strip():
-        raise CalledWronglyError("the name of the folder after --spec is empty")
+        raise CalledWronglyError("the folder of --spec is empty")
     with generator_extra():
         from stagewire_generator.change import ChangeClass, compare_specs, worst
         from stagewire_generator.change.changes import report
@@ -88,7 +88,7 @@ def diff(
 
 
 def _show(changes: Sequence[Change]) -> None:
-    """Print the changes by class, then by what they are about; one line each."""
+    """Print the changes by class and subject, one line each."""
     from stagewire_generator.change.changes import counts
 
     several = len({change.title for change in changes} | {c.protocol for c in changes}) > 1
@@ -107,7 +107,7 @@ def _show(changes: Sequence[Change]) -> None:
 
 
 def _head(change: Change, several: bool) -> str:
-    """Return what a change is about, from the outside: ``message POS_MOVE``."""
+    """Return the subject of a change: ``message POS_MOVE``."""
     noun, name = next(iter(change.where.items()), ("attribute", ""))
     if noun == "attribute" or (noun == "overlay" and change.overlay):
         return f"{'overlay' if change.overlay else 'protocol'} {change.title}"
@@ -116,7 +116,7 @@ def _head(change: Change, several: bool) -> str:
 
 
 def _line(change: Change) -> str:
-    """Return the kind, the rest of the place, the values unless the place says them, the meaning."""
+    """Return the kind of a change, the rest of its path, its values and its meaning."""
     names = list(change.where.values())
     head = 0 if "attribute" in list(change.where)[:1] else 1
     path = " ".join(names[head:])
@@ -129,7 +129,7 @@ def _line(change: Change) -> str:
 
 
 def _cut(old: str, new: str) -> tuple[str, str]:
-    """Return two texts short enough for a line, such that where they differ is still to be seen."""
+    """Return two texts short enough for a line that still show the first difference."""
     if max(len(old), len(new)) <= _LONGEST:
         return old, new
     same = next((i for i, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), 0)

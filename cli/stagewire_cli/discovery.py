@@ -1,6 +1,6 @@
 """``stagewire list`` and ``stagewire doctor``: ports and the controllers connected to them.
 
-The first lists the serial ports of this computer; the second says why no controller is found, or why one
+The first lists the serial ports of this computer; the second explains why no controller is found or why one
 does not answer.
 """
 
@@ -54,7 +54,7 @@ def list_ports(
 
 def _show(found: list[Found], ask: bool) -> None:
     said = ("firmware", "bays") if ask else ()
-    shown = table("port", "unit", "serial number", *said, "what it is")
+    shown = table("port", "unit", "serial number", *said, "description")
     for one in found:
         cells = [one.url, one.unit or "", one.serial_number if one.is_controller else ""]
         if ask:
@@ -69,7 +69,7 @@ def _bays(found: Found) -> str:
 
 
 def _record(found: Found) -> dict[str, object]:
-    """Return what is known of a port, for programs."""
+    """Return the facts about a port for programs."""
     return {
         "url": found.url,
         "unit": found.unit,

@@ -1,4 +1,4 @@
-"""``stagewire encode``: a message and its fields to bytes in hex."""
+"""``stagewire encode``: encode a message to bytes in hex."""
 
 from __future__ import annotations
 
@@ -39,16 +39,23 @@ def encode(
         ),
     ] = None,
     dest: Annotated[
-        str | None, typer.Option("--dest", help="Address of the receiver.  [default: see below]")
+        str | None,
+        typer.Option(
+            "--dest", metavar="ADDRESS", help="Address of the receiver.  [default: see above]"
+        ),
     ] = None,
     source: Annotated[
-        str | None, typer.Option("--source", help="Address of the sender.  [default: see below]")
+        str | None,
+        typer.Option(
+            "--source", metavar="ADDRESS", help="Address of the sender.  [default: see above]"
+        ),
     ] = None,
     axis: Annotated[
         str | None, typer.Option("--axis", help="Axis of a command: a name or a number.")
     ] = None,
     address: Annotated[
-        str | None, typer.Option("--address", help="Address of the controller in a packet.")
+        str | None,
+        typer.Option("--address", metavar="ADDRESS", help="Address of the controller in a packet."),
     ] = None,
     allow_dummy: Annotated[
         bool, typer.Option("--allow-dummy", help="Also encode functions that the document forbids.")
@@ -60,9 +67,11 @@ def encode(
             help="Refuse values whose bytes look like a setup command.",
         ),
     ] = False,
-    protocol: Annotated[str | None, typer.Option("--protocol", help=PROTOCOL_HELP)] = None,
+    protocol: Annotated[
+        str | None, typer.Option("--protocol", metavar="NAME", help=PROTOCOL_HELP)
+    ] = None,
 ) -> None:
-    """Encode a message and print its bytes in hex. Every value is checked; nothing is sent.
+    """Encode a message and print its bytes in hex.
 
     Values are raw counts (200000 or 0x05), names of enumerations and flags (CONTINUOUS, a|b), text, or hex
     for byte strings.
@@ -98,11 +107,11 @@ def encode(
 
 
 def _message(protocol: Protocol, name: str) -> str:
-    """Return the message as the registry spells it, whatever the case."""
+    """Return the name of a message as in the registry, for any case."""
     names = {known.lower(): known for known in registry_of(protocol).messages}
     return names.get(name.lower(), name.upper())
 
 
 def _bare(name: str) -> Json:
-    """Return how a name that no field has is read: header parameters are integers."""
+    """Return the kind of an unknown field; header parameters are integers."""
     return {} if name in ("param1", "param2") else {"kind": "text"}

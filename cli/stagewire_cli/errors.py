@@ -6,8 +6,9 @@ OK = 0
 WRONG = 1
 """Exit code: the checked input is wrong."""
 CALLED_WRONGLY = 2
+"""Exit code: the arguments are wrong."""
 INTERRUPTED = 130
-"""By Ctrl-C or SIGTERM; what shells say of a program that Ctrl-C ended."""
+"""Exit code after Ctrl-C or SIGTERM; the one that shells report after Ctrl-C."""
 
 
 class CalledWronglyError(Exception):

@@ -1,4 +1,4 @@
-"""``stagewire format``: the YAML of a spec in canonical form, with all its comments."""
+"""``stagewire format``: rewrite the YAML of a spec in canonical form, with all its comments."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def format_files(
                 typer.echo(printable(f"{path}: {outcome.reason}"))
     for place in sorted(lacking):
         typer.echo(
-            f"note: editors look for schemas in {printable(str(place))}; `stagewire schemas` puts them there",
+            f"note: editors look for schemas in {printable(str(place))}; `stagewire schemas` writes them",
             err=True,
         )
     _sum_up(states, check=check)
@@ -70,7 +70,7 @@ def format_files(
 
 
 def _files(paths: Sequence[Path]) -> list[Path]:
-    """Return the files that are named, and those in the folders that are."""
+    """Return the named files, and the files in the named folders."""
     from stagewire_generator.formatting import find
 
     found: dict[Path, None] = {}
@@ -78,7 +78,7 @@ def _files(paths: Sequence[Path]) -> list[Path]:
         if path.is_dir():
             inside = find(path)
             if not inside:
-                raise CalledWronglyError(f"{path} holds no file of a spec")
+                raise CalledWronglyError(f"{path} contains no spec files")
             found |= dict.fromkeys(inside)
         elif path.exists() or path.is_symlink():
             found[path] = None
@@ -90,6 +90,6 @@ def _files(paths: Sequence[Path]) -> list[Path]:
 def _sum_up(states: Counter[str], *, check: bool) -> None:
     number = states.total()
     changed = f"{states['formatted']} {'would change' if check else 'formatted'}"
-    left = f", {states['left']} left alone" if states["left"] else ""
+    left = f", {states['left']} left unchanged" if states["left"] else ""
     wrong = bool(states["left"] or (check and states["formatted"]))
     typer.echo(f"{number} file{'s' * (number != 1)}, {changed}{left}", err=wrong)

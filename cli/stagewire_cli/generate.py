@@ -1,7 +1,4 @@
-"""``stagewire generate`` and ``stagewire schemas``: files made from the spec.
-
-The first generates all bindings; the second writes the JSON Schemas for editors to a folder next to a spec.
-"""
+"""``stagewire generate`` and ``stagewire schemas``: bindings from a spec, and JSON Schemas for editors."""
 
 from __future__ import annotations
 
@@ -55,6 +52,7 @@ def generate(
         list[str] | None,
         typer.Option(
             "--target",
+            metavar="NAME",
             help="c, c-tests, python, registry or vectors; may be repeated.  [default: c and python]",
         ),
     ] = None,
@@ -125,7 +123,7 @@ def generate(
     if package is not None and (why := why_no_project(package)):
         raise CalledWronglyError(f"--package {package}: {why}")
     if templates is not None and not templates.is_dir():
-        raise CalledWronglyError(f"{templates} is not a folder; give a folder of templates")
+        raise CalledWronglyError(f"{templates} is not a folder; give a folder with templates")
     rendered = functools.partial(
         _render, folders, target, templates, package or "", overlays=overlay or []
     )
@@ -147,7 +145,7 @@ def generate(
 
 
 def _only_one(modes: Mapping[str, bool]) -> None:
-    """Raise :class:`CalledWronglyError` where more than one of the options is given."""
+    """Raise :class:`CalledWronglyError` if more than one of the options is given."""
     given = [name for name, wanted in modes.items() if wanted]
     if len(given) > 1:
         raise CalledWronglyError(f"{' and '.join(given)} exclude each other")
@@ -163,12 +161,12 @@ def _render(
     overlays: Sequence[str] = (),
     err: bool = False,
 ) -> dict[str, str]:
-    """Return path -> text of all files; where spec or templates are wrong, say so and end.
+    """Return path -> text of all files; if the spec or a template is invalid, print the errors and exit.
 
-    :param package: what the package of the only protocol is called; empty where none is a project.
-    :param undone: what was not done then.
-    :param overlays: the later issues that are laid over, in order.
-    :param err: whether all that is said goes to standard error.
+    :param package: the name of the package of the only protocol; empty for no project.
+    :param undone: a word for the work that is not done in that case, such as ``written``.
+    :param overlays: the overlays to apply, in order.
+    :param err: whether diagnostics also go to standard error.
     """
     from stagewire_generator import SpecError, render
     from stagewire_generator.lint.c_names import why_no_prefix
@@ -179,7 +177,7 @@ def _render(
         if package and len(protocols) != 1:
             names = ", ".join(sorted(protocol.name for protocol in protocols))
             raise CalledWronglyError(
-                f"--package takes one protocol, and there are {len(protocols)}: {names}; "
+                f"--package requires a single protocol, not {len(protocols)}: {names}; "
                 "give the folder of one of them"
             )
         if package and (why := why_no_prefix(protocols[0], package)):
@@ -203,25 +201,25 @@ def _list_inputs(folders: Sequence[Path], templates: Path | None) -> None:
     specs = find(folders)
     for spec in specs:
         if not spec.protocols:
-            raise CalledWronglyError(f"{spec.path} holds no folder with a protocol.yaml in it")
+            raise CalledWronglyError(f"{spec.path} contains no folder with a protocol.yaml")
     show_paths(inputs(specs, templates))
 
 
 def _compare(out: Path, files: Mapping[str, str], *, partial: bool) -> None:
-    """Report every difference between the folder and the files that belong there."""
+    """Report every difference between the folder and the generated files."""
     from stagewire_generator.output import compare
 
     changes = compare(out, files)
-    if partial:  # the rest of the folder belongs to other targets
+    if partial:  # other files belong to other targets
         changes = [change for change in changes if change.kind != "orphaned"]
     for change in changes:
         typer.echo(f"{change.kind}: {printable(change.path)}")
-        for line in change.diff.splitlines():  # of a file that anybody may have written
+        for line in change.diff.splitlines():  # the file may contain control characters
             typer.echo(printable(line))
     if changes:
         count = Counter(change.kind for change in changes)
         listed = ", ".join(f"{number} {kind}" for kind, number in sorted(count.items()))
-        typer.echo(f"{out} is not what the spec gives: {listed}", err=True)
+        typer.echo(f"{out} is out of date: {listed}", err=True)
         raise typer.Exit(WRONG)
     typer.echo(f"{out}: {len(files)} files, up to date")
 
@@ -243,7 +241,7 @@ def schemas(
 ) -> None:
     """Write the JSON Schemas of registry files, or check them.
 
-    Editors find them by the first line of each file, which `stagewire format` writes.
+    Editors find the schemas through the first line of each spec file, which `stagewire format` writes.
     """
     with generator_extra():
         from stagewire_generator.output import compare
@@ -254,9 +252,9 @@ def schemas(
         for change in changes:
             typer.echo(f"{change.kind}: {printable(change.path)}")
         if changes:
-            typer.echo(f"{out} has not the schemas of this stagewire", err=True)
+            typer.echo(f"{out} does not have the schemas of this stagewire version", err=True)
             raise typer.Exit(WRONG)
-        typer.echo(f"{out}: {len(files)} schemas, all as they should be")
+        typer.echo(f"{out}: {len(files)} schemas, all up to date")
         return
     touched = write_files(out, files, partial=True)
     typer.echo(f"{out}: {len(files)} schemas, {touched} files written")

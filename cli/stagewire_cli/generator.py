@@ -1,7 +1,7 @@
-"""The way to the generator, which comes with an extra of its own.
+"""Access to the generator, which is an optional extra.
 
-Each side of a comparison is the spec of a folder or of a git revision. Files are named as whoever reads a
-report finds them: so that a terminal, an editor or a program opens them.
+Each side of a comparison is the spec in a folder or in a git revision. Paths are relative to the current
+folder, so that terminals, editors and programs can open them.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 
 def located(diagnostics: Iterable[Diagnostic], spec: SpecFolder) -> list[Diagnostic]:
-    """Return the diagnostics of a spec with every file as it is found from the current folder."""
+    """Return the diagnostics of a spec with file paths from the current folder."""
     path = cache(
         lambda name: relative_path(spec.locate(name))
-    )  # a run may have thousands of a file
+    )  # one file may have thousands of diagnostics
     return [
         replace(diagnostic, place=replace(diagnostic.place, file=path(diagnostic.place.file)))
         for diagnostic in diagnostics
@@ -39,13 +39,13 @@ def located(diagnostics: Iterable[Diagnostic], spec: SpecFolder) -> list[Diagnos
 
 
 def relative_path(path: Path) -> str:
-    """Return a path from the current folder if it is below it, else the whole path."""
+    """Return a path relative to the current folder if it is below it, else the absolute path."""
     path, here = Path(os.path.abspath(path)), Path.cwd()
     return (path.relative_to(here) if path.is_relative_to(here) else path).as_posix()
 
 
 def folder(text: str | Path) -> Path:
-    """Return the folder that an option names; an empty name, as of an unset variable, is refused."""
+    """Return the folder that an option names; refuse an empty name, as from an unset variable."""
     if not str(text).strip():
         raise typer.BadParameter("the name of a folder is empty")
     return Path(text)
@@ -53,7 +53,7 @@ def folder(text: str | Path) -> Path:
 
 @contextmanager
 def generator_extra() -> Iterator[None]:
-    """Import the generator inside this block; without its extra it says how to get it."""
+    """Import the generator inside this block; if its extra is missing, say how to install it."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -80,7 +80,7 @@ def find(folders: Sequence[Path]) -> list[SpecFolder]:
     for folder in folders:
         if not folder.is_dir():
             raise CalledWronglyError(
-                f"{folder} is not a folder; give one that holds protocols, such as ./spec"
+                f"{folder} is not a folder; give a folder with protocols, such as ./spec"
             )
     return [find_spec(folder) for folder in folders]
 
@@ -95,8 +95,8 @@ def _check_overlays(specs: Sequence[SpecFolder], overlays: Sequence[str]) -> Non
     )
     for name in overlays:
         if name not in known:
-            there = f"choose from {printable(', '.join(known))}" if known else "the spec has none"
-            raise CalledWronglyError(f"unknown overlay {name} ({there})")
+            choices = f"choose from {printable(', '.join(known))}" if known else "the spec has none"
+            raise CalledWronglyError(f"unknown overlay {name} ({choices})")
         if overlays.count(name) > 1:
             raise CalledWronglyError(f"--overlay {name} is given twice")
 
@@ -108,8 +108,8 @@ def load(
 ) -> CheckedSpec:
     """Read and check every spec; raise ``SpecError`` with the diagnostics of all of them.
 
-    :param overlays: ``PROTOCOL/OVERLAY``; their protocols are returned with them laid over, in this order.
-    :param named: names the file of a diagnostic; without it that is its path from the current folder.
+    :param overlays: ``PROTOCOL/OVERLAY``, to be applied to their protocols in this order.
+    :param named: replaces the file name of a diagnostic; by default it is the path from the current folder.
     """
     from stagewire_generator.diagnostics import SpecError
     from stagewire_generator.naming import c_prefix
@@ -122,7 +122,7 @@ def load(
     with (
         generator_extra(),
         progress() as say,
-    ):  # what explains an error is imported when there is one
+    ):  # modules that explain errors are imported on demand
         for spec in specs:
             try:
                 result = check(spec, say, overlays)
@@ -137,18 +137,18 @@ def load(
     taken = {
         "protocol": [p.name for p in protocols],
         "package": [p.package for p in protocols],
-        "prefix in C": [c_prefix(p.package) for p in protocols],
+        "C prefix": [c_prefix(p.package) for p in protocols],
     }
-    for noun, names in taken.items():  # what is written of one would take the place of the other
+    for noun, names in taken.items():  # the output of one would overwrite that of the other
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise CalledWronglyError(
-                f"the {noun} {', '.join(twice)} comes from more than one of the folders"
+                f"more than one of the folders has the {noun} {', '.join(twice)}"
             )
     return CheckedSpec(tuple(protocols), checked)
 
 
 def show_diagnostics(error: SpecError, folders: Sequence[Path], *, err: bool = False) -> None:
-    """Print every diagnostic, and on standard error how many the folders gave.
+    """Print every diagnostic, and their number on standard error.
 
     :param err: whether diagnostics also go to standard error, because the output is for programs.
     """
@@ -160,10 +160,10 @@ def show_diagnostics(error: SpecError, folders: Sequence[Path], *, err: bool = F
 
 
 def write_files(out: Path, files: Mapping[str, str], *, partial: bool) -> int:
-    """Write files to a folder, name those that were not there as they are now, and return how many.
+    """Write files to a folder, print the paths that changed, and return their number.
 
-    :param partial: whether other files in the folder belong to others.
-    Reports the obstacle and exits with 1 if a file of the user would be lost.
+    :param partial: whether other files in the folder belong to other targets.
+    Prints an error and exits with 1 if a file of the user would be lost.
     """
     from stagewire_generator.output import OutputError, write
 
@@ -179,13 +179,13 @@ def write_files(out: Path, files: Mapping[str, str], *, partial: bool) -> int:
 
 @contextmanager
 def compared_spec(label: str, name: str, spec: str, *, quiet: bool = False) -> Iterator[Spec]:
-    """Give a folder or revision; show why it cannot be had, and end with 2.
+    """Yield the spec of a folder or revision; if it has errors, print them and exit with 2.
 
-    :param label: what the user calls the side: ``OLD``.
+    :param label: the name of this side for the user: ``OLD``.
     :param name: the folder or revision.
-    :param spec: the folder of the spec in a revision, from the current folder.
+    :param spec: the folder of the spec in a revision, relative to the current folder.
     :param quiet: whether standard output is for programs, so that diagnostics go to standard error.
-    Raises :class:`CalledWronglyError` for what is neither.
+    Raises :class:`CalledWronglyError` if it is neither.
     """
     from stagewire_generator.change import RevisionError, revision
 
@@ -199,7 +199,7 @@ def compared_spec(label: str, name: str, spec: str, *, quiet: bool = False) -> I
             yield _loaded(label, name, extracted.spec, extracted, quiet=quiet)
     except RevisionError as error:
         raise CalledWronglyError(
-            f"{label}, {name}, is not a folder, and as a revision it cannot be read: {error}"
+            f"{label} {name} is not a folder, and cannot be read as a revision: {error}"
         ) from None
 
 
@@ -214,11 +214,11 @@ def _loaded(
         return Spec.of(load(find([folder]), named=named).checked)
     except SpecError as error:
         show_diagnostics(error, [Path(name)], err=quiet)
-        typer.echo(f"{label} does not pass check, so that nothing was compared", err=True)
+        typer.echo(f"{label} has errors, so nothing was compared", err=True)
         if extracted is not None:
             typer.echo(
-                "it was checked by the rules of this stagewire; for a spec that was written for "
-                "another one, compare with the stagewire of its time",
+                "it was checked by the rules of this version of stagewire; for a spec written for "
+                "an older version, run that version",
                 err=True,
             )
         raise typer.Exit(CALLED_WRONGLY) from None

@@ -35,18 +35,18 @@ class Source:
     def __init__(self, stream: BinaryIO) -> None:
         self.read = 0
         self.size = _size(stream)
-        # read1 gives what is there: a live stream is shown as it comes
+        # read1 returns available bytes, so a live stream is shown as it arrives
         self._reader = getattr(stream, "read1", stream.read)
 
     def block(self) -> bytes:
-        """Return the next bytes; none at the end."""
+        """Return the next bytes; empty at the end."""
         block: bytes = self._reader(BLOCK)
         self.read += len(block)
         return block
 
     @property
     def progress(self) -> str:
-        """How far it has been read, for people."""
+        """The progress of reading for people."""
         if not self.size:
             return f"{self.read:,} bytes"
         return f"{self.read:,} of {self.size:,} bytes ({self.read * 100 // self.size} %)"
@@ -55,19 +55,19 @@ class Source:
 def _size(stream: BinaryIO) -> int | None:
     try:
         found = os.fstat(stream.fileno())
-    except (OSError, ValueError, AttributeError):  # not every stream is a file of the system
+    except (OSError, ValueError, AttributeError):  # not every stream has a file descriptor
         return None
     return found.st_size if stat.S_ISREG(found.st_mode) else None
 
 
 def opening(source: Source) -> tuple[bytes, str | None]:
-    """Return the first block, and it as text; None when it is raw bytes.
+    """Return the first block as bytes, and as text, or None for raw bytes.
 
-    Frames hold zeros and ones, text does not: that is what tells them apart. A recorded session is text,
-    whatever its comments hold.
+    Control characters, such as the bytes 0 and 1 in frames, indicate raw bytes. A recorded session is always
+    text, whatever its comments contain.
     """
     block = source.block()
-    recorded = _decoder(_LENIENT).decode(block)  # which may end inside a character
+    recorded = _decoder(_LENIENT).decode(block)  # a block may end inside a character
     if is_capture(recorded):
         return block, recorded
     if _CONTROL.search(block):
@@ -81,7 +81,7 @@ def opening(source: Source) -> tuple[bytes, str | None]:
 def heading(text: str | None) -> Heading | None:
     """Return the header of a recorded session; None for any other text.
 
-    The line is there as a whole in the first block: it is short, and written at once.
+    The first block contains the whole line, because it is short and written in one piece.
     """
     if text is None or not is_capture(text):
         return None
@@ -91,7 +91,7 @@ def heading(text: str | None) -> Heading | None:
 
 
 def session(source: Source, block: bytes) -> Iterator[list[Recorded]]:
-    """Yield what a recorded session says, block by block, beginning with the first ``block``."""
+    """Yield the records of a session, block by block, beginning with the first ``block``."""
     reader = CaptureReader()
     for text in _texts(source, block, _LENIENT):
         yield _recorded(reader, text)
@@ -99,7 +99,7 @@ def session(source: Source, block: bytes) -> Iterator[list[Recorded]]:
 
 
 def _recorded(reader: CaptureReader, text: str | None) -> list[Recorded]:
-    """Let a reader take a text, or the end for None."""
+    """Feed text to a reader, or the end of the input for None."""
     try:
         return reader.finish() if text is None else reader.feed(text)
     except CaptureError as error:
@@ -107,12 +107,12 @@ def _recorded(reader: CaptureReader, text: str | None) -> list[Recorded]:
 
 
 def is_json(text: str | None) -> bool:
-    """Whether text begins like a list of captures or like JSON lines."""
+    """Return whether text begins like a list of captures or like JSON lines."""
     return text is not None and _JSON.match(text) is not None
 
 
 def chunks(source: Source, block: bytes, text: str | None) -> Iterator[bytes]:
-    """Yield the bytes that the source says, beginning with its first ``block``."""
+    """Yield the bytes of a source, beginning with its first ``block``."""
     if text is None:
         while block:
             yield block
@@ -141,14 +141,14 @@ def _texts(source: Source, block: bytes, errors: str = "strict") -> Iterator[str
             block = source.block()
         decoder.decode(b"", final=True)
     except UnicodeDecodeError:
-        raise CalledWronglyError("the input begins as text and goes on as something else") from None
+        raise CalledWronglyError("the input begins as text but is not UTF-8 throughout") from None
 
 
 def captures(source: Source, block: bytes) -> Iterator[Capture]:
     """Yield the entries of a list of captures, or of one JSON object per line.
 
-    Lines are read one by one, however many there are. A list is loaded as a whole, and so is a line;
-    neither may be longer than 64 MiB.
+    Lines are read one by one, so their number is not limited. A line, or a whole list, may have at most 64
+    MiB.
     """
     for number, entry in enumerate(_entries(_lines(source, block)), 1):
         yield _capture(entry, number)
@@ -159,14 +159,14 @@ def _entries(lines: Iterator[tuple[int, str]]) -> Iterator[Any]:
     try:
         value = _loaded(number, first)
     except ValueError as error:
-        # No JSON by itself: then all lines together are one value.
+        # The first line is not JSON, so all lines together are one value.
         yield from _list_of(_whole(first, lines, error))
         return
     is_list = isinstance(value, list) or _in_captures(value)
     yield from _list_of(value)
     for number, line in lines:
         if is_list:
-            raise CalledWronglyError(f"line {number}: more text after the end of the list")
+            raise CalledWronglyError(f"line {number}: unexpected text after the end of the list")
         try:
             yield _loaded(number, line)
         except ValueError as error:
@@ -197,8 +197,8 @@ def _whole(first: str, lines: Iterator[tuple[int, str]], error: ValueError) -> A
         size += len(line)
         if size > _MAXIMUM_JSON:
             raise CalledWronglyError(
-                f"a JSON list of over {_MAXIMUM_JSON // _MIB} MiB; give one object per line, hex text "
-                f"or raw bytes (it is not valid as one object per line: {error})"
+                f"the JSON list has over {_MAXIMUM_JSON // _MIB} MiB; give one object per line, hex text "
+                f"or raw bytes (as one object per line it is invalid: {error})"
             )
     try:
         return _loaded(1, "\n".join(parts))
@@ -240,7 +240,7 @@ def _capture(entry: Any, number: int) -> Capture:
     if isinstance(entry, dict):
         text = entry.get("hex", entry.get("printed"))
     if not isinstance(text, str):
-        raise CalledWronglyError(f'entry {number} is not hex text and has none under "hex"')
+        raise CalledWronglyError(f'entry {number} is neither hex text nor an object with "hex"')
     try:
         return f"entry {number}", parse_hex(text)
     except ValueError as error:

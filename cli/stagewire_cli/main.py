@@ -1,7 +1,7 @@
-"""The command: its sub-commands, and the last word on errors.
+"""The ``stagewire`` command: its sub-commands, exit codes and error output.
 
-Exit codes: 0 when it did its job, 1 when what it checked is wrong, 2 when it was called wrongly, 130 when it
-was interrupted; a command that has more lists them in its help. Bad input never gives a traceback.
+Exit codes: 0 for success, 1 if the checked input is wrong, 2 for wrong arguments, 130 if it was interrupted.
+Commands with further exit codes list them in their help. Invalid input never causes a traceback.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Examples:
   stagewire show MOT_MOVE_ABSOLUTE
 """
 
-# Each sub-command with its module, and the names of its function and of its examples there.
+# The module of each sub-command, and the names of its function and its examples there.
 _COMMANDS = {
     "check": ("check", "check", "EXAMPLE"),
     "generate": ("generate", "generate", "EXAMPLE"),
@@ -52,7 +52,7 @@ _COMMANDS = {
 
 
 def command(arguments: Sequence[str] = ()) -> typer.Typer:
-    """Return the command with the sub-command that the arguments begin with, or with all of them.
+    """Return the command with the sub-command in the first argument, or else with all sub-commands.
 
     Importing and describing all sub-commands takes longer than running most of them.
     """
@@ -93,8 +93,8 @@ def _options(
 
 def run() -> None:
     """Run the command with the arguments of this process, and end the process."""
-    # A command lives for a moment, and what it makes stays to the end: looking through all of it for
-    # garbage again and again takes a tenth of the time.
+    # Most objects live until the end of the process, so frequent garbage collection would only cost a tenth
+    # of the time.
     gc.set_threshold(100_000, 50, 50)
     code = main(sys.argv[1:])
     try:
@@ -105,7 +105,7 @@ def run() -> None:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run the command and return its exit code; errors become sentences on standard error."""
+    """Run the command and return its exit code; print errors as sentences on standard error."""
     _open_what_is_closed()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -133,7 +133,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _open_what_is_closed() -> None:
-    """Give the process the standard streams that it was started without (``>&-``)."""
+    """Open standard streams that were closed when the process started (``>&-``)."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
@@ -147,7 +147,7 @@ def _warn(
     file: object = None,
     line: object = None,
 ) -> None:
-    """Print the text of a warning alone: the source of the command says nothing to a user."""
+    """Print only the text of a warning, without the source line."""
     with contextlib.suppress(OSError):
         print(printable(f"warning: {message}"), file=sys.stderr)
 
@@ -160,6 +160,6 @@ def _fail(problem: object, code: int) -> int:
 
 
 def _drop_output() -> None:
-    """Send what is still buffered nowhere: the reader of our output has gone."""
+    """Discard buffered output, because its reader has closed the pipe."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

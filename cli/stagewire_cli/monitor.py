@@ -1,4 +1,4 @@
-"""``stagewire monitor``: what a controller says of its state, as it says it."""
+"""``stagewire monitor``: the live status of a controller."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Board of ``stagewire monitor``: the latest status of every part, and the rate of updates.
+"""The board of ``stagewire monitor``: the latest status of every part, and the rate of updates.
 
-With ``--plot`` it becomes a picture of position and velocity over time.
+With ``--plot`` it is drawn as a picture of position and velocity over time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _RATE_OVER = 2.0  # seconds over which the rate of messages is counted
 
 @dataclass(slots=True)
 class Track:
-    """Positions and velocities of one part over time; in memory until a picture is made of them.
+    """Positions and velocities of one part over time, for a picture.
 
     :param position_unit: the unit of the positions; empty for counts.
     """
@@ -32,13 +32,13 @@ class Track:
     _sent: bool = True
 
     def add(self, reading: Reading) -> None:
-        """Add what a reading says of position and velocity."""
+        """Add the position and velocity of a reading."""
         position = reading.values.get("position")
         if position is None:
             return
         self.position_unit = position.unit
         velocity = reading.values.get("velocity")
-        # Counts of a velocity are of another kind than counts of a position per second.
+        # Raw velocities are not in counts of the position per second.
         if velocity is None or not velocity.unit:
             self._sent = False
         self.times.append(reading.time)
@@ -46,7 +46,7 @@ class Track:
         self.velocities.append(0.0 if velocity is None else velocity.number)
 
     def velocity(self) -> tuple[list[float], list[float]]:
-        """Return times and velocities: as the controller sent them, or else from one position to the next."""
+        """Return times and velocities, as sent by the controller or else derived from positions."""
         if self._sent:
             return list(self.times), list(self.velocities)
         times, speeds = [], []
@@ -59,7 +59,7 @@ class Track:
 
 
 class Board:
-    """The latest reading of every part, with the rate at which readings come.
+    """The latest reading of every part, with the rate of readings.
 
     :param track: whether to keep all positions for a picture.
     """
@@ -73,7 +73,7 @@ class Board:
         self._track = track
 
     def add(self, reading: Reading) -> None:
-        """Take a reading in."""
+        """Add a reading."""
         self.count += 1
         self.latest[reading.part] = reading
         times = self._times.setdefault(reading.part, deque())
@@ -82,7 +82,7 @@ class Board:
             self.tracks.setdefault(reading.part, Track()).add(reading)
 
     def rate(self, part: str, now: float) -> float:
-        """Return how many readings of a part came per second, over the last two seconds."""
+        """Return the number of readings of a part per second, over the last two seconds."""
         times = self._times[part]
         while times and times[0] < now - _RATE_OVER:
             times.popleft()
@@ -90,11 +90,11 @@ class Board:
 
 
 _FORMATS = (".png", ".svg")
-_MISSING = "--plot needs matplotlib: pip install 'stagewire[plot]'"
+_MISSING = "--plot requires matplotlib; install it with pip install 'stagewire[plot]'"
 
 
 def check_plot(path: Path) -> None:
-    """Raise :class:`CalledWronglyError` where no picture could be made, before anything is recorded."""
+    """Raise :class:`CalledWronglyError` if the picture cannot be drawn, before anything is recorded."""
     if path.suffix.lower() not in _FORMATS:
         raise CalledWronglyError(
             f"--plot {path}: the file name must end in {' or '.join(_FORMATS)}"
@@ -110,11 +110,11 @@ def check_plot(path: Path) -> None:
 
 
 def plot(path: Path, title: str, tracks: Mapping[str, Track]) -> None:
-    """Draw position above velocity, a line for each part, and one column for each unit.
+    """Draw position above velocity, with one line per part and one column per unit.
 
-    :param path: where the picture goes; its ending says of which kind it is.
-    :param title: what it shows, in one line.
-    :param tracks: what was recorded, by part.
+    :param path: the file; its suffix selects the format.
+    :param title: the title of the picture, in one line.
+    :param tracks: the recorded tracks by part.
 
     Raises :class:`OSError` for a file that cannot be written.
     """

@@ -1,4 +1,4 @@
-"""One run of ``stagewire monitor``: status messages in, a table or lines and perhaps a picture out."""
+"""One run of ``stagewire monitor``: show status messages as a table or lines, and draw a picture."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from stagewire_cli.monitor_board import Board
 from stagewire_cli.motion_session import PartAddress
 from stagewire_cli.status import reading_of, status_of
 
-_REFRESH = 0.2  # seconds between two drawings of the table, and between two questions to what sends nothing
+_REFRESH = 0.2  # seconds between two drawings of the table, and between two polls
 
 Draw = Callable[[float], None]
 PartStatus = tuple[str, Values[Any] | None]
-"""A part, and what it says of its state."""
+"""The name of a part, and its status."""
 
 
 def watch(
@@ -43,12 +43,12 @@ def watch(
 ) -> None:
     """Watch a controller until Ctrl-C, or for a time.
 
-    :param bay: its bay in the rack, if it is a module; of a rack, the bay that is watched.
-    :param picture: file for a picture of what was seen; None: none is drawn.
-    :param log: file for a capture; None: none is made.
+    :param bay: the bay of a module in its rack; for a rack, the bay to watch.
+    :param picture: file for a picture of the recorded positions; None draws none.
+    :param log: file for a capture; None records none.
 
-    Raises :class:`CalledWronglyError` for what cannot be watched, and
-    :class:`~stagewire.errors.StagewireError` when the line fails; the picture is drawn all the same.
+    Raises :class:`CalledWronglyError` for a controller that cannot be watched, and
+    :class:`~stagewire.errors.StagewireError` if the line fails; in both cases the picture is still drawn.
     """
     board = Board(track=picture is not None)
     title = url
@@ -68,7 +68,7 @@ def watch(
 
 @contextmanager
 def _shown(title: str, board: Board) -> Iterator[Draw]:
-    """Give what draws the board anew: a table on a terminal, nothing elsewhere."""
+    """Yield a function that draws the board as a table on a terminal, or else does nothing."""
     if not sys.stdout.isatty():
         typer.echo(title)
         yield lambda now: None
@@ -82,7 +82,7 @@ def _shown(title: str, board: Board) -> Iterator[Draw]:
 def _follow(
     device: Any, parts: dict[str, Any], board: Board, draw: Draw, seconds: float | None
 ) -> None:
-    """Take in what the parts of a controller say, for a time or without end."""
+    """Add the statuses of the parts of a controller to the board, for a time or without end."""
     now = device.session.now
     begin = now()
     lines = not sys.stdout.isatty()
@@ -103,9 +103,9 @@ def _follow(
 
 @contextmanager
 def _statuses(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iterator[PartStatus]]:
-    """Give what is said without end; with None in between, whenever the table may be drawn."""
+    """Yield an endless iterator of statuses, with None whenever the table may be drawn."""
     sources = [part for part in parts.values() if hasattr(part, "start_updates")]
-    if not sources and hasattr(device, "start_updates"):  # it speaks for all its channels
+    if not sources and hasattr(device, "start_updates"):  # it sends for all its channels
         sources = [device]
     classes = _unsolicited_classes(device)
     if not sources or not classes:
@@ -120,12 +120,12 @@ def _statuses(device: Any, parts: dict[str, Any], board: Board) -> Iterator[Iter
 
 
 def _stop_updates(source: Any) -> None:
-    with suppress(TransportError, SessionClosedError):  # then nothing comes any more
+    with suppress(TransportError, SessionClosedError):  # the line is lost or closed anyway
         source.stop_updates()
 
 
 def _unsolicited_classes(device: Any) -> tuple[type[Message], ...]:
-    """Return the classes of what a unit says while status messages are switched on."""
+    """Return the classes of the status messages that a unit sends unsolicited."""
     protocol = device.facts.protocol
     started = {
         name
@@ -162,7 +162,7 @@ def _unsolicited(
 
 
 def _source_part(device: Any, parts: dict[str, Any], frame: Frame) -> str:
-    """Return the part that a frame comes from; some controllers turn its addresses round."""
+    """Return the part that a frame comes from; some controllers swap its addresses."""
     words = []
     bays = device.unit.bays if device.unit.kind == "rack" else ()
     for address in (frame.source, frame.dest):
@@ -177,9 +177,9 @@ def _source_part(device: Any, parts: dict[str, Any], frame: Frame) -> str:
 
 
 def _polled(device: Any, parts: dict[str, Any]) -> Iterator[PartStatus]:
-    """Yield what the parts of a controller answer that says nothing by itself.
+    """Poll the parts of a controller that sends no status messages, and yield their answers.
 
-    Axes that do not answer in the first round are taken not to be there.
+    Axes that do not answer in the first round are assumed to be missing.
     """
     silent: StagewireError | None = None
     for name, part in tuple(parts.items()):
@@ -194,9 +194,7 @@ def _polled(device: Any, parts: dict[str, Any]) -> Iterator[PartStatus]:
         else:
             yield name, values
     if not parts:
-        raise silent or CalledWronglyError(
-            f"{device.unit.name} has no message that tells its state"
-        )
+        raise silent or CalledWronglyError(f"{device.unit.name} has no status message")
     while True:
         yield "", None
         device.session.pause(_REFRESH)

@@ -1,4 +1,4 @@
-"""``stagewire move``, ``home``, ``jog`` and ``stop``: one axis by hand, after having asked."""
+"""``stagewire move``, ``home``, ``jog`` and ``stop``: move one axis, after a confirmation."""
 
 from __future__ import annotations
 
@@ -67,6 +67,7 @@ def move(
     by: Annotated[
         str | None, typer.Option("--by", metavar="MM", help="Distance to move in mm.")
     ] = None,
+    by: Annotated[str | None, typer.Option("--by", metavar="MM", help="Distance in mm.")] = None,
     counts: Annotated[
         bool, typer.Option("--counts", help="Read --to or --by as raw counts, not mm.")
     ] = False,

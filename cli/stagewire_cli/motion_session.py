@@ -1,4 +1,4 @@
-"""``stagewire move``, ``home``, ``jog`` and ``stop``: open, say, ask, move, wait; and stop on Ctrl-C."""
+"""One run of ``stagewire move``, ``home``, ``jog`` or ``stop``: open, confirm, move, wait, stop on Ctrl-C."""
 
 from __future__ import annotations
 
@@ -36,14 +36,16 @@ from stagewire_cli.status import Value, numbers_of, status_of
 
 _PIECE = 0.25  # seconds
 _STOP_TIMEOUT = 10.0  # seconds in which a stopped stage must come to rest
-_ENABLE = "; a stop disables the motor: enable it again (start_motor() of the library), then move"
+_ENABLE = (
+    "; a stop disables the motor: enable it with start_motor() of the library, then move again"
+)
 _OTHERWISE = {
     "start_move_relative": ("start_move_absolute", "--to"),
     "start_move_absolute": ("start_move_relative", "--by"),
 }
-"""Calls that replace one which a unit lacks, and their options."""
+"""Methods that can replace one that a unit lacks, with their options."""
 _IN_UNITS = {"mm": 1, "um": 1000}
-"""The keywords by which a call takes a length, and how many of them are a mm."""
+"""The keywords for lengths in calls, and how many of these units are in a mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +59,9 @@ class PartAddress:
     axis: str | None
 
     def part(self, device: Any) -> tuple[str, Any]:
-        """Return the part that is meant, with its name.
+        """Return the name of the addressed part, and the part.
 
-        Raises :class:`CalledWronglyError` where there is no such part, or none of several was named.
+        Raises :class:`CalledWronglyError` for an unknown part, and if one of several parts must be named.
         """
         parts = self.parts(device)
         if len(parts) > 1:
@@ -70,11 +72,9 @@ class PartAddress:
         return name, part
 
     def parts(self, device: Any) -> dict[str, Any]:
-        """Return the parts that are meant, or all where none is named; raises as :meth:`part` does."""
+        """Return the addressed parts, or all if none is named; raise the same errors as :meth:`part`."""
         parts = parts_of(device)
-        bay = (
-            None if device.unit.kind == "bay" else self.bay
-        )  # of which the module itself was opened
+        bay = None if device.unit.kind == "bay" else self.bay  # a module was opened by its bay
         named = [("bay", bay), ("channel", self.channel), ("axis", self.axis and self.axis.upper())]
         words = [f"{kind} {value}" for kind, value in named if value is not None]
         if list(parts) == [""] and words == ["channel 1"]:
@@ -92,9 +92,9 @@ class PartAddress:
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A place to go to, or a distance to go.
+    """A target position, or a distance.
 
-    :param value: in mm or counts.
+    :param value: the position or distance, in mm or counts.
     """
 
     value: Fraction
@@ -103,7 +103,7 @@ class Target:
 
     @classmethod
     def parse(cls, text: str, *, relative: bool, counts: bool) -> Target:
-        """Read a number; raises :class:`CalledWronglyError` if it is invalid."""
+        """Parse a number; raise :class:`CalledWronglyError` if it is invalid."""
         option = "--by" if relative else "--to"
         try:
             value = exact(text.strip())
@@ -118,7 +118,7 @@ class Target:
         return f"by {number}" if self.relative else f"to {number}"
 
     def is_met_by(self, values: Values[Any] | None) -> bool:
-        """Return whether a status shows what a move has brought about, to a ten-thousandth of a mm."""
+        """Return whether a status shows the target of a move, within a ten-thousandth of a mm."""
         if self.relative:
             return self.value == 0
         if self.counts:
@@ -132,21 +132,21 @@ class Target:
     def given(self, start: Callable[..., Any], unit: str) -> dict[str, Fraction | int]:
         """Return it as the keyword of a call.
 
-        Raises :class:`CalledWronglyError` where the call takes no lengths.
+        Raises :class:`CalledWronglyError` if the call accepts no lengths.
         """
         if self.counts:
             return {"counts": int(self.value)}
         for keyword, factor in _IN_UNITS.items():
             if keyword in keywords(start):
                 return {keyword: self.value * factor}
-        raise CalledWronglyError(f"{unit} takes no mm here; use --counts")
+        raise CalledWronglyError(f"{unit} does not accept mm here; use --counts")
 
 
 @contextmanager
 def _opened_part(
     where: PartAddress, yes: bool, timeout: float, **options: Any
 ) -> Iterator[tuple[Any, str, Any]]:
-    """Open a controller for a motion; give it, and the part that is meant with its name."""
+    """Open a controller for a motion; yield it with the name of the addressed part and the part."""
     refuse_unattended(yes)
     with opened(where.url, where.unit, bay=where.bay, motion_timeout=timeout, **options) as device:
         name, part = where.part(device)
@@ -162,7 +162,7 @@ def run_move(
     timeout: float,
     yes: bool,
 ) -> None:
-    """Move one part, after having asked."""
+    """Move one part, after a confirmation."""
     with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, device.unit.name)
@@ -175,7 +175,7 @@ def run_move(
 
 
 def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
-    """Home one part, after having asked."""
+    """Home one part, after a confirmation."""
     with _opened_part(where, yes, timeout) as (device, name, part):
         start = _call(device, part, "start_home")
         saying = f"will home from {_position(part)} with the settings of the controller"
@@ -191,7 +191,7 @@ def run_jog(
     timeout: float,
     yes: bool,
 ) -> None:
-    """Jog one part, after having asked."""
+    """Jog one part, after a confirmation."""
     with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
         start = _call(device, part, "start_jog")
         stored = _call(device, part, "get_jog_params")()
@@ -204,7 +204,7 @@ def run_jog(
 
 
 def run_stop(where: PartAddress) -> None:
-    """Stop everything; the stops of all parts are sent at once, whatever the others answer."""
+    """Stop everything; send the stops of all parts before waiting for answers."""
     with opened(
         where.url, _unit_to_stop(where), bay=where.bay, identify=False, motion_timeout=_STOP_TIMEOUT
     ) as device:
@@ -228,7 +228,7 @@ def run_stop(where: PartAddress) -> None:
 
 
 def _unit_to_stop(where: PartAddress) -> str:
-    """Return the unit to stop; raises where it is not known, and says that nothing was stopped."""
+    """Return the unit to stop; if it is unknown, raise an error that says that nothing was stopped."""
     from stagewire.discovery import unit_at
 
     if where.unit is not None:
@@ -237,13 +237,13 @@ def _unit_to_stop(where: PartAddress) -> str:
         return unit_at(where.url, bay=where.bay)
     except StagewireError as error:
         raise StagewireError(
-            f"no stop was sent, because the unit is not known: {error}. Name it with --unit: then the stop "
+            f"no stop was sent, because the unit is unknown: {error}. Name it with --unit: then the stop "
             "is sent first"
         ) from None
 
 
 def refuse_unattended(yes: bool) -> None:
-    """Refuse to move without a confirmation, before a line is opened."""
+    """Refuse to move without a confirmation, before the line is opened."""
     if not yes and not sys.stdin.isatty():
         raise CalledWronglyError(
             "this moves hardware; without a terminal to ask for confirmation, give --yes"
@@ -273,9 +273,9 @@ def _act(
     yes: bool,
     there: Callable[[], bool] = lambda: True,
 ) -> None:
-    """Say what will be done, ask, do it, and wait for its end; Ctrl-C stops it.
+    """Announce a motion, ask, start it, and wait for its end; Ctrl-C stops it.
 
-    :param there: returns whether the part is at its target; for parts that may be there already.
+    :param there: returns whether the part is at its target, so that no motion is necessary.
     """
     title = ", ".join(filter(None, (title_of(device), name)))
     if _moves(part):
@@ -304,11 +304,11 @@ def _act(
     except TargetNotReachedError as error:
         missed = str(error)
     stands = _position(part)
-    says_nothing = end is None or end.message is None  # but that the axis is idle
+    says_nothing = end is None or end.message is None  # except that the axis is idle
     if says_nothing and stands == before and not there():
         hint = _ENABLE if hasattr(part, "start_motor") else ""
         why = f" ({missed})" if missed else ""
-        missed = f"it has not moved: it is still at {stands}{hint}{why}"
+        missed = f"it did not move and is still at {stands}{hint}{why}"
     if missed:
         typer.echo(f"stagewire: {missed}", err=True)
         raise typer.Exit(WRONG)
@@ -317,7 +317,7 @@ def _act(
 
 
 def _moves(part: Any) -> bool:
-    """Say whether a part moves, as far as its unit can be asked."""
+    """Return whether a part is moving; False if its unit cannot report it."""
     try:
         return bool(part.is_moving())
     except UnsupportedError:
@@ -334,27 +334,27 @@ def _confirmed() -> bool:
 
 
 def _stopped(part: Any) -> str:
-    """Stop a part, and say what came of it and where it stands; the stop has longer than a short move."""
+    """Stop a part, and return the result with its position; the stop has its own timeout."""
     try:
         part.stop(timeout=_STOP_TIMEOUT)
         return f"stop was sent; it is at {_position(part)}"
     except ReplyTimeoutError as error:
-        return f"stop was sent and not answered, so it may still move ({error})"
+        return f"stop was sent but not answered, so it may still be moving ({error})"
 
 
 def _end_of(motion: Any, now: Callable[[], float], timeout: float) -> Any:
-    """Wait for the end of a motion, in pieces: Windows hears of Ctrl-C only between two of them."""
+    """Wait for the end of a motion, in short pieces because Windows handles Ctrl-C only between waits."""
     deadline = now() + timeout
     while True:
         try:
             return motion.wait(_PIECE)
         except MotionTimeoutError:
-            if motion.done or now() > deadline + _PIECE:  # it was given up, or should have been
+            if motion.done or now() > deadline + _PIECE:  # the motion has timed out
                 raise
 
 
 def _position(part: Any) -> str:
-    """Return where a part stands, for people; asking changes nothing."""
+    """Return the position of a part for people."""
     values = status_of(part)
     position = None if values is None else numbers_of(values).get("position")
     return _in_words(position, "an unknown position")

@@ -1,9 +1,9 @@
 """Output of commands: tables, progress, files and lists of paths.
 
-A console never cuts columns in a pipe, and text that is printed cannot steer a terminal. Rich is imported on
-use: most commands print plain lines, and would wait for it for nothing.
+Tables are never cut in a pipe, and printed text cannot control a terminal. Rich is imported on use, because
+most commands print only plain lines.
 
-The progress of work that takes longer than two seconds is a status line on a terminal, and plain lines
+Work that takes longer than two seconds shows its progress, as a status line on a terminal and as plain lines
 elsewhere. If the total is known, a terminal shows a bar.
 """
 
@@ -31,10 +31,7 @@ _PIPE_WIDTH = 200
 
 
 def console(*, error: bool = False, file: TextIO | None = None) -> Console:
-    """Return a console on standard output (or error) as it is now; text is printed unchanged.
-
-    ``file`` is where to write instead.
-    """
+    """Return a console on the present standard output, or error, or on ``file``; it does not alter text."""
     from rich.console import Console
 
     stream = file or (sys.stderr if error else sys.stdout)
@@ -54,7 +51,7 @@ def table(*columns: str, right: tuple[str, ...] = ()) -> Table:
 
 
 def printable(text: str) -> str:
-    """Return text from outside with all invisible characters escaped."""
+    """Return untrusted text with all non-printable characters escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -62,10 +59,10 @@ _PATIENCE = 2.0
 
 
 class Progress:
-    """Called with what is being done; silent for the first two seconds.
+    """A callable that shows the present activity; silent for the first two seconds.
 
     :param lines: whether to print plain lines if standard error is not a terminal.
-    :param quiet: whether to print nothing at all.
+    :param quiet: whether to print nothing.
     """
 
     def __init__(self, *, lines: bool = True, quiet: bool = False) -> None:
@@ -75,7 +72,7 @@ class Progress:
         self._lines = lines
 
     def __call__(self, text: str) -> None:
-        """Say what is being done now."""
+        """Show the present activity."""
         if self._quiet:
             return
         now = time.monotonic()
@@ -90,7 +87,7 @@ class Progress:
                 print(f"... {text}", file=sys.stderr, flush=True)
 
     def stop(self) -> None:
-        """Take the status line away."""
+        """Remove the status line."""
         if self._status is not None:
             self._status.stop()
             self._status = None
@@ -98,7 +95,7 @@ class Progress:
 
 @contextmanager
 def progress(*, lines: bool = True, quiet: bool = False) -> Iterator[Progress]:
-    """Give a :class:`Progress` that is gone when the block ends."""
+    """Yield a :class:`Progress`, which is removed when the block ends."""
     shown = Progress(lines=lines, quiet=quiet)
     try:
         yield shown
@@ -108,9 +105,9 @@ def progress(*, lines: bool = True, quiet: bool = False) -> Iterator[Progress]:
 
 @contextmanager
 def bar(first: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Give what shows on a terminal how many of how many are done, and what is done now.
+    """Yield a function that shows a progress bar with counts and the present activity on a terminal.
 
-    :param first: what is done before it is known how many there are.
+    :param first: the activity to show before the total is known.
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
@@ -129,16 +126,16 @@ def bar(first: str) -> Iterator[Callable[[int, int, str], None]]:
 
 
 def check_output(path: Path, source: Path | None, option: str = "--output") -> None:
-    """Raise :class:`CalledWronglyError` where no file can be made or the input would be lost.
+    """Raise :class:`CalledWronglyError` if the file cannot be created or would replace the input.
 
-    :param option: by which the file was named.
+    :param option: the option that names the file.
 
-    An existing regular file is replaced, as by ``cp``; the capture itself never is.
+    An existing regular file is replaced, as by ``cp``, except for the capture that is read.
     """
     if not path.name:
         raise CalledWronglyError(f"{option}: give the name of a file")
     if source is not None and path.exists() and path.samefile(source):
-        raise CalledWronglyError(f"{option}: {path} is the capture that is read")
+        raise CalledWronglyError(f"{option}: {path} is the capture that is being read")
     if path.exists() and not path.is_file():
         instead = "; without --output text goes to standard output" if option == "--output" else ""
         raise CalledWronglyError(f"{option}: {path} is not a regular file{instead}")
@@ -146,19 +143,19 @@ def check_output(path: Path, source: Path | None, option: str = "--output") -> N
     if not folder.is_dir():
         raise CalledWronglyError(f"{option}: missing folder {folder}")
     if not os.access(folder, os.W_OK):
-        raise CalledWronglyError(f"{option}: no file can be made in {folder}, which is not yours")
+        raise CalledWronglyError(f"{option}: no permission to create a file in {folder}")
 
 
 @contextmanager
 def output(path: Path | None, *, binary: bool = False) -> Iterator[IO[Any]]:
-    """Give a stream to write to; a file gets its name when the block ends without an exception.
+    """Yield a stream to write to; a file gets its name when the block ends without an exception.
 
-    Until then it has a temporary name in the same folder; it is removed if the block fails.
+    Until then it has a temporary name in the same folder. It is removed if the block fails.
     """
     if path is None:
         yield sys.stdout
         return
-    target = Path(os.path.realpath(path))  # through links: what they point to is replaced
+    target = Path(os.path.realpath(path))  # replaces the target of a symbolic link, not the link
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     encoding = None if binary else "utf-8"
     try:
@@ -174,7 +171,7 @@ def output(path: Path | None, *, binary: bool = False) -> Iterator[IO[Any]]:
 def show_paths(paths: Iterable[Path]) -> None:
     """Print paths sorted and with slashes, on every system.
 
-    Raises :class:`CalledWronglyError` for a path that a line cannot hold; half a list is worse than none.
+    Raises :class:`CalledWronglyError` before printing if a path does not fit in one line of text.
     """
     lines = sorted(path.as_posix() for path in paths)
     for line in lines:
@@ -185,7 +182,7 @@ def show_paths(paths: Iterable[Path]) -> None:
 
 
 def _written(text: str) -> bool:
-    """Whether a name is text; systems have names that are only bytes."""
+    """Return whether a name is valid text; some systems also have names of arbitrary bytes."""
     try:
         text.encode("utf-8")
     except UnicodeEncodeError:

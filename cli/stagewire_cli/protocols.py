@@ -16,18 +16,18 @@ PROTOCOL_HELP = "Protocol; needed only if the other arguments are ambiguous."
 
 
 def choose(name: str | None, fits: Callable[[Protocol], bool]) -> Protocol:
-    """Return the protocol of this name, or the only installed one, or the only one that ``fits``."""
+    """Return the protocol with this name, or the only installed one, or the only one that ``fits``."""
     if name is not None:
         return _named(name)
     everything = _installed()
     fitting = [protocol for protocol in everything if fits(protocol)]
     if len(everything) == 1 or len(fitting) == 1:
         return (fitting or everything)[0]
-    raise CalledWronglyError(f"{_several(fitting or everything)}; choose by --protocol")
+    raise CalledWronglyError(f"{_several(fitting or everything)}; choose one with --protocol")
 
 
 def choose_by_message(name: str | None, message: str) -> Protocol:
-    """Return the protocol of this name, or the only installed one that has the message."""
+    """Return the protocol with this name, or the only installed one that has the message."""
     if name is not None:
         return _named(name)
     known = {protocol: _messages(protocol) for protocol in _installed()}
@@ -36,7 +36,7 @@ def choose_by_message(name: str | None, message: str) -> Protocol:
         return (having or list(known))[0]
     if having:
         raise CalledWronglyError(
-            f"{_several(having)} have a message {message}; choose by --protocol"
+            f"{_several(having)} have a message {message}; choose one with --protocol"
         )
     names = sorted({name for names in known.values() for name in names})
     close = difflib.get_close_matches(message.upper()[:80], names, n=3)
@@ -45,9 +45,9 @@ def choose_by_message(name: str | None, message: str) -> Protocol:
 
 
 def one_or_all(name: str | None, *, whole: bool = False) -> list[Protocol]:
-    """Return the protocol of this name, or without a name all that are installed.
+    """Return the protocol with this name, or without a name all installed ones.
 
-    With ``whole`` one that cannot be used is an error; otherwise it is named and left out.
+    With ``whole`` an unusable protocol is an error; otherwise it is skipped with a note.
     """
     return _installed(whole=whole) if name is None else [_named(name)]
 
@@ -57,10 +57,10 @@ def _installed(*, whole: bool = False) -> list[Protocol]:
     for name in available_protocols():
         try:
             found.append(load_protocol(name))
-        except UnusableProtocolError as error:  # somebody else's package; the others go on working
+        except UnusableProtocolError as error:  # one broken package must not disable the others
             if whole:
                 raise CalledWronglyError(str(error)) from None
-            typer.echo(f"stagewire: left out: {printable(str(error))}", err=True)
+            typer.echo(f"stagewire: skipped: {printable(str(error))}", err=True)
     if not found:
         raise CalledWronglyError("no protocol is installed; install stagewire, or its checkout")
     return found
@@ -74,7 +74,7 @@ def _named(name: str) -> Protocol:
 
 
 def _messages(protocol: Protocol) -> set[str]:
-    """Return the names of all messages, in capitals; also of those that cannot be used."""
+    """Return the names of all messages in capitals, including those that cannot be used."""
     names = (*(cls.layout.message for cls in protocol.messages), *protocol.nameless)
     return {name.upper() for name in names}
 

@@ -1,6 +1,6 @@
-"""A frame for people: every field with its offset, raw value and meaning.
+"""Decoded frames for people: every field with its offset, raw value and meaning.
 
-Or why bytes are not a message: which of them are wrong, and what was expected.
+For invalid bytes: the wrong bytes, and the expected ones.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _HEX_FROM = 10
 
 
 def frame_title(protocol: Protocol, answer: Json) -> str:
-    """Return the first line about a frame: message, id, form, addresses."""
+    """Return the title of a frame: message, id, form and addresses."""
     registry = registry_of(protocol)
     entry = registry.messages.get(answer["message"], {})
     known = ""
@@ -36,9 +36,9 @@ def frame_title(protocol: Protocol, answer: Json) -> str:
 
 
 def spelled_id(registry: Registry, entry: Json) -> str:
-    """Return the id of a message, or the byte of a command, as the documents print it."""
+    """Return the id of a message, or the byte of a command, in the format of the documents."""
     if entry["kind"] == "message":
-        size = registry.data["framing"].get("id", {}).get("size", 2)  # of packets it is stated
+        size = registry.data["framing"].get("id", {}).get("size", 2)  # only packets state it
         return f"id {entry['id']:#0{2 + 2 * size}x}"
     return f"{'setup byte' if entry['kind'] == 'setup' else 'byte'} {entry['id']:#04x}"
 
@@ -75,7 +75,7 @@ def frame_line(protocol: Protocol, answer: Json) -> str:
 
 
 def event_line(frame: Frame, fields: str) -> str:
-    """Return what :func:`frame_line` does where the text of all fields is known already."""
+    """Return the same as :func:`frame_line`, from the text of all fields."""
     words = [fields] if fields else []
     if frame.extra:
         words.append(f"extra={frame.extra.hex()}")
@@ -93,19 +93,19 @@ def _line(whom: str, message: str, form: str, words: list[str]) -> str:
 
 
 def _address(registry: Registry, kind: str, value: int) -> str:
-    """Return an address; that of an axis with the name that the document has for it."""
+    """Return an address; for an axis, with its name in the document."""
     axes = registry.axes if kind == "axis" else {}
     names = [f"({name})" for name, axis in axes.items() if axis["value"] == value]
     return " ".join([f"{value:#04x}", *names])
 
 
 def _raw_text(value: int | str) -> str:
-    """Return a raw value as it is shown: text with nothing in it that could steer a terminal."""
+    """Return a raw value as printable text."""
     return printable(value) if isinstance(value, str) else str(value)
 
 
 def _meaning(field: Json, value: int | str) -> str:
-    """Return what a raw value means: a name, flag names, engineering units; empty if nothing is known."""
+    """Return the meaning of a raw value: a name, flag names, engineering units; empty if unknown."""
     if isinstance(value, str):
         return ""
     parts = []
@@ -129,7 +129,7 @@ def _meaning(field: Json, value: int | str) -> str:
 
 
 def _flag_names(flags: dict[str, int], value: int) -> str:
-    """Return the names of the bits that are set; bits without a name in hex."""
+    """Return the names of the bits that are set, and bits without a name in hex."""
     value &= (1 << 64) - 1
     names = [name for name, mask in sorted(flags.items(), key=lambda f: f[1]) if value & mask]
     for mask in flags.values():
@@ -138,7 +138,7 @@ def _flag_names(flags: dict[str, int], value: int) -> str:
 
 
 def _amount(value: Fraction) -> str:
-    """Return a fraction as a decimal, marked where it is rounded."""
+    """Return a fraction as a decimal, marked with ≈ if it is rounded."""
     whole = value.denominator
     for prime in (2, 5):
         while whole % prime == 0:
@@ -158,8 +158,8 @@ def _in_units(field: Json, value: int) -> str:
         "stage": "stage and controller",
         "setting": str(scale.get("setting", "a setting")).replace("_", " "),
         "unit": "unit",
-    }.get(str(scale.get("by")), "what is set")
-    return f"{unit or 'scale'} by {on}"
+    }.get(str(scale.get("by")), "a setting")
+    return f"{unit or 'scale'}, depending on {on}"
 
 
 def _parameters(protocol: Protocol, answer: Json) -> set[str]:
@@ -169,11 +169,11 @@ def _parameters(protocol: Protocol, answer: Json) -> set[str]:
 
 
 _SHOWN = 64
-_BEFORE = 6  # bytes that are shown before the wrong ones
+_BEFORE = 6  # bytes shown before the wrong ones
 
 
 def explain(raw: bytes, error: CodecError, hints: Iterable[str]) -> Iterator[str]:
-    """Yield lines that show the bytes, mark the wrong ones and say what was expected."""
+    """Yield lines that show the bytes, mark the wrong ones and state the expected ones."""
     wrong = error.at or range(0)
     start = max(0, min(wrong.start - _BEFORE, len(raw) - _SHOWN)) if wrong.start > _SHOWN else 0
     shown = range(start, min(max(len(raw), wrong.start + 1), start + _SHOWN))

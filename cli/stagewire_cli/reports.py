@@ -1,10 +1,10 @@
-"""How ``stagewire check`` reports: each format is a function from a report to a text.
+"""Report formats of ``stagewire check``, each a function that returns text.
 
 ========  =================================================================================================
-text      for people: a line and a hint for each diagnostic, or what was looked at
-json      for programs: one JSON object, as ``spec/schema/diagnostics.schema.json`` describes it
-github    for GitHub Actions: a workflow command for each diagnostic, which becomes a note at the line
-junit     for the test viewers of CI servers: a suite for each protocol, a case for each file that was read
+text      for people: a line and a hint for each diagnostic, or a summary of the checked spec
+json      for programs: one JSON object, described by ``spec/schema/diagnostics.schema.json``
+github    for GitHub Actions: a workflow command for each diagnostic, which annotates its line
+junit     for the test viewers of CI servers: a suite for each protocol, with a case for each file
 ========  =================================================================================================
 """
 
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A check of one spec.
+    """The result of checking one spec.
 
-    :param spec: the folder, as the user named it, and the files in it.
-    :param diagnostics: what is wrong, with files named from the current folder.
-    :param counts: what was looked at, by protocol; empty when something is wrong with the spec itself.
-    :param against: what it was compared with, as the user named it; "" for nothing.
-    :param changes: class -> number of changes, the gravest first; empty when nothing was compared.
+    :param spec: the folder, as the user named it, and its files.
+    :param diagnostics: the errors, with file paths from the current folder.
+    :param counts: the numbers of checked things by protocol; empty if the spec has errors.
+    :param against: the other side of a comparison, as the user named it; empty without one.
+    :param changes: class -> number of changes, the most serious first; empty without a comparison.
     """
 
     spec: SpecFolder
@@ -49,14 +49,14 @@ class Report:
 
 
 def as_text(report: Report) -> str:
-    """Return the diagnostics, or the summary when there are none."""
+    """Return the diagnostics, or the summary if there are none."""
     if report.diagnostics:
         return "".join(f"{diagnostic}\n" for diagnostic in report.diagnostics)
     return summary(report)
 
 
 def summary(report: Report) -> str:
-    """Return how many errors there are, or what a spec without any holds and how it changed."""
+    """Return the number of errors, or else the contents of the spec and its changes."""
     number = len(report.diagnostics)
     if number:
         return f"{printable(str(report.spec.path))}: {number} error{'s' * (number != 1)}\n"
@@ -78,7 +78,7 @@ SCHEMA_VERSION = 1
 
 
 def as_json(report: Report) -> str:
-    """Return the report in ASCII, so that no terminal and no encoding can change it."""
+    """Return the report in ASCII, so that it does not depend on terminals and encodings."""
     from stagewire_generator.codes import CODES
     from stagewire_generator.codes_page import anchor
 
@@ -111,7 +111,7 @@ _IN_A_PROPERTY = {**_IN_A_MESSAGE, ":": "%3A", ",": "%2C"}
 
 
 def as_github(report: Report) -> str:
-    """Return one line for each diagnostic; nothing when all is right."""
+    """Return one line for each diagnostic."""
     from stagewire_generator.codes import CODES
 
     lines = []
@@ -133,7 +133,7 @@ def as_github(report: Report) -> str:
 
 
 def _from_the_top(path: Path) -> str:
-    """Return a path from the top of its git repository, where notes look for it; else as it is."""
+    """Return a path relative to its git repository, as annotations require; without one, unchanged."""
     top = next((folder for folder in path.parents if (folder / ".git").exists()), None)
     return (path.relative_to(top) if top else path).as_posix()
 
@@ -143,7 +143,7 @@ def _escaped(text: str, table: dict[str, str]) -> str:
 
 
 def as_junit(report: Report) -> str:
-    """Return XML in ASCII; what XML cannot hold, such as control characters, is written as an escape."""
+    """Return XML in ASCII; characters that XML does not allow, such as control characters, are escaped."""
     from junitparser import JUnitXml, TestSuite
 
     found: dict[str, list[Diagnostic]] = {}
@@ -156,7 +156,7 @@ def as_junit(report: Report) -> str:
             name = relative_path(path)
             suite.add_testcase(_case(protocol.path.name, name, found.pop(name, [])))
         xml.add_testsuite(suite)
-    if found:  # what is missing was not read
+    if found:  # diagnostics about missing files
         suite = TestSuite(printable(report.spec.path.as_posix()))
         for name, diagnostics in found.items():
             suite.add_testcase(_case("spec", name, diagnostics))
@@ -199,5 +199,5 @@ _WRITERS: dict[ReportFormat, Callable[[Report], str]] = {
 
 
 def written(report: Report, format: ReportFormat) -> str:
-    """Return a report in a format: whole lines, or nothing."""
+    """Return a report in a format, as whole lines."""
     return _WRITERS[format](report)

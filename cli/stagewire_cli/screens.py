@@ -1,6 +1,6 @@
-"""Live tables on a terminal: that of ``stagewire monitor``, and that of ``stagewire virtual``.
+"""Live tables on a terminal for ``stagewire monitor`` and ``stagewire virtual``.
 
-Imported only where one is shown: Rich takes longer to import than most commands to run.
+Imported only on use, because importing Rich takes longer than running most commands.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _NOTES = 5
 _WIDE = 130
-"""Columns of a terminal that show everything unfolded, with the addresses of controllers above it."""
+"""The width of a terminal from which the table of virtual controllers shows URLs and counters."""
 
 
 class _Screen:
@@ -45,8 +45,8 @@ class _Screen:
 class MonitorScreen(_Screen):
     """The states of the parts of a controller.
 
-    :param title: what is monitored, in one line.
-    :param board: what it shows.
+    :param title: the name of the controller, in one line.
+    :param board: the readings to show.
     """
 
     def __init__(self, title: str, board: Board) -> None:
@@ -55,7 +55,7 @@ class MonitorScreen(_Screen):
         self._board = board
 
     def draw(self, now: float) -> None:
-        """Draw what is so at this instant, in seconds since the monitor began."""
+        """Draw the present state; ``now`` is in seconds since the monitor began."""
         names = list({name: None for one in self._board.latest.values() for name in one.values})
         shown = table(
             "part", *names, "state", "age", "per second", right=(*names, "age", "per second")
@@ -75,7 +75,7 @@ class MonitorScreen(_Screen):
 class VirtualScreen(_Screen):
     """The activity of virtual controllers.
 
-    :param links: what it shows.
+    :param links: the links to show.
     """
 
     def __init__(self, links: Sequence[ServedLink]) -> None:
@@ -84,11 +84,11 @@ class VirtualScreen(_Screen):
         self._notes: deque[str] = deque(maxlen=_NOTES)
 
     def note(self, link: Link, text: str) -> None:
-        """Show a line below the table, in place of the oldest."""
+        """Add a line below the table, replacing the oldest."""
         self._notes.append(f"{link.label}: {printable(text)}")
 
     def draw(self) -> None:
-        """Draw what is so at this instant."""
+        """Draw the present state."""
         wide = self._console.width >= _WIDE
         traffic = ("link", "bytes in", "frames out") if wide else ()
         shown = table(

@@ -20,10 +20,10 @@ from stagewire_conformance.framings import codec_of
 
 @dataclass(frozen=True)
 class Selection(Options):
-    """The options that say what is to be decoded, as they were given."""
+    """The options that select the protocol, direction and message, as given."""
 
     def task(self) -> Task:
-        """Return what is to be decoded. Raises :class:`CalledWronglyError`."""
+        """Return the decoding task. Raises :class:`CalledWronglyError` for invalid options."""
         if self.recorded:
             task = self._of_capture(self.recorded)._task()
             task.records()
@@ -31,15 +31,15 @@ class Selection(Options):
         return self._task()
 
     def _of_capture(self, recorded: Heading) -> Selection:
-        """Return the options that a capture makes of these; raise for one that contradicts it."""
+        """Return these options combined with a capture; raise if one contradicts it."""
         for option, value in (("--direction", self.direction), ("--command", self.command)):
             if value is not None:
                 raise CalledWronglyError(
-                    f"{option} is for bytes alone; a capture says which way they went"
+                    f"{option} does not apply to a capture, which contains the direction of all bytes"
                 )
         if self.protocol not in (None, recorded.protocol):
             raise CalledWronglyError(
-                f"--protocol {self.protocol} contradicts the capture, which is one of {recorded.protocol}"
+                f"--protocol {self.protocol} contradicts the capture, which is of {recorded.protocol}"
             )
         status = self.status or _status(recorded)
         return replace(self, protocol=recorded.protocol, status=status)
@@ -50,12 +50,12 @@ class Selection(Options):
         if framing is not None:
             return framing.task(self)
         raise CalledWronglyError(
-            f"{protocol.name}: its bytes cannot be decoded by this command, which does not know protocols "
-            f"of the class {type(protocol).__name__}"
+            f"{protocol.name}: this command cannot decode protocols of the class "
+            f"{type(protocol).__name__}"
         )
 
     def _protocol(self) -> Protocol:
-        """Return the protocol that the options are for; by themselves bytes are taken for frames."""
+        """Return the protocol that the options select; by default one of frames."""
         named = {"--command": self.command, "--message": (self.message or "").partition(":")[0]}
         for option, name in named.items():
             if name:
@@ -68,7 +68,7 @@ class Selection(Options):
 
 
 def _status(recorded: Heading) -> str | None:
-    """Return the status block that the unit of a capture sends, if a decoder needs to know it."""
+    """Return the status block that the unit of a capture sends, if the decoder depends on it."""
     protocol = choose(recorded.protocol, lambda _: True)
     known = codec_of(protocol).contexts.get("status", ())
     units = protocol.registry()["units"]

@@ -1,4 +1,4 @@
-"""``stagewire show``: what the registry says of a name; of a message also how its framing carries it."""
+"""``stagewire show``: show an entry of the registry; for a message, also its framing."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
 
 def _find(name: str, everything: list[Found]) -> list[Found]:
     wanted = name.strip().lower()
-    for candidate in (wanted, wanted.partition("_")[2]):  # MGMSG_ and the like in front
+    for candidate in (wanted, wanted.partition("_")[2]):  # with and without a prefix like MGMSG_
         found = [entry for entry in everything if candidate and entry[2].lower() == candidate]
         if found:
             return found
@@ -130,7 +130,9 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
             out.print(entry[key])
     _plain(out, {key: entry[key] for key in ("set", "exchange", "errata") if entry.get(key)})
     if not entry["layouts"]:
-        out.print("the document gives no layout; it is kept as it comes and never made by guess")
+        out.print(
+            "the document has no layout for it: its bytes are returned, and it cannot be encoded"
+        )
     for layout in entry["layouts"]:
         _layout(out, layout)
 
@@ -199,7 +201,7 @@ def _bits(out: Console, entry: Json) -> None:
 
 
 def _plain(out: Console, entry: Json, indent: str = "") -> None:
-    """Print any entry of the registry: one line per fact, deeper ones indented."""
+    """Print any entry of the registry: one line per fact, nested facts indented."""
     for key, value in entry.items():
         if value is None or value in ("", [], {}) or key == "name":
             continue
@@ -212,7 +214,7 @@ def _plain(out: Console, entry: Json, indent: str = "") -> None:
 
 
 def _placed(value: Any, sections: list[str] | None) -> Any:
-    """Return an entry with the titles of sections where a document has them instead of pages."""
+    """Return an entry with titles of sections instead of pages, for a document without pages."""
     if sections is None:
         return value
     if isinstance(value, list):

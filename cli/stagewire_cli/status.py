@@ -1,4 +1,4 @@
-"""The state of one part of a controller: asked for, and as people read it."""
+"""The state of one part of a controller, read and formatted for people."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STATUS_METHODS = (
     "read_motor_position_and_status",
     "get_pz_status_bits",
 )
-"""The questions that tell position and state, the one that tells most first."""
+"""The methods that read position and state, the most informative first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +36,10 @@ class Value:
 class Reading:
     """One status of one part.
 
-    :param part: the bay, channel or axis; empty for a controller that is one part alone.
+    :param part: the bay, channel or axis; empty for a controller with a single part.
     :param time: seconds since the monitor began.
     :param values: its numbers by name, such as ``position``.
-    :param flags: the names of the bits that are set; None where it has no bits.
+    :param flags: the names of the bits that are set; None without bits.
     """
 
     part: str
@@ -49,7 +49,7 @@ class Reading:
 
     @property
     def state(self) -> str:
-        """The flags in words; empty where it has none, and a dash where none is set."""
+        """The flags in words; empty without flags, and a dash if none is set."""
         return "" if self.flags is None else ", ".join(self.flags) or "-"
 
     def line(self) -> str:
@@ -60,9 +60,9 @@ class Reading:
 
 
 def status_of(part: Any) -> Values[Any] | None:
-    """Ask a part for its status; None where its unit has no such question.
+    """Read the status of a part; return None if its unit has no such request.
 
-    Raises as any question does.
+    Raises the errors of requests.
     """
     for name in _STATUS_METHODS:
         method = getattr(part, name, None)
@@ -73,7 +73,7 @@ def status_of(part: Any) -> Values[Any] | None:
 
 
 def reading_of(part: str, when: float, values: Values[Any]) -> Reading:
-    """Return what a status of a part says."""
+    """Return the reading in a status of a part."""
     flags: tuple[str, ...] | None = None
     for name in values.names:
         if isinstance(getattr(type(values), name), Bits | BitsByUnit):
@@ -83,7 +83,7 @@ def reading_of(part: str, when: float, values: Values[Any]) -> Reading:
 
 
 def numbers_of(values: Values[Any]) -> dict[str, Value]:
-    """Return the numbers of a message by field: in units where the scale is known, else in counts."""
+    """Return the numbers of a message by field, in units if the scale is known, else in counts."""
     numbers: dict[str, Value] = {}
     for name in values.names:
         described = getattr(type(values), name)

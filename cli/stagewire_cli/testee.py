@@ -1,4 +1,4 @@
-"""``stagewire testee``: the Python codec with the line protocol of the conformance suite."""
+"""``stagewire testee``: the Python codec as a testee of the conformance suite."""
 
 from __future__ import annotations
 

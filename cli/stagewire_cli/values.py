@@ -1,6 +1,6 @@
-"""Values as people write them on the command line: integers, names, flags, text, bytes.
+"""Parsing of values on the command line: integers, names, flags, text and bytes.
 
-Hex comes in any spelling, block by block: blanks, commas, colons, ``0x``, comments after ``#``.
+Hex text may have spaces, commas, colons, ``0x`` and comments after ``#``, and is read block by block.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ _LONG = 4096
 def parse_hex(text: str) -> bytes:
     """Return the bytes of a whole text.
 
-    Raises :class:`ValueError` with a plain sentence.
+    Raises :class:`ValueError` with a message for users.
     """
     reader = HexText()
     return reader.feed(text) + reader.finish()
 
 
 class HexText:
-    """Turns blocks of text into bytes; what a block cuts in two waits for the next."""
+    """Converts blocks of hex text to bytes; keeps a word that a block cuts until the next block."""
 
     def __init__(self) -> None:
         self._tail = ""
         self._comment = False
         self._line = 1
-        self._inside = False  # the tail goes on with a word whose beginning was given out
+        self._inside = False  # whether the beginning of the word in the tail was already returned
 
     def feed(self, block: str) -> bytes:
-        """Take the next block; raise :class:`ValueError` if it is not hex."""
+        """Convert the next block; raise :class:`ValueError` if it is not hex."""
         made = bytearray()
         for number, line in enumerate(block.split("\n")):
             if number:
@@ -48,7 +48,7 @@ class HexText:
         return bytes(made)
 
     def finish(self) -> bytes:
-        """Take the end of the text."""
+        """Convert the rest at the end of the text."""
         return self._end_of_line()
 
     def _end_of_line(self) -> bytes:
@@ -66,8 +66,8 @@ class HexText:
         made = bytearray()
         cut = text.rfind(" ") + 1
         if cut and not self._inside:
-            # Pairs and blanks alone, as nearly all hex text is, are read at once; fromhex takes
-            # nothing that the words below would not.
+            # Fast path for pairs and spaces, as in nearly all hex text; fromhex accepts nothing that
+            # the code below would not.
             with contextlib.suppress(ValueError):
                 made += bytes.fromhex(text[:cut])
                 text = text[cut:]
@@ -107,15 +107,15 @@ def parse_assignments(words: Iterable[str]) -> dict[str, str]:
     for word in words:
         name, equals, value = word.partition("=")
         if not equals or not name:
-            raise CalledWronglyError(f"{word!r} is not field=value")
+            raise CalledWronglyError(f"{word!r} is not FIELD=VALUE")
         if name in made:
-            raise CalledWronglyError(f"{name} is given twice")
+            raise CalledWronglyError(f"{name} is given more than once")
         made[name] = value
     return made
 
 
 def parse_value(name: str, text: str, field: Json) -> int | str:
-    """Return what ``text`` says for a field: an integer, text, or hex of a byte string."""
+    """Return the value of a field: an integer, text, or a byte string in hex."""
     kind = field.get("kind")
     if kind == "text":
         return text
@@ -136,7 +136,7 @@ def parse_value(name: str, text: str, field: Json) -> int | str:
     if all(part in numbers for part in parts) and sum(part in alone for part in parts) <= 1:
         return reduce(operator.or_, (numbers[part] for part in parts))
     if not numbers:
-        raise CalledWronglyError(f"{name} takes an integer such as 5 or 0x05, not {text!r}")
+        raise CalledWronglyError(f"{name} must be an integer such as 5 or 0x05, not {text!r}")
     known = ", ".join([*values, *bits])
     several = ", or several joined by |" if added else ""
     raise CalledWronglyError(
@@ -148,7 +148,7 @@ def parse_address(option: str, text: str) -> int:
     """Return an address in decimal or hex."""
     value = _integer(text)
     if value is None:
-        raise CalledWronglyError(f"{option} takes an address such as 0x50, not {text!r}")
+        raise CalledWronglyError(f"{option} must be an address such as 0x50, not {text!r}")
     return value
 
 

@@ -1,4 +1,4 @@
-"""``stagewire virtual``: virtual controllers on TCP or a pseudo-terminal, until they are stopped."""
+"""``stagewire virtual``: serve virtual controllers on TCP ports or pseudo-terminals."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Examples:
 
 
 def _list(wanted: bool) -> None:
-    """Print what there is, and end."""
+    """Print all units, quirks, strategies and faults, and exit."""
     if wanted:
         from stagewire_cli.virtual_units import show_all
 
@@ -91,7 +91,7 @@ def virtual(
         typer.Option(
             "--bind",
             metavar="ADDRESS",
-            help="Listen on this address.  [default: this machine only]",
+            help="Listen on this address.  [default: loopback only]",
         ),
     ] = None,
     stage: Annotated[
@@ -266,7 +266,7 @@ def virtual(
 
 
 def _one_of(given: Mapping[str, object]) -> None:
-    """Raise unless exactly one of them says what is to be served."""
+    """Raise unless exactly one of the sources of units is given."""
     names = [name for name, value in given.items() if value]
     if not names:
         raise CalledWronglyError(
@@ -277,7 +277,7 @@ def _one_of(given: Mapping[str, object]) -> None:
 
 
 def _without(option: str, others: Mapping[str, object]) -> None:
-    """Raise for options that ``option`` leaves no room for."""
+    """Raise for options that ``option`` excludes."""
     from stagewire_cli.virtual_units import option as called
 
     for name, value in others.items():
@@ -289,7 +289,7 @@ def _without(option: str, others: Mapping[str, object]) -> None:
 
 @contextmanager
 def _called_wrongly() -> Iterator[None]:
-    """Let what is wrong with units, places and files end the command with 2."""
+    """Turn errors about units, endpoints and files into exit code 2."""
     from stagewire.errors import StagewireError
 
     try:

@@ -1,6 +1,6 @@
-"""``stagewire virtual --log``: what is said on each line, as a capture with every frame in words.
+"""``stagewire virtual --log``: the traffic of each line as a capture, with every frame decoded in a comment.
 
-The words are those of ``stagewire decode``, of both ends of a line, as it passes.
+The comments have the format of ``stagewire decode``.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from stagewire_conformance.framings import EVENT_NAMES
 from stagewire_virtual.serving.link import Link
 
 Piece = tuple[bytes, str]
-"""Bytes that passed, and the event that they completed, or ``incomplete``."""
+"""Bytes, and a description of the event that they completed, or ``incomplete``."""
 
 
 class Conversation:
-    """Reads both directions of one line; bytes of any kind are taken.
+    """Decodes both directions of one line; accepts any bytes.
 
-    :param task: what is spoken, and what has to be known to read it.
+    :param task: the protocol, and the facts needed to decode it.
     """
 
     def __init__(self, task: Task) -> None:
@@ -39,9 +39,11 @@ class Conversation:
         self._readers = task.readers()
 
     def pieces(self, direction: Direction, data: bytes) -> list[Piece]:
-        """Return what passed at once in one direction, cut where its frames end."""
+        """Return bytes of one direction, cut at the ends of their frames."""
         reader = self._readers[direction]
-        old = len(reader.pending)  # given out before, though the next events begin with it
+        old = len(
+            reader.pending
+        )  # bytes that the next event includes, but that were returned before
         found: list[Piece] = []
         said: list[str] = []
         at = 0
@@ -66,7 +68,7 @@ class Conversation:
 
 
 def _raw(kind: str, raw: bytes) -> str:
-    """Describe bytes that are not a message; text, as from a terminal, is shown."""
+    """Describe bytes that are not a message; show them if they are text, as from a terminal."""
     text = raw.decode("latin-1")
     is_text = text.isascii() and text.rstrip("\r\n").isprintable() and text.strip()
     return f"{kind} {text!r}" if is_text else kind
@@ -77,15 +79,15 @@ STANDARD_OUTPUT = "-"
 
 @contextmanager
 def logs(target: str, links: Sequence[Link], source: Path | None) -> Iterator[dict[Link, Log]]:
-    """Give a log for each link; files are closed when the block ends.
+    """Yield a log for each link; files are closed when the block ends.
 
-    Several get files of their own, ``session-1.txt`` and so on, since a capture is of one line. On standard
-    output their lines begin with the label. No file is touched before something is recorded, or :func:`begin`
-    is called: what fails to be served leaves the log of the last session as it is.
+    A capture is of one line, so several links get separate files ``session-1.txt`` and so on. On standard
+    output their lines begin with the label. Files are opened by :func:`begin` or by the first record, so if
+    serving fails, the log of the last session is kept.
 
     :param source: the bench or the capture that is read.
 
-    Raises :class:`CalledWronglyError` where the source would be lost.
+    Raises :class:`CalledWronglyError` if a log would replace the source.
     """
     path, several = Path(target), len(links) > 1
     with ExitStack() as stack:
@@ -98,7 +100,7 @@ def logs(target: str, links: Sequence[Link], source: Path | None) -> Iterator[di
                 own = path.with_stem(f"{path.stem}-{number}") if several else path
                 if source is not None and own.exists() and own.samefile(source):
                     raise CalledWronglyError(
-                        f"--log {own}: it is the file that is read, and would be lost; name another one"
+                        f"--log {own} would replace the file that is being read; give another name"
                     )
                 made[link] = Log(link, str(own), partial(_opened, own, stack))
         yield made
@@ -112,7 +114,7 @@ def begin(logs: Iterable[Log]) -> None:
     for log in logs:
         try:
             log.begin()
-        except BrokenPipeError:  # the reader of standard output has gone
+        except BrokenPipeError:  # the reader of standard output has closed the pipe
             raise
         except OSError as error:
             raise CalledWronglyError(
@@ -124,9 +126,9 @@ def begin(logs: Iterable[Log]) -> None:
 class Log:
     """Records one line.
 
-    :param link: what is recorded.
-    :param name: of the file, for people.
-    :param opened: opens it; flushed after every chunk, since somebody may be looking on.
+    :param link: the link to record.
+    :param name: the name of the file for people.
+    :param opened: opens the file, which is flushed after every chunk so that it can be followed.
     """
 
     def __init__(self, link: Link, name: str, opened: Callable[[], TextIO]) -> None:
@@ -145,18 +147,18 @@ class Log:
         return CaptureWriter(self._out, self._heading)
 
     def begin(self) -> None:
-        """Open it if that has not been done; raises :class:`OSError` for a file that cannot be written."""
+        """Open the log if it is not open; raise :class:`OSError` if it cannot be written."""
         _ = self._writer
         self._out.flush()
 
     def passed(self, when: int, direction: Direction, data: bytes) -> None:
-        """Record bytes that went one way."""
+        """Record bytes of one direction."""
         for piece, words in self._conversation.pieces(direction, data):
             self._writer.write(when, direction, piece, words)
         self._out.flush()
 
     def note(self, when: int, text: str) -> None:
-        """Record something for people."""
+        """Record a note for people."""
         self._writer.note(when, text)
         self._out.flush()
 
@@ -168,11 +170,11 @@ class _Labelled(io.TextIOBase):
         self._label = label
 
     def write(self, line: str) -> int:
-        """Write a whole line, as captures are written."""
+        """Write a whole line."""
         return sys.stdout.write(f"{self._label}: {line}")
 
     def flush(self) -> None:
-        """Hand on what has been written."""
+        """Flush standard output."""
         sys.stdout.flush()
 
 
@@ -187,7 +189,7 @@ def _opened(path: Path, stack: ExitStack) -> TextIO:
 
 
 def _close(file: TextIO) -> None:
-    """Close a file; a failure to write was reported when it was flushed."""
+    """Close a file; write errors were reported when it was flushed."""
     with suppress(OSError):
         file.close()
 

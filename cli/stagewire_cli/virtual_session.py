@@ -1,4 +1,4 @@
-"""One run of ``stagewire virtual``: served until somebody, or the time, ends it."""
+"""One run of ``stagewire virtual``, until a signal or a timeout ends it."""
 
 from __future__ import annotations
 
@@ -25,23 +25,22 @@ if TYPE_CHECKING:
     from stagewire_cli.screens import VirtualScreen
 
 _REFRESH = 0.2  # seconds between two drawings of the live table
-_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # as far as the system has them
+_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")  # those that the system has
 
 
 def run_session(
     makers: Sequence[LinkMaker], log: str | None, seconds: float | None, source: Path | None = None
 ) -> bool:
-    """Serve until a signal, until the time is over, or until the host of a replay has left.
+    """Serve until a signal, until a time is over, or until the host of a replay has left.
 
-    :param makers: what is served, on one clock.
-    :param log: file to record to; ``-`` is standard output; None: nothing is recorded.
-    :param seconds: the time, or None.
-    :param source: the bench or the capture that is read, which no log replaces.
+    :param makers: the makers of the units, which share a clock.
+    :param log: the file to record to; ``-`` is standard output; None records nothing.
+    :param seconds: the longest time, or None.
+    :param source: the bench or capture that is read, which no log may replace.
 
-    Returns False where a replayed session took another course. Raises
-    :class:`~stagewire_virtual.errors.ServingError` for a place that cannot be had,
-    :class:`CalledWronglyError` for a log that cannot be begun, and :class:`OSError` for output that cannot be
-    written any more.
+    Return False if a replayed session differed from its recording. Raises
+    :class:`~stagewire_virtual.errors.ServingError` for an endpoint that cannot be opened,
+    :class:`CalledWronglyError` for a log that cannot be opened, and :class:`OSError` if writing output fails.
     """
     clock = RealClock()
     session = _Session()
@@ -57,7 +56,7 @@ def run_session(
 
 
 class _Session(Observer):
-    """Hears of everything that goes over the links, and of their end."""
+    """Serves links, and logs and shows their traffic."""
 
     def __init__(self) -> None:
         self.logs: dict[Link, Log] = {}
@@ -69,7 +68,7 @@ class _Session(Observer):
     async def serve(
         self, server: Server, links: Sequence[ServedLink], seconds: float | None, *, quiet: bool
     ) -> None:
-        """Serve the links until it is over; ``quiet`` leaves standard output to the log."""
+        """Serve the links until the end; ``quiet`` leaves standard output to the log."""
         async with server:
             with _signals(self._over.set), ExitStack() as stack:
                 for link in links:
@@ -89,18 +88,18 @@ class _Session(Observer):
                 for task in waiting:
                     task.cancel()
                 for task in done:
-                    task.result()  # raises what drawing raised
+                    task.result()  # raises the error of a failed drawing
 
     def received(self, link: Link, when: int, data: bytes) -> None:
-        """Record bytes of a host."""
+        """Record bytes from a host."""
         self._record(link, lambda log: log.passed(when, Direction.TO_CONTROLLER, data))
 
     def sent(self, link: Link, when: int, data: bytes) -> None:
-        """Record what goes to a host."""
+        """Record bytes to a host."""
         self._record(link, lambda log: log.passed(when, Direction.TO_HOST, data))
 
     def noted(self, link: Link, when: int, text: str) -> None:
-        """Show what a person wants to know; a replay is over when its host has left."""
+        """Show a note for people, and end a replay when its host has left."""
         self._record(link, lambda log: log.note(when, text))
         if self._screen is not None:
             self._screen.note(link, text)
@@ -117,14 +116,14 @@ class _Session(Observer):
             return
         try:
             write(log)
-        except OSError as error:  # a disk that is full, a reader that has gone
+        except OSError as error:  # for example a full disk or a closed pipe
             error.filename = error.filename or log.name
             self.failure = error
             self._over.set()
 
 
 async def _draw(server: Server, screen: VirtualScreen) -> None:
-    """Keep the live table up to date, each time at an instant at which all that is due has been done."""
+    """Redraw the live table periodically, each time after all timers that are due."""
     while True:
         server.run(screen.draw)
         await asyncio.sleep(_REFRESH)
@@ -132,7 +131,7 @@ async def _draw(server: Server, screen: VirtualScreen) -> None:
 
 @contextmanager
 def _signals(end: Callable[[], object]) -> Iterator[None]:
-    """Have signals call ``end`` in the event loop, as long as the block lasts."""
+    """Make signals call ``end`` in the event loop during the block."""
     loop = asyncio.get_running_loop()
     numbers = [getattr(signal, name) for name in _SIGNALS if hasattr(signal, name)]
     before = {
@@ -147,7 +146,7 @@ def _signals(end: Callable[[], object]) -> Iterator[None]:
 
 
 def _report_replays(links: Sequence[Link]) -> bool:
-    """Say how replays went; return whether all went as recorded."""
+    """Print the summaries of replays; return whether all matched their recordings."""
     right = True
     for replay in (link.instrument for link in links):
         if isinstance(replay, Replay):

@@ -1,6 +1,6 @@
-"""Units that ``stagewire virtual`` serves: by name, from a bench file or a recorded session.
+"""The units that ``stagewire virtual`` serves: by name, from a bench file or from a recorded session.
 
-Options of the command line become the keys of a bench file, so that one reader checks both.
+Command-line options are converted to the keys of a bench file, so that one reader checks both.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stagewire_virtual.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoi
 from stagewire_virtual.serving.link import Observer, ServedLink
 
 LinkMaker: TypeAlias = Callable[[Clock, Observer], ServedLink]
-"""Makes one virtual controller with its line, not yet open."""
+"""Makes one virtual controller with its link, which is not open yet."""
 
 _ANY_PORT = "0"
 
@@ -32,7 +32,7 @@ _FAULT_TEXTS = """
 
 
 def option(key: str) -> str:
-    """Return the option of the command line that stands for a key of a bench file."""
+    """Return the command-line option for a key of a bench file."""
     return "the name" if key == "name" else f"--{_SINGULAR.get(key, key).replace('_', '-')}"
 
 
@@ -43,24 +43,23 @@ def of_names(
     bind: str | None,
     options: Mapping[str, Any],
 ) -> list[LinkMaker]:
-    """Return units that are named on the command line.
+    """Return the units that are named on the command line.
 
-    :param tcp: the port of the first one; those of the others follow. None: any that are free.
-    :param pty: whether each gets a pseudo-terminal instead.
-    :param bind: address of the network to be reached at.
-    :param options: for all units, by the keys of a bench file; what is None was not given. Seed and serial
-        number are those of the first unit and count up with the others, so that no two units have the same
-        serial number.
+    :param tcp: the port of the first unit; the others get the next ports. None: free ports.
+    :param pty: whether each unit gets a pseudo-terminal instead.
+    :param bind: the network address to listen on.
+    :param options: the options of all units, by the keys of a bench file; None means not given. Seed and
+        serial number are those of the first unit and count up for the others, so that serial numbers differ.
 
-    Raises :class:`~stagewire_virtual.errors.VirtualError` with everything that is wrong.
+    Raises :class:`~stagewire_virtual.errors.VirtualError` with all problems.
     """
     from stagewire_virtual.bench import make_bench
     from stagewire_virtual.thorlabs_apt.rack import RACK
 
     if RACK in map(str.upper, names):
         raise CalledWronglyError(
-            f'{RACK}: which modules are in its bays says a bench file: name = "{RACK}", '
-            'bays = ["MST601", "", "MPZ601"]; serve it with --bench FILE'
+            f'describe a {RACK} with its modules in a bench file (name = "{RACK}", '
+            'bays = ["MST601", "", "MPZ601"]) and serve it with --bench FILE'
         )
     given = {key: value for key, value in options.items() if value is not None}
     if "strategies" in given:
@@ -76,7 +75,7 @@ def of_names(
 
 
 def of_bench(path: Path, bind: str | None) -> list[LinkMaker]:
-    """Return the units of a bench file; raises as :func:`of_names` does."""
+    """Return the units of a bench file; raise the same errors as :func:`of_names`."""
     from stagewire_virtual.bench import load_bench
 
     return [unit.link for unit in load_bench(path, bind=bind).units]
@@ -87,7 +86,7 @@ def of_replay(
 ) -> list[LinkMaker]:
     """Return the controller's side of a recorded session; see :class:`~stagewire_virtual.replay.Replay`.
 
-    The constructor raises :class:`~stagewire.errors.CaptureError` if the file is not a capture.
+    The returned maker raises :class:`~stagewire.errors.CaptureError` if the file is not a capture.
     """
     from stagewire_virtual.replay import load_replay
 
@@ -110,18 +109,18 @@ def show_all() -> None:
     from stagewire_virtual.thorlabs_apt.rack import RACK
 
     out = console()
-    units = table("unit", "what it is", "protocol", "stages")
+    units = table("unit", "description", "protocol", "stages")
     for name, unit in sorted(all_units().items()):
         stages = ", ".join(unit.facts["stages"])
         units.add_row(name, unit.facts["title"], unit.protocol.name, stages)
     units.add_row(RACK, "rack of modules; a bench file names the module in each bay", APT.name)
     out.print(units)
-    quirks = table("quirk", "what the controller does")
+    quirks = table("quirk", "effect")
     for name, sentence in QUIRKS.items():
         quirks.add_row(name, sentence)
     out.print()
     out.print(quirks)
-    readings = table("strategy", "value", "how the document is read")
+    readings = table("strategy", "value", "reading of the document")
     for name, known in STRATEGIES.items():
         for reading, sentence in known.items():
             default = " (default)" if reading == next(iter(known)) else ""
@@ -130,21 +129,22 @@ def show_all() -> None:
     out.print(readings)
     faults = table("fault", "applies to", "keys")
     for action, kind in ACTIONS.items():
-        faults.add_row(action.value, "bytes or frames" if kind.piece else "", ", ".join(kind.keys))
+        affected = "bytes or frames" if kind.piece else "an axis"
+        faults.add_row(action.value, affected, ", ".join(kind.keys))
     out.print()
     out.print(faults)
     out.print(_FAULT_TEXTS)
 
 
 def _label(names: Sequence[str], number: int) -> str:
-    """Return a name that no other unit has: where several are alike, with its number among them."""
+    """Return a unique label: the name, with a number if several units have the same name."""
     alike = [index for index, name in enumerate(names) if name.upper() == names[number].upper()]
     name = names[number].upper()
     return name if len(alike) == 1 else f"{name} {alike.index(number) + 1}"
 
 
 def _port(first: TcpEndpoint, number: int) -> str:
-    """Return the place of the unit that is ``number``-th, counted from 0."""
+    """Return the address and port of the unit with this index, counted from 0."""
     host = f"[{first.host}]" if ":" in first.host else first.host
     return f"{host}:{first.port + number if first.port else 0}"
 
@@ -152,5 +152,5 @@ def _port(first: TcpEndpoint, number: int) -> str:
 def _reading(text: str) -> tuple[str, str]:
     name, found, reading = text.partition("=")
     if not found:
-        raise CalledWronglyError(f"--strategy {text}: expected NAME=VALUE; --list shows them")
+        raise CalledWronglyError(f"--strategy {text}: expected NAME=VALUE; see --list")
     return name, reading

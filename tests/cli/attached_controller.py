@@ -1,4 +1,4 @@
-"""A virtual controller at the other end of the line that a command opens; its time goes on when it waits."""
+"""Virtual controllers for commands: their clock runs while a command waits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ URL = "virtual://made"
 
 
 class Written(SteppedLink):
-    """The line of a virtual controller, whose time goes on when somebody waits; keeps what was sent."""
+    """A link to a virtual controller that advances its clock while waiting and records sent messages."""
 
     def __init__(self, controller: virtual.VirtualController) -> None:
         super().__init__(controller)
@@ -27,7 +27,7 @@ class Written(SteppedLink):
     write_now = write
 
     def sent(self) -> list[str]:
-        """The names of what was sent."""
+        """The names of the sent messages."""
         events = PROTOCOL.framer(End.NONE).feed(b"".join(self.written))
         return [event.frame.message.layout.message for event in events]
 
@@ -36,7 +36,7 @@ class Written(SteppedLink):
 
 
 def attached(monkeypatch: pytest.MonkeyPatch, controller: virtual.VirtualController) -> Written:
-    """Have URL lead to a controller, each time that it is opened; what is sent is kept together."""
+    """Make URL open a controller, and return the record of everything that is sent to it."""
     made = Written(controller)
 
     def open_link(url: str, settings: object) -> Written:

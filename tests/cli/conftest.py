@@ -1,4 +1,4 @@
-"""The command, run in this process: what it prints and how it ends."""
+"""A fixture that runs the command in this process and returns its output and exit code."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ Stagewire = Callable[..., Result]
 
 @pytest.fixture
 def stagewire(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Stagewire:
-    """Run the command with arguments and, perhaps, bytes on standard input; it shows no progress."""
-    monkeypatch.setattr(output, "_PATIENCE", math.inf)  # a busy machine makes every command slow
+    """Return a function that runs the command with arguments and standard input, without progress."""
+    monkeypatch.setattr(output, "_PATIENCE", math.inf)  # on a busy machine every command is slow
 
     def run(*arguments: object, input: bytes = b"") -> Result:
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(input), encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Git repositories with a small spec in them, and edits of the spec."""
+"""Git repositories with a small spec, and edits of the spec."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from checkout import SMALL_SPECS
 GOOD = SMALL_SPECS / "good_spec"
 
 Edit = tuple[str, str, str]
-"""A file of the protocol, and what stands in it before and after."""
+"""A file of the protocol, with its old and new text."""
 
 
 def edit(spec: Path, file: str, old: str, new: str) -> None:
@@ -25,7 +25,7 @@ def edit(spec: Path, file: str, old: str, new: str) -> None:
 
 
 def git(*arguments: str) -> None:
-    """Run git in the current folder, by nobody's settings; submodules may be files."""
+    """Run git in the current folder, without user settings; submodules may be local files."""
     who = ("-c", "user.name=Somebody", "-c", "user.email=somebody@example.org")
     more = ("-c", "protocol.file.allow=always")
     subprocess.run(["git", *who, *more, *arguments], check=True, capture_output=True)
@@ -37,7 +37,7 @@ def commit() -> None:
 
 
 def make_repository(top: Path, good: Path, change: Edit, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Make a repository of two commits, a good spec and then a change of it; go into it."""
+    """Make a repository with two commits, a good spec and a change of it, and change into it."""
     for name in [name for name in os.environ if name.startswith("GIT_")]:
         monkeypatch.delenv(name)
     monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)

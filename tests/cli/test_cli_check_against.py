@@ -1,4 +1,4 @@
-"""``stagewire check --against``: folders and revisions, what is demanded of a change, and how it ends."""
+"""``stagewire check --against``: folders and revisions, the evidence for changes, and exit codes."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ def new(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A repository of two commits, of which the last reworded something; the test stands in it."""
+    """Return a repository with two commits, the last of which only rewords a text, as current folder."""
     return make_repository(tmp_path / "repository", GOOD, DOC, monkeypatch)
 
 
-def test_nothing_changed(stagewire: Stagewire, new: Path) -> None:
+def test_an_unchanged_spec_passes(stagewire: Stagewire, new: Path) -> None:
     result = stagewire("check", new, "--against", GOOD)
     assert (result.code, result.err) == (0, "")
     assert result.out.splitlines()[-1] == f"against {GOOD}: ok; 0 changes: 0 WIRE, 0 SOURCE, 0 DOC"
 
 
-def test_a_change_without_evidence(stagewire: Stagewire, new: Path) -> None:
+def test_a_wire_change_without_evidence_is_an_error(stagewire: Stagewire, new: Path) -> None:
     edit(new, *WIRE)
     result = stagewire("check", new, "--against", GOOD)
     assert result.code == 1
@@ -55,7 +55,7 @@ def test_a_change_without_evidence(stagewire: Stagewire, new: Path) -> None:
     assert result.err == f"{new}: 1 error\n"
 
 
-def test_a_change_with_evidence(stagewire: Stagewire, new: Path) -> None:
+def test_a_wire_change_with_evidence_passes(stagewire: Stagewire, new: Path) -> None:
     edit(new, *WIRE)
     edit(new, *PAGE)
     result = stagewire("check", new, "--against", GOOD)
@@ -63,7 +63,7 @@ def test_a_change_with_evidence(stagewire: Stagewire, new: Path) -> None:
     assert result.out.endswith("ok; 2 changes: 1 WIRE, 0 SOURCE, 1 DOC\n")
 
 
-def test_a_spec_that_is_wrong_is_not_compared(stagewire: Stagewire, new: Path) -> None:
+def test_a_spec_with_errors_is_not_compared(stagewire: Stagewire, new: Path) -> None:
     edit(new, *WIRE)
     edit(new, "units.yaml", "units:\n", "units: 7\nunitz:\n")
     result = stagewire("check", new, "--against", "no such thing")
@@ -73,13 +73,15 @@ def test_a_spec_that_is_wrong_is_not_compared(stagewire: Stagewire, new: Path) -
 
 
 @pytest.mark.parametrize("format", ["text", "json"])
-def test_what_it_is_held_against_is_wrong(stagewire: Stagewire, new: Path, format: str) -> None:
-    """Where standard output is for programs, all of it goes to standard error."""
+def test_an_old_spec_with_errors_is_not_compared(
+    stagewire: Stagewire, new: Path, format: str
+) -> None:
+    """If standard output is for programs, the errors go to standard error."""
     edit(new, "units.yaml", "units:\n", "units: 7\nunitz:\n")
     result = stagewire("check", GOOD, "--against", new, "--format", format)
     assert result.code == 2
     assert "tiny/units.yaml:" in (result.out if format == "text" else result.err)
-    assert "--against does not pass check" in result.err
+    assert "--against has errors, so nothing was compared" in result.err
     assert format == "text" or result.out == ""
 
 
@@ -97,14 +99,14 @@ def test_what_it_is_held_against_is_wrong(stagewire: Stagewire, new: Path, forma
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else value,
 )
-def test_revisions(
+def test_folders_and_revisions_can_be_compared(
     stagewire: Stagewire,
     repository: Path,
     monkeypatch: pytest.MonkeyPatch,
     folder: str,
     arguments: list[str],
 ) -> None:
-    """From wherever it is called, SPEC is the same folder in the work tree and in the revision."""
+    """From any current folder, SPEC is the same folder in the work tree and in the revision."""
     monkeypatch.chdir(repository / folder)
     assert stagewire("check", *arguments).code == 0
     edit(repository / "spec", *WIRE)
@@ -115,7 +117,7 @@ def test_revisions(
     assert stagewire("check", *arguments).code == 0
 
 
-def test_the_whole_path_of_a_spec(stagewire: Stagewire, repository: Path) -> None:
+def test_a_spec_can_be_named_by_its_absolute_path(stagewire: Stagewire, repository: Path) -> None:
     edit(repository / "spec", *WIRE)
     assert stagewire("check", repository / "spec", "--against", "HEAD").code == 1
 
@@ -130,7 +132,7 @@ def test_evidence_of_an_earlier_change_does_not_count(
     assert stagewire("check", "spec", "--against", "HEAD~1").code == 0
 
 
-def test_examples_beside_the_spec_are_evidence(stagewire: Stagewire, repository: Path) -> None:
+def test_examples_next_to_the_spec_are_evidence(stagewire: Stagewire, repository: Path) -> None:
     edit(repository / "spec", *WIRE)
     path = repository / "spec" / "tiny" / "examples.yaml"
     text = path.read_text(encoding="utf-8")
@@ -153,7 +155,7 @@ def test_examples_beside_the_spec_are_evidence(stagewire: Stagewire, repository:
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )  # fmt: skip
-def test_called_wrongly(
+def test_wrong_arguments_are_refused(
     stagewire: Stagewire, repository: Path, arguments: list[str], said: str
 ) -> None:
     result = stagewire("check", *arguments)
@@ -161,7 +163,7 @@ def test_called_wrongly(
     assert said in result.err
 
 
-def test_a_spec_that_the_revision_does_not_have(stagewire: Stagewire, repository: Path) -> None:
+def test_a_spec_missing_in_the_revision_is_an_error(stagewire: Stagewire, repository: Path) -> None:
     shutil.copytree("spec", "other")
     result = stagewire("check", "other", "--against", "HEAD")
     assert result.code == 2
@@ -169,13 +171,13 @@ def test_a_spec_that_the_revision_does_not_have(stagewire: Stagewire, repository
 
 
 @pytest.mark.parametrize("command", [["check", "spec", "--against"], ["diff", "HEAD"]])
-def test_a_shallow_clone(
+def test_a_revision_missing_in_a_shallow_clone_can_be_fetched(
     stagewire: Stagewire,
     repository: Path,
     monkeypatch: pytest.MonkeyPatch,
     command: list[str],
 ) -> None:
-    """As most CI servers make them: what is missing can be fetched, and that is said."""
+    """Most CI servers make shallow clones; the error says how to fetch the missing revision."""
     git("clone", "--quiet", "--depth", "1", repository.as_uri(), "../shallow")
     monkeypatch.chdir(repository.parent / "shallow")
     assert stagewire(*command, "HEAD").code == 0
@@ -186,7 +188,7 @@ def test_a_shallow_clone(
     assert "shallow" not in stagewire(*command, "HEAD~9").err
 
 
-def test_for_a_program(stagewire: Stagewire, repository: Path) -> None:
+def test_json_contains_the_comparison(stagewire: Stagewire, repository: Path) -> None:
     edit(repository / "spec", *WIRE)
     result = stagewire("check", "--against", "HEAD", "--format", "json")
     assert result.code == 1
@@ -200,8 +202,8 @@ SECONDS = ("overlays/second/messages/core.yaml", "{name: seconds}", "{name: seco
 EDITION = ("overlays/second/overlay.yaml", "date: Winter", "date: Late winter")
 
 
-def test_overlays(stagewire: Stagewire, repository: Path) -> None:
-    """A revision without overlays, one that has them, and what changes in one of them."""
+def test_overlays_are_compared(stagewire: Stagewire, repository: Path) -> None:
+    """A revision without overlays, one with overlays, and a change in one of them."""
     shutil.copytree(OVERLAYS, repository / "spec" / "tiny" / "overlays")
     result = stagewire("check", "--against", "HEAD")
     assert result.code == 0
@@ -223,10 +225,10 @@ def test_overlays(stagewire: Stagewire, repository: Path) -> None:
         "spec/tiny/protocol.yaml:2:1: SW051 overlay third: overlay-removed"
     )
     assert result.err == "spec: 1 error\n"
-    assert stagewire("check", "--against", "HEAD~1").code == 0  # where there was none
+    assert stagewire("check", "--against", "HEAD~1").code == 0  # the old revision has no overlay
 
 
-def test_overlays_for_a_program(stagewire: Stagewire, repository: Path) -> None:
+def test_json_contains_the_changes_of_overlays(stagewire: Stagewire, repository: Path) -> None:
     shutil.copytree(OVERLAYS, repository / "spec" / "tiny" / "overlays")
     commit()
     edit(repository / "spec", *SECONDS)
@@ -236,14 +238,12 @@ def test_overlays_for_a_program(stagewire: Stagewire, repository: Path) -> None:
     assert found["file"] == "spec/tiny/overlays/second/messages/core.yaml"
 
 
-def test_overlays_laid_over_together_are_not_compared(
-    stagewire: Stagewire, repository: Path
-) -> None:
+def test_combined_overlays_are_not_compared(stagewire: Stagewire, repository: Path) -> None:
     shutil.copytree(OVERLAYS, repository / "spec" / "tiny" / "overlays")
     result = stagewire("check", "--against", "HEAD", "--overlay", "tiny/second")
     assert (result.code, result.out) == (2, "")
-    assert "--against compares each overlay by itself" in result.err
+    assert "--against compares each overlay separately" in result.err
 
 
-def test_the_project_against_itself(stagewire: Stagewire) -> None:
+def test_the_spec_of_the_project_equals_itself(stagewire: Stagewire) -> None:
     assert stagewire("check", ROOT / "spec", "--against", ROOT / "spec").code == 0

@@ -1,4 +1,4 @@
-"""``stagewire check --format``: each format parsed again, whatever names of files and keys hold."""
+"""``stagewire check --format``: each format can be parsed, even with hostile names of files and keys."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ MACHINE = ("json", "github", "junit")
 FILES = 12  # of the good spec
 LINES = len((GOOD / "tiny/stages.yaml").read_text(encoding="utf-8").splitlines())
 SUMMARY = "tiny: ok; 12 messages, 13 layouts, 32 fields, 2 errata, 47 witness places, 1 examples\n"
-# What could end a line, a command, a property or a section, or steer a terminal.
+# Text that could end a line, a command, a property or a section, or control a terminal.
 HOSTILE = "a\n::error file=x::b%0A,c]]>&<d>\"'\x1b[2J\u202e.yaml"
 
 
 @pytest.fixture
 def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A copy of the good spec, as projects lay it out; the test stands above it."""
+    """Return a copy of the good spec in the layout of a project, below the current folder."""
     top = tmp_path / "project"
     shutil.copytree(GOOD / "tiny", top / "spec" / "tiny")
     monkeypatch.chdir(top)
@@ -46,7 +46,7 @@ def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def broken(spec: Path) -> Path:
-    """The copy with two errors in one file and one in another."""
+    """Return the copy with two errors in one file and one in another."""
     path = spec / "tiny" / "stages.yaml"
     path.write_text(
         path.read_text(encoding="utf-8") + "stages: {}\ncontrollers: {}\n", encoding="utf-8"
@@ -57,7 +57,7 @@ def broken(spec: Path) -> Path:
 
 @pytest.fixture
 def hostile(spec: Path) -> Path:
-    """The copy with a file and keys of dangerous names."""
+    """Return the copy with hostile names of a file and of keys."""
     path = spec / "tiny" / "messages" / HOSTILE
     key = json.dumps(HOSTILE)  # YAML has the escapes of JSON
     path.write_text(f"{key}: 1\n{key}: 2\n", encoding="utf-8")
@@ -66,7 +66,7 @@ def hostile(spec: Path) -> Path:
 
 @dataclass(frozen=True)
 class Command:
-    """A workflow command, as the runner of GitHub takes it apart."""
+    """A workflow command, parsed like GitHub's runner does."""
 
     name: str
     properties: dict[str, str]
@@ -74,7 +74,7 @@ class Command:
 
 
 def workflow_commands(text: str) -> list[Command]:
-    """Parse standard output as GitHub documents it: lines that begin with two colons."""
+    """Parse workflow commands as documented by GitHub: lines that begin with two colons."""
     found = []
     for line in text.split("\n")[:-1]:
         match = re.fullmatch(r"::(\w+)(?: ([^:]*))?::(.*)", line)
@@ -109,17 +109,17 @@ def as_cases(text: str) -> dict[str, junitparser.TestCase]:
 
 
 @pytest.mark.parametrize("format", MACHINE)
-def test_a_right_spec(stagewire: Stagewire, spec: Path, format: str) -> None:
+def test_a_valid_spec_passes_in_every_format(stagewire: Stagewire, spec: Path, format: str) -> None:
     result = stagewire("check", spec, "--format", format)
     assert (result.code, result.err) == (0, SUMMARY)
 
 
-def test_a_right_spec_as_text(stagewire: Stagewire, spec: Path) -> None:
+def test_a_valid_spec_is_summarised_as_text(stagewire: Stagewire, spec: Path) -> None:
     assert stagewire("check", spec, "--format", "text") == stagewire("check", spec)
     assert stagewire("check", spec).out == SUMMARY
 
 
-def test_json_of_a_right_spec(stagewire: Stagewire, spec: Path) -> None:
+def test_a_valid_spec_is_described_as_json(stagewire: Stagewire, spec: Path) -> None:
     assert as_data(stagewire("check", spec, "--format", "json").out) == {
         "schema_version": 1,
         "spec": "spec",
@@ -162,7 +162,7 @@ def test_json(stagewire: Stagewire, broken: Path) -> None:
     }
 
 
-def test_github(stagewire: Stagewire, broken: Path) -> None:
+def test_github_gets_an_annotation_for_each_diagnostic(stagewire: Stagewire, broken: Path) -> None:
     Path(".git").mkdir()
     result = stagewire("check", broken, "--format", "github")
     assert (result.code, result.err) == (1, "spec: 3 errors\n")
@@ -178,7 +178,7 @@ def test_github(stagewire: Stagewire, broken: Path) -> None:
     assert commands[0].properties["file"] == "spec/tiny/captures.yaml"
 
 
-def test_nothing_is_annotated_when_all_is_right(stagewire: Stagewire, spec: Path) -> None:
+def test_a_valid_spec_has_no_annotations(stagewire: Stagewire, spec: Path) -> None:
     assert stagewire("check", spec, "--format", "github").out == ""
 
 
@@ -193,17 +193,14 @@ def test_nothing_is_annotated_when_all_is_right(stagewire: Stagewire, spec: Path
         ("spec/tiny", "../../spec"),
     ],
 )
-def test_where_the_files_are(
+def test_paths_are_relative_to_the_repository_or_the_current_folder(
     stagewire: Stagewire,
     broken: Path,
     monkeypatch: pytest.MonkeyPatch,
     folder: str,
     argument: str,
 ) -> None:
-    """Notes are looked for from the top of the repository, wherever the command was called.
-
-    Who reads text or JSON opens the files from where the command was called.
-    """
+    """Annotations have paths from the top of the repository; text and JSON from the current folder."""
     top = Path.cwd()
     (top / ".git").mkdir()
     monkeypatch.chdir(folder)
@@ -219,10 +216,10 @@ def test_where_the_files_are(
     assert named == [found["file"] for found in data["diagnostics"]]
 
 
-def test_where_there_is_no_repository(
+def test_annotations_have_absolute_paths_without_a_repository(
     stagewire: Stagewire, broken: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Then the whole path is as good as any."""
+    """Without a repository, annotations have absolute paths."""
     if any((folder / ".git").exists() for folder in Path.cwd().parents):
         pytest.fail("temporary folders are within a repository")
     out = stagewire("check", broken, "--format", "github").out
@@ -230,8 +227,8 @@ def test_where_there_is_no_repository(
     assert file == (Path.cwd() / "spec/tiny/stages.yaml").as_posix()
 
 
-def test_junit_of_a_right_spec(stagewire: Stagewire, spec: Path) -> None:
-    """Every file that was read has passed."""
+def test_junit_has_a_passed_case_for_each_file(stagewire: Stagewire, spec: Path) -> None:
+    """Every file has a passed case."""
     cases = as_cases(stagewire("check", spec, "--format", "junit").out)
     assert len(cases) == FILES
     assert all(case.is_passed for case in cases.values())
@@ -240,7 +237,7 @@ def test_junit_of_a_right_spec(stagewire: Stagewire, spec: Path) -> None:
         assert Path(name).is_file()
 
 
-def test_junit(stagewire: Stagewire, broken: Path) -> None:
+def test_junit_has_a_failure_for_each_file_with_errors(stagewire: Stagewire, broken: Path) -> None:
     result = stagewire("check", broken, "--format", "junit")
     assert (result.code, result.err) == (1, "spec: 3 errors\n")
     cases = as_cases(result.out)
@@ -256,8 +253,10 @@ def test_junit(stagewire: Stagewire, broken: Path) -> None:
 
 
 @pytest.mark.parametrize("format", MACHINE)
-def test_no_protocol(stagewire: Stagewire, spec: Path, format: str) -> None:
-    """A diagnostic on what is no file of the spec is not lost."""
+def test_a_missing_protocol_is_reported_in_every_format(
+    stagewire: Stagewire, spec: Path, format: str
+) -> None:
+    """A diagnostic about something that is not a file of the spec is not lost."""
     Path("empty").mkdir()
     result = stagewire("check", "empty", "--format", format)
     assert result.code == 1
@@ -272,7 +271,7 @@ def test_no_protocol(stagewire: Stagewire, spec: Path, format: str) -> None:
         assert (case.name, case.is_passed) == ("empty", False)
 
 
-def test_hostile_names_in_json(stagewire: Stagewire, hostile: Path) -> None:
+def test_hostile_names_are_escaped_in_json(stagewire: Stagewire, hostile: Path) -> None:
     out = stagewire("check", hostile, "--format", "json").out
     assert all(c.isprintable() or c == "\n" for c in out)
     [found] = [d for d in as_data(out)["diagnostics"] if d["code"] == "SW002"]
@@ -280,7 +279,7 @@ def test_hostile_names_in_json(stagewire: Stagewire, hostile: Path) -> None:
     assert found["message"].startswith(f"duplicate key {HOSTILE}")
 
 
-def test_hostile_names_on_github(stagewire: Stagewire, hostile: Path) -> None:
+def test_hostile_names_are_escaped_on_github(stagewire: Stagewire, hostile: Path) -> None:
     Path(".git").mkdir()
     out = stagewire("check", hostile, "--format", "github").out
     assert all(c.isprintable() or c == "\n" for c in out)
@@ -292,7 +291,7 @@ def test_hostile_names_on_github(stagewire: Stagewire, hostile: Path) -> None:
     assert command.message.startswith("duplicate key a\\n::error file=x::b%0A,c]]>&<d>\"'\\x1b[2J")
 
 
-def test_hostile_names_in_junit(stagewire: Stagewire, hostile: Path) -> None:
+def test_hostile_names_are_escaped_in_junit(stagewire: Stagewire, hostile: Path) -> None:
     out = stagewire("check", hostile, "--format", "junit").out
     assert all(c.isprintable() or c == "\n" for c in out)
     cases = as_cases(out)
@@ -303,7 +302,7 @@ def test_hostile_names_in_junit(stagewire: Stagewire, hostile: Path) -> None:
 
 
 @pytest.mark.parametrize("format", MACHINE)
-def test_a_hostile_message(spec: Path, format: str) -> None:
+def test_a_hostile_message_is_escaped(spec: Path, format: str) -> None:
     found = [Diagnostic(Place("spec/tiny/units.yaml"), "SW002", HOSTILE, HOSTILE)] * 2
     out = written(Report(find_spec(spec), found), ReportFormat(format))
     assert all(c.isprintable() or c == "\n" for c in out)
@@ -318,8 +317,10 @@ def test_a_hostile_message(spec: Path, format: str) -> None:
 
 
 @pytest.mark.parametrize("format", MACHINE)
-def test_a_name_that_is_no_text(stagewire: Stagewire, spec: Path, format: str) -> None:
-    """Systems have names that are only bytes."""
+def test_a_file_name_that_is_not_text_is_reported(
+    stagewire: Stagewire, spec: Path, format: str
+) -> None:
+    """Some systems have file names that are not valid text."""
     folder = os.fsencode(spec / "tiny" / "messages")
     with open(os.path.join(folder, b"\xff\xfe.yaml"), "wb") as file:
         file.write(b"{")
@@ -332,7 +333,7 @@ def test_a_name_that_is_no_text(stagewire: Stagewire, spec: Path, format: str) -
 
 @pytest.mark.parametrize("encoding", ["latin-1", "ascii"])
 @pytest.mark.parametrize("format", MACHINE)
-def test_other_encodings(
+def test_reports_do_not_depend_on_the_encoding(
     spec: Path, monkeypatch: pytest.MonkeyPatch, format: str, encoding: str
 ) -> None:
     """JSON and XML are the same bytes on every terminal."""
@@ -351,8 +352,8 @@ def test_other_encodings(
 
 
 @pytest.mark.parametrize("format", ["text", *MACHINE])
-def test_into_a_file(stagewire: Stagewire, broken: Path, format: str) -> None:
-    """Standard output stays empty, and the file has what would stand there."""
+def test_a_report_can_be_written_to_a_file(stagewire: Stagewire, broken: Path, format: str) -> None:
+    """Standard output stays empty, and the file has the whole report."""
     wanted = stagewire("check", broken, "--format", format)
     result = stagewire("check", broken, "--format", format, "--output", "report")
     assert (result.code, result.out, result.err) == (1, "", wanted.err)
@@ -367,21 +368,23 @@ def test_into_a_file(stagewire: Stagewire, broken: Path, format: str) -> None:
         (["--output", "."], "--output"),
         (["--output", "nowhere/report"], "missing folder"),
         (["--explain", "SW999"], "unknown code SW999; did you mean SW"),
-        (["--explain", "31"], "unknown code 31; there are SW001 to SW"),
+        (["--explain", "31"], "unknown code 31; codes are SW001 to SW"),
         (["--explain", "\x1b[2J"], "unknown code \\x1b[2J"),
         (["--explain", "SW0311"], "SW031"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_called_wrongly(stagewire: Stagewire, spec: Path, arguments: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(
+    stagewire: Stagewire, spec: Path, arguments: list[str], said: str
+) -> None:
     result = stagewire("check", spec, *arguments)
     assert (result.code, result.out) == (2, "")
     assert said in result.err
 
 
 @pytest.mark.parametrize("name", CODES)
-def test_explain(stagewire: Stagewire, name: str) -> None:
-    """Without a look at any spec, in capitals or not."""
+def test_explain_prints_the_cause_and_the_cure(stagewire: Stagewire, name: str) -> None:
+    """No spec is read, and codes are accepted in any case."""
     code = CODES[name]
     result = stagewire("check", "nowhere", "--explain", name.lower())
     assert result.code == 0
@@ -393,9 +396,7 @@ def test_explain(stagewire: Stagewire, name: str) -> None:
     ]
 
 
-def test_a_file_in_its_place_of_0_1_is_named_in_one_plain_line(
-    stagewire: Stagewire, spec: Path
-) -> None:
+def test_a_file_in_its_old_place_is_named_in_one_line(stagewire: Stagewire, spec: Path) -> None:
     old = Path("conformance/captures/tiny.yaml")
     old.parent.mkdir(parents=True)
     (spec / "tiny" / "captures.yaml").rename(old)

@@ -1,4 +1,4 @@
-"""``stagewire conformance codec``: output, exit codes, reports, and the commands that it gives."""
+"""``stagewire conformance codec``: output, exit codes, reports, and the commands to repeat a case."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def bad(how: str) -> list[str]:
 def test_the_python_testee_passes_everything(
     stagewire: Stagewire, tmp_path: Path, only: list[str], cases: int, protocols: set[str]
 ) -> None:
-    """As a process of its own."""
+    """The testee runs in a separate process."""
     report = tmp_path / "report.json"
     result = stagewire(*CODEC, *only, "--timeout", 60, "--json", report, "--", *OURS)
     assert (result.code, "failed" in result.out) == (0, False)
@@ -63,10 +63,10 @@ def test_the_python_testee_passes_everything(
     assert "PASSED: Conformance of stagewire-python" in result.out.splitlines()[-1]
 
 
-# What a failure says, and how it is repeated
+# Failures and how to repeat them
 
 
-def test_a_failure_is_told_with_its_line_and_repeated_by_its_command(stagewire: Stagewire) -> None:
+def test_a_failure_has_its_line_and_a_command_to_repeat_it(stagewire: Stagewire) -> None:
     result = stagewire(*CODEC, *BOTH, *bad("crash"))
     assert result.code == 1
     assert f"crashed {STUMBLES}" in result.out
@@ -85,7 +85,7 @@ def test_a_failure_is_told_with_its_line_and_repeated_by_its_command(stagewire: 
     assert "1 failed" in repeated.out.splitlines()[-1]
 
 
-def test_what_a_testee_says_cannot_steer_a_terminal(stagewire: Stagewire) -> None:
+def test_output_of_a_testee_cannot_control_a_terminal(stagewire: Stagewire) -> None:
     result = stagewire(*CODEC, *BOTH, *bad("steers"))
     assert result.code == 1
     assert "\x1b" not in result.out + result.err
@@ -94,7 +94,7 @@ def test_what_a_testee_says_cannot_steer_a_terminal(stagewire: Stagewire) -> Non
     assert "\x1b" not in result.out + result.err
 
 
-def test_reports(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_all_reports_are_written(stagewire: Stagewire, tmp_path: Path) -> None:
     files = {kind: tmp_path / f"report.{kind}" for kind in ("json", "junit", "html")}
     options = [word for kind, path in files.items() for word in (f"--{kind}", path)]
     result = stagewire(*CODEC, *BOTH, *options, *bad("rubbish"))
@@ -112,7 +112,7 @@ def test_reports(stagewire: Stagewire, tmp_path: Path) -> None:
     assert STUMBLES in files["html"].read_text(encoding="utf-8")
 
 
-# How it ends
+# Exit codes
 
 
 def expected(tmp_path: Path, id: str) -> Path:
@@ -121,7 +121,7 @@ def expected(tmp_path: Path, id: str) -> Path:
     return path
 
 
-def test_a_failure_that_is_expected_counts_as_passed(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_an_expected_failure_counts_as_passed(stagewire: Stagewire, tmp_path: Path) -> None:
     path = expected(tmp_path, STUMBLES)
     result = stagewire(*CODEC, *BOTH, "--expected", path, *bad("crash"))
     assert (result.code, "expected failure: known" in result.out) == (0, True)
@@ -140,14 +140,18 @@ def test_a_failure_that_is_expected_counts_as_passed(stagewire: Stagewire, tmp_p
         ("other_version", "uses version 2 of the testee protocol"),
     ],
 )
-def test_no_testee(stagewire: Stagewire, how: str, said: str) -> None:
+def test_a_program_that_is_not_a_testee_is_reported(
+    stagewire: Stagewire, how: str, said: str
+) -> None:
     result = stagewire(*CODEC, *bad(how))
     assert (result.code, result.out) == (4, "")
     assert said in result.err
 
 
-def test_one_that_cannot_be_started_again(stagewire: Stagewire, tmp_path: Path) -> None:
-    """A failure weighs more than an early end; that it ended early is said all the same."""
+def test_a_testee_that_cannot_be_restarted_ends_the_run(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
+    """A failure determines the exit code, and the early end is also reported."""
     mark, report = tmp_path / "mark", tmp_path / "report.json"
     command = [*bad("crash_after_the_first"), mark]
     result = stagewire(*CODEC, *BOTH, "--json", report, *command)
@@ -157,7 +161,9 @@ def test_one_that_cannot_be_started_again(stagewire: Stagewire, tmp_path: Path) 
     assert counts["failed"] == 1 < counts["not run"]
 
 
-def test_interrupted(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_an_interrupt_ends_the_run(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     def interrupt(*_: Any) -> None:
         raise KeyboardInterrupt
 
@@ -173,9 +179,9 @@ def test_interrupted(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_
     [
         ([], "missing testee: give its command after --"),
         (["--", "no_such_program"], "no_such_program cannot be run: "),
-        (["--timeout", "0", *bad("good")], "--timeout is a number of seconds above 0"),
-        (["--timeout", "nan", *bad("good")], "--timeout is a number of seconds above 0"),
-        (["--timeout", "1e12", *bad("good")], "at most 86400, not 1e+12"),
+        (["--timeout", "0", *bad("good")], "--timeout must be above 0 and at most 86400 seconds"),
+        (["--timeout", "nan", *bad("good")], "--timeout must be above 0 and at most 86400 seconds"),
+        (["--timeout", "1e12", *bad("good")], "at most 86400 seconds, not 1e+12"),
         (["--protocol", "nothing", *bad("good")], "no protocol nothing is installed"),
         (["--only", "nothing", *bad("good")], "no case matches nothing"),
         (["--only", "nothing", "--list"], "no case matches nothing"),
@@ -184,13 +190,13 @@ def test_interrupted(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_
         (["--json", "x.json", "--html", "x.json", *bad("good")], "name the same file"),
     ],
 )
-def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str], said: str) -> None:
     result = stagewire(*CODEC, *arguments)
     assert (result.code, result.out) == (2, "")
     assert said in result.err
 
 
-def test_a_protocol_that_it_does_not_speak(stagewire: Stagewire) -> None:
+def test_a_protocol_that_the_testee_does_not_support_is_reported(stagewire: Stagewire) -> None:
     result = stagewire(*CODEC, "--protocol", "thorlabs_apt", *bad("speaks_one"))
     assert result.code == 2
     assert "supports asi_ms2000, but not thorlabs_apt" in result.err
@@ -201,10 +207,10 @@ def test_a_protocol_that_it_does_not_speak(stagewire: Stagewire) -> None:
     assert "the testee does not support thorlabs_apt" in result.out
 
 
-# Before and meanwhile
+# Lists and progress
 
 
-def test_a_list_starts_nothing(stagewire: Stagewire) -> None:
+def test_a_list_starts_no_testee(stagewire: Stagewire) -> None:
     result = stagewire(*CODEC, "--list", "--only", "order", "--only", "*/cut/stream/host/nobody")
     assert result.code == 0
     assert (
@@ -215,7 +221,9 @@ def test_a_list_starts_nothing(stagewire: Stagewire) -> None:
     assert "thorlabs" not in every.out
 
 
-def test_lines_say_how_far_it_is(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_show_progress_without_a_terminal(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(codec, "_EVERY", 0.0)
     result = stagewire(*CODEC, *BOTH, *bad("rubbish"))
     assert "... 1 of 13: asi_ms2000/cases, 1 failed\n" in result.err
@@ -226,7 +234,9 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_a_bar_on_a_terminal(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_shows_progress_on_a_terminal(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     result: Result = stagewire(*CODEC, *BOTH, *bad("good"))

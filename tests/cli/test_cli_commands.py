@@ -1,4 +1,4 @@
-"""The command on protocols of commands: which way, which axis, which form, what is said of wrong bytes."""
+"""The command with protocols of commands: directions, axes, forms, and errors for invalid bytes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from conftest import Stagewire
 
 MOVE = "18 54 03 A0 86 01 3A"
-# A move that has lost a byte and swallows the command behind it, a setup command, what no command is,
-# a command, and the beginning of one.
+# A move that lacks a byte and swallows the following command, a setup command, an unknown command,
+# a command, and an incomplete one.
 STREAM = bytes.fromhex("18 54 03 A0 86 3A 18 3F 3A  FF 42  6A 75 6E 6B 3A  18 3F 3A  18 61")
 
 
-def test_a_command_as_a_table(stagewire: Stagewire) -> None:
+def test_a_command_is_shown_as_a_table(stagewire: Stagewire) -> None:
     result = stagewire("decode", "--direction", "command", MOVE)
     assert (result.code, result.err) == (0, "")
     lines = result.out.splitlines()
@@ -29,7 +29,7 @@ def test_a_command_as_a_table(stagewire: Stagewire) -> None:
     assert lines[-1].split() == ["0", "target_position", "100000", "10000", "um"]
 
 
-def test_a_reply_by_its_command_in_any_case(stagewire: Stagewire) -> None:
+def test_a_reply_is_decoded_by_its_command_in_any_case(stagewire: Stagewire) -> None:
     result = stagewire("decode", "--command", "read_motor_position", "--json", "60 79 FE")
     assert result.code == 0
     answer = json.loads(result.out)
@@ -48,7 +48,7 @@ def test_a_reply_by_its_command_in_any_case(stagewire: Stagewire) -> None:
         ("FF 41", "request", None),
     ],
 )
-def test_both_forms_and_any_axis(
+def test_both_forms_and_any_axis_are_decoded(
     stagewire: Stagewire, hex: str, form: str, axis: int | None
 ) -> None:
     answer = json.loads(stagewire("decode", "--direction", "command", "--json", hex).out)
@@ -83,7 +83,7 @@ def test_the_wrong_bytes_are_marked(
     assert " ".join(shown[i : i + 2] for i in columns).strip() == marked
 
 
-def test_a_mark_far_from_the_beginning(stagewire: Stagewire) -> None:
+def test_wrong_bytes_far_from_the_beginning_are_shown(stagewire: Stagewire) -> None:
     result = stagewire("decode", "--direction", "command", "18 3F 00" + " 11" * 256)
     shown, marks, said = result.out.splitlines()
     assert shown == "... " + " ".join(["11"] * 64)
@@ -91,17 +91,17 @@ def test_a_mark_far_from_the_beginning(stagewire: Stagewire) -> None:
     assert said.startswith("bad_length: READ_STATUS: 0x3a must follow within 259 bytes")
 
 
-def test_no_byte_is_wrong_where_none_can_be_right(stagewire: Stagewire) -> None:
+def test_no_byte_is_marked_if_none_is_wrong(stagewire: Stagewire) -> None:
     result = stagewire("decode", "--command", "STOP_MOTOR", "42")
     assert result.code == 1
     assert result.out.splitlines() == ["42", "bad_length: STOP_MOTOR has no reply"]
 
 
-def test_a_stream_of_commands(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_stream_of_commands_is_decoded(stagewire: Stagewire, tmp_path: Path) -> None:
     path = tmp_path / "host.bin"
     path.write_bytes(STREAM)
     result = stagewire("decode", "--direction", "command", path)
-    assert result.code == 1  # its end is incomplete
+    assert result.code == 1  # the end is incomplete
     assert [line.strip() for line in result.out.splitlines()] == [
         "0  axis 0x18 (X) WRITE_TARGET_POSITION target_position=3835552 extra=183f",
         "9  setup SWITCH_TO_LOW_LEVEL",
@@ -112,7 +112,7 @@ def test_a_stream_of_commands(stagewire: Stagewire, tmp_path: Path) -> None:
     assert result.err == "21 bytes: 3 message, 1 unknown, 2 bytes incomplete\n"
 
 
-def test_a_stream_as_rows(stagewire: Stagewire) -> None:
+def test_a_stream_is_written_as_rows(stagewire: Stagewire) -> None:
     result = stagewire(
         "decode", "--direction", "command", "--format", "csv", "-", input=STREAM[:-2]
     )
@@ -143,7 +143,7 @@ FORMS = b"18 3F 3A 18 3F 00 3A FF 41 19 3F 3A 1A 3F 00 3A 18 47 3A"
         ("START_MOTOR:request:with_size", []),
     ],
 )
-def test_one_form_of_a_stream(
+def test_one_form_of_a_command_can_be_selected(
     stagewire: Stagewire, format: str, message: str, offsets: list[int]
 ) -> None:
     result = stagewire("decode", "--message", message, "--format", format, "-", input=FORMS)
@@ -155,7 +155,7 @@ def test_one_form_of_a_stream(
     assert found == offsets
 
 
-def test_typed_columns_of_a_command(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_command_has_typed_columns(stagewire: Stagewire, tmp_path: Path) -> None:
     chosen = ["--message", "WRITE_TARGET_POSITION"]
     more = bytes.fromhex("19 54 03 FF FF FF 3A")
     result = stagewire("decode", *chosen, "--format", "csv", "-", input=STREAM[:-2] + more)
@@ -193,7 +193,7 @@ def test_typed_columns_of_a_command(stagewire: Stagewire, tmp_path: Path) -> Non
         ("READ_MAXIMUM_SPEED", ["FFFF"], {"maximum_speed": "uint16"}, [{"maximum_speed": 65535}]),
     ],
 )
-def test_typed_columns_of_replies(
+def test_replies_have_typed_columns(
     stagewire: Stagewire,
     tmp_path: Path,
     command: str,
@@ -218,7 +218,7 @@ def test_typed_columns_of_replies(
     assert table.select(list(types)).to_pylist() == rows
 
 
-def test_a_refused_reply_has_no_place_in_typed_columns(stagewire: Stagewire) -> None:
+def test_a_refused_reply_is_not_in_typed_columns(stagewire: Stagewire) -> None:
     chosen = ["--command", "READ_STATUS", "--message", "READ_STATUS:reply", "--format", "csv"]
     result = stagewire("decode", *chosen, "-", input=b'["42", "4242"]')
     assert (result.code, result.out.split()) == (1, ["offset,axis,status,extra", "0,,66,"])
@@ -226,7 +226,7 @@ def test_a_refused_reply_has_no_place_in_typed_columns(stagewire: Stagewire) -> 
 
 
 @pytest.mark.parametrize("format", ["table", "jsonl"])
-def test_one_message_of_a_stream(stagewire: Stagewire, format: str) -> None:
+def test_one_message_of_a_stream_can_be_selected(stagewire: Stagewire, format: str) -> None:
     words = ("--message", "read_status", "--format", format)
     result = stagewire("decode", *words, "-", input=STREAM[:-2])
     assert result.code == 0
@@ -234,7 +234,7 @@ def test_one_message_of_a_stream(stagewire: Stagewire, format: str) -> None:
     assert "READ_STATUS" in line
 
 
-def test_captures_of_replies(stagewire: Stagewire) -> None:
+def test_json_captures_can_be_replies(stagewire: Stagewire) -> None:
     lines = b'{"hex": "A08601"}\n{"hex": "FFFFFF"}\n'
     result = stagewire("decode", "--command", "READ_TARGET_POSITION", "--json", "-", input=lines)
     assert result.code == 0
@@ -248,8 +248,8 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
         (["decode", "--direction", "reply", "00"], "a reply does not name its command"),
         (["decode", "--direction", "command", "--command", "READ_STATUS", "62"], "contradicts"),
         (["decode", "--command", "NONSENSE", "00"], "--command: no installed protocol has"),
-        (["decode", "--command", "READ_STATUS", "--end", "host", "62"], "cannot be cut"),
-        (["decode", "--direction", "command", "--end", "host", "62"], "cannot be cut"),
+        (["decode", "--command", "READ_STATUS", "--end", "host", "62"], "stream of replies cannot"),
+        (["decode", "--direction", "command", "--end", "host", "62"], "stream of replies cannot"),
         (["decode", "--direction", "command", "--protocol", "thorlabs_apt", "00"], "frames of thorlabs"),
         (
             ["decode", "--direction", "command", "--status", "dc", "00"],
@@ -257,22 +257,22 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
         ),
         (
             ["decode", "--direction", "command", "--message", "READ_STATUS:reply", MOVE],
-            "no command is READ_STATUS:reply; replies are decoded by --command READ_STATUS",
+            "READ_STATUS:reply is not a command; decode replies with --command READ_STATUS",
         ),
-        (["decode", "--message", "READ_STATUS:reply", MOVE], "no command is READ_STATUS:reply"),
+        (["decode", "--message", "READ_STATUS:reply", MOVE], "READ_STATUS:reply is not a command"),
         (["decode", "--message", "START_MOTOR:reply", MOVE], "START_MOTOR has no form reply"),
         (["decode", "--message", "READ_STATUS:", MOVE], "READ_STATUS has no form"),
         (
             ["decode", "--command", "READ_STATUS", "--message", "READ_MOTOR_POSITION", "42"],
-            "replies to READ_STATUS are READ_STATUS:reply and never READ_MOTOR_POSITION",
+            "replies to READ_STATUS are READ_STATUS:reply, not READ_MOTOR_POSITION",
         ),
         (
             ["decode", "--command", "READ_STATUS", "--message", "READ_STATUS:request", "42"],
-            "and never READ_STATUS:request",
+            ", not READ_STATUS:request",
         ),
         (
             ["decode", "--command", "READ_STATUS", "--message", "READ_MOTOR_POSITION:reply", "42"],
-            "and never READ_MOTOR_POSITION:reply",
+            ", not READ_MOTOR_POSITION:reply",
         ),
         (["decode", "--command", "STOP_MOTOR", "--message", "STOP_MOTOR", "42"], "has no reply"),
         (["encode", "WRITE_TARGET_POSITION", "target_position=1"], "lacks axis"),
@@ -302,7 +302,7 @@ def test_captures_of_replies(stagewire: Stagewire) -> None:
         (["encode", "READ_STATU", "--axis", "X"], "did you mean READ_STATUS"),
     ],
 )  # fmt: skip
-def test_called_wrongly(stagewire: Stagewire, words: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, words: list[str], said: str) -> None:
     result = stagewire(*words)
     assert (result.code, result.out) == (2, "")
     assert said in " ".join(result.err.split())
@@ -322,12 +322,12 @@ def test_called_wrongly(stagewire: Stagewire, words: list[str], said: str) -> No
         (["MOT_MOVE_HOME", "chan_ident=1"], "43 04 01 00 50 01"),
     ],
 )
-def test_encode(stagewire: Stagewire, words: list[str], hex: str) -> None:
+def test_a_message_is_encoded(stagewire: Stagewire, words: list[str], hex: str) -> None:
     result = stagewire("encode", *words)
     assert (result.code, result.out.strip(), result.err) == (0, hex, "")
 
 
-def test_a_value_that_looks_like_a_setup_command(stagewire: Stagewire) -> None:
+def test_a_value_that_looks_like_a_setup_command_can_be_refused(stagewire: Stagewire) -> None:
     words = ("encode", "WRITE_TARGET_POSITION", "--axis", "X", "target_position=16895")
     assert stagewire(*words).out.strip() == "18 54 03 FF 41 00 3A"
     result = stagewire(*words, "--refuse-prefix-bytes")
@@ -336,7 +336,7 @@ def test_a_value_that_looks_like_a_setup_command(stagewire: Stagewire) -> None:
         assert part in result.err
 
 
-def test_show(stagewire: Stagewire) -> None:
+def test_show_prints_an_entry(stagewire: Stagewire) -> None:
     result = stagewire("show", "READ_MOTOR_POSITION_AND_STATUS")
     assert result.code == 0
     for part in (
@@ -355,7 +355,7 @@ def test_show(stagewire: Stagewire) -> None:
     assert "dummy: True" in stagewire("show", "READ_START_SPEED").out
 
 
-def test_show_names_sections_where_a_document_has_no_pages(stagewire: Stagewire) -> None:
+def test_show_names_sections_of_a_document_without_pages(stagewire: Stagewire) -> None:
     assert "section: Read Status Byte" in stagewire("show", "status_bits").out
     assert (
         "sections: Read Ramp Time, Write Ramping Time"
@@ -364,7 +364,7 @@ def test_show_names_sections_where_a_document_has_no_pages(stagewire: Stagewire)
     assert "page: 79" in stagewire("show", "dc_status_bits").out
 
 
-def test_show_keys_masks_and_firmware(stagewire: Stagewire) -> None:
+def test_show_prints_keys_masks_and_firmware(stagewire: Stagewire) -> None:
     axes = stagewire("show", "axis").out
     assert "typed" in axes
     assert "Ctrl<X>" in axes
@@ -381,7 +381,7 @@ def test_show_keys_masks_and_firmware(stagewire: Stagewire) -> None:
         ("18 3F 3A", "READ_STATUS"),
     ],
 )
-def test_a_command_that_is_taken_for_a_frame(stagewire: Stagewire, hex: str, name: str) -> None:
+def test_a_command_decoded_as_a_frame_has_a_hint(stagewire: Stagewire, hex: str, name: str) -> None:
     result = stagewire("decode", hex)
     assert result.code == 1
-    assert f"hint: as a command of asi_ms2000 this is {name}: say --direction command" in result.out
+    assert f"hint: as a command of asi_ms2000 this is {name}: use --direction command" in result.out

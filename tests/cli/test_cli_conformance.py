@@ -1,4 +1,4 @@
-"""``stagewire conformance examples``: a table, a summary, and exit 1 when one does not hold."""
+"""``stagewire conformance examples``: a table, a summary, and exit code 1 if an example fails."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def verdict(outcome: str) -> Verdict:
 
 
 @pytest.mark.parametrize("name", available_protocols())
-def test_all_of_them(stagewire: Stagewire, name: str) -> None:
+def test_all_examples_of_a_protocol_pass(stagewire: Stagewire, name: str) -> None:
     vectors = load_protocol(name).vectors()
     result = stagewire("conformance", "examples", "--protocol", name)
     failed = [line for line in result.out.splitlines() if " failed  " in line]
@@ -34,7 +34,7 @@ def test_all_of_them(stagewire: Stagewire, name: str) -> None:
         assert f"{example['id']} " in result.out
 
 
-def test_without_a_protocol_every_protocol_is_run(stagewire: Stagewire) -> None:
+def test_all_protocols_run_by_default(stagewire: Stagewire) -> None:
     result = stagewire("conformance", "examples")
     assert result.code == 0
     for name in available_protocols():
@@ -51,7 +51,7 @@ def test_json(stagewire: Stagewire) -> None:
 
 
 @pytest.mark.parametrize("name", available_protocols())
-def test_coverage(stagewire: Stagewire, name: str) -> None:
+def test_coverage_counts_the_examples_of_each_message(stagewire: Stagewire, name: str) -> None:
     protocol = load_protocol(name)
     asked = ("conformance", "examples", "--coverage", "--protocol", name)
     rows = [json.loads(line) for line in stagewire(*asked, "--json").out.splitlines()]
@@ -65,7 +65,7 @@ def test_coverage(stagewire: Stagewire, name: str) -> None:
 
 
 @pytest.mark.parametrize(("found", "code"), [(["passed"], 0), (["passed", "failed"], 1), ([], 1)])
-def test_exit_code(
+def test_a_failed_example_sets_the_exit_code(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, found: list[str], code: int
 ) -> None:
     def run(_: Protocol) -> list[Verdict]:
@@ -113,7 +113,7 @@ def test_a_failure_is_shown_in_full(
         (["--cover"], "No such option"),
     ],
 )
-def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str], said: str) -> None:
     result = stagewire("conformance", "examples", *arguments)
     assert result.code == 2
     assert said in result.err

@@ -1,4 +1,4 @@
-"""``stagewire conformance device``: what it prints, writes and returns, on lines alive and dead."""
+"""``stagewire conformance device``: output, files and exit codes, with and without a controller."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ SILENT = "virtual://TDC001?faults=to_host drop frame"
 
 @pytest.fixture(autouse=True)
 def _stepped(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Virtual controllers in this process live on a clock that waits for nobody."""
+    """Give virtual controllers in this process a stepped clock."""
 
     def opened(url: str, settings: object) -> Link:
         link = SteppedLink(VirtualController(blueprint_of(url).make))
@@ -68,7 +68,7 @@ def cases(found: Any) -> dict[str, Any]:
     return {case["id"]: case for group in found["groups"] for case in group["cases"]}
 
 
-def test_a_run_that_passes(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_run_can_pass(stagewire: Stagewire, tmp_path: Path) -> None:
     files = {name: tmp_path / f"report.{name}" for name in ("json", "junit", "html", "log")}
     options = [word for name, path in files.items() for word in (f"--{name}", path)]
     result = stagewire(*DEVICE, GOOD, "--unit", "TDC001", "--only", "answers", *options)
@@ -98,7 +98,7 @@ def test_a_run_that_passes(stagewire: Stagewire, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("url", "code", "word"), [(FLIPS, 1, "FAIL"), (ODD, 3, "NON-STRICT")], ids=["fail", "odd"]
 )
-def test_the_printed_command_gives_the_same_again(
+def test_the_printed_command_repeats_the_result(
     stagewire: Stagewire, tmp_path: Path, url: str, code: int, word: str
 ) -> None:
     path = tmp_path / "report.json"
@@ -132,7 +132,9 @@ def test_the_printed_command_gives_the_same_again(
     ]
 
 
-def test_what_is_not_allowed_is_not_run_and_said(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_checks_that_are_not_allowed_are_skipped_and_listed(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
     path = tmp_path / "report.json"
     result = stagewire(
         *DEVICE, GOOD, "--unit", "TDC001", "--only", "MOT_REQ_VELPARAMS", "--json", path
@@ -147,7 +149,7 @@ def test_what_is_not_allowed_is_not_run_and_said(stagewire: Stagewire, tmp_path:
     )
 
 
-def test_what_will_be_done_is_said_before(stagewire: Stagewire) -> None:
+def test_the_plan_is_announced_before_the_run(stagewire: Stagewire) -> None:
     result = stagewire(*DEVICE, GOOD, "--unit", "TDC001", "--allow-settings", "--only",
                        "readback/0x50/MOT_SET_VELPARAMS/1")  # fmt: skip
     assert result.code == 0
@@ -156,7 +158,7 @@ def test_what_will_be_done_is_said_before(stagewire: Stagewire) -> None:
     assert "MOT_SET_VELPARAMS" in before
 
 
-def test_a_pics_decides_what_is_skipped(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_pics_determines_the_skipped_checks(stagewire: Stagewire, tmp_path: Path) -> None:
     pics = tmp_path / "pics.toml"
     pics.write_text(
         'schema_version = 1\nprotocol = "thorlabs_apt"\nunit = "TDC001"\n'
@@ -179,7 +181,7 @@ def test_a_pics_decides_what_is_skipped(stagewire: Stagewire, tmp_path: Path) ->
 
 @contextmanager
 def deaf() -> Iterator[str]:
-    """A server that takes a connection, and never says a word."""
+    """Yield the URL of a server that accepts a connection and never sends anything."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         taken: list[socket.socket] = []
 
@@ -215,23 +217,27 @@ def test_a_line_on_which_nothing_answers(stagewire: Stagewire, tmp_path: Path) -
     assert "no answer at virtual://TDC001" in dead(stagewire, SILENT, tmp_path)
 
 
-def test_a_server_that_says_nothing(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_silent_server_ends_the_run(stagewire: Stagewire, tmp_path: Path) -> None:
     with deaf() as url:
         assert f"no answer at {url}" in dead(stagewire, url, tmp_path)
 
 
-def test_a_server_that_refuses(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_server_that_refuses_connections_is_an_error(
+    stagewire: Stagewire, tmp_path: Path
+) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
     assert "the connection was refused" in dead(stagewire, f"socket://127.0.0.1:{port}", tmp_path)
 
 
 @pytest.mark.parametrize("url", ["/dev/there-is-none", "COM399", "nowhere://x"])
-def test_a_line_that_cannot_be_opened(stagewire: Stagewire, tmp_path: Path, url: str) -> None:
+def test_a_line_that_cannot_be_opened_is_an_error(
+    stagewire: Stagewire, tmp_path: Path, url: str
+) -> None:
     assert f"{url} cannot be opened" in dead(stagewire, url, tmp_path)
 
 
-def test_a_line_that_is_lost(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_lost_line_ends_the_run(stagewire: Stagewire, tmp_path: Path) -> None:
     path, junit = tmp_path / "report.json", tmp_path / "report.xml"
     url = f"{GOOD}&faults=to_host disconnect frame message=MOT_GET_VELPARAMS"
     result = stagewire(*DEVICE, url, "--unit", "TDC001", "--only", "answers", "--json", path,
@@ -246,7 +252,7 @@ def test_a_line_that_is_lost(stagewire: Stagewire, tmp_path: Path) -> None:
 
 
 def interrupted(words: list[str], log: Path, message: str, number: int) -> tuple[int, str, str]:
-    """Run a process, send it a signal when its log has a message; return its code and what it printed."""
+    """Run a process, send it a signal when its log has a message; return its exit code and output."""
     command = [sys.executable, "-c", RUN, *words, "--log", str(log)]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -263,7 +269,7 @@ def interrupted(words: list[str], log: Path, message: str, number: int) -> tuple
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal to another process")
 @pytest.mark.parametrize("number", every_nth([signal.SIGINT, signal.SIGTERM], 2))
-def test_ctrl_c_stops_what_moves_and_says_so(tmp_path: Path, number: signal.Signals) -> None:
+def test_ctrl_c_stops_the_motion_and_reports_it(tmp_path: Path, number: signal.Signals) -> None:
     path, log = tmp_path / "report.json", tmp_path / "log.txt"
     words = [*DEVICE, GOOD, "--unit", "TDC001", "--only", "move-velocity",
              "--allow-motion", "0..100000counts", "--allow-settings", "--json", str(path)]  # fmt: skip
@@ -283,7 +289,7 @@ def test_ctrl_c_stops_what_moves_and_says_so(tmp_path: Path, number: signal.Sign
 
 @pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
 @pytest.mark.parametrize("colour", every_nth([True, False], 2))
-def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -> None:
+def test_a_terminal_shows_a_bar_and_optional_colour(colour: bool) -> None:
     import pty
 
     main, part = pty.openpty()
@@ -294,7 +300,7 @@ def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -
     )
     os.close(part)
     seen = b""
-    with contextlib.suppress(OSError):  # Linux says so when the other end is closed
+    with contextlib.suppress(OSError):  # Linux raises this when the other end is closed
         while data := os.read(main, 65536):
             seen += data
     os.close(main)
@@ -336,7 +342,7 @@ def test_on_a_terminal_there_is_a_bar_and_colour_unless_unwanted(colour: bool) -
     ],
     ids=lambda value: " ".join(value[1:])[:40] if isinstance(value, list) else "",
 )
-def test_called_wrongly(
+def test_wrong_arguments_are_refused(
     stagewire: Stagewire,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
@@ -363,7 +369,7 @@ def test_a_missing_extra_is_named_before_the_run(
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BBD102", "TPZ001", "OST001", "MS2000"])
-def test_the_list(stagewire: Stagewire, unit: str) -> None:
+def test_the_list_has_every_check(stagewire: Stagewire, unit: str) -> None:
     result = stagewire(*DEVICE, "--unit", unit, "--list")
     assert result.code == 0
     for check in plan(declare(unit), Permissions()):
@@ -377,7 +383,7 @@ def test_the_list(stagewire: Stagewire, unit: str) -> None:
 @pytest.mark.parametrize(
     "command", [[*DEVICE, "--unit", "TDC001"], ["conformance", "codec", "--protocol", "asi_ms2000"]]
 )
-def test_a_list_may_be_cut_short_by_its_reader(command: list[str]) -> None:
+def test_the_reader_of_a_list_may_close_the_pipe(command: list[str]) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     with os.fdopen(writer, "wb") as closed:
@@ -390,7 +396,7 @@ def test_a_list_may_be_cut_short_by_its_reader(command: list[str]) -> None:
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-def test_what_was_allowed_and_did_not_come_about_is_in_the_last_line(
+def test_allowed_checks_that_were_not_run_are_in_the_last_line(
     stagewire: Stagewire, tmp_path: Path
 ) -> None:
     path, page = tmp_path / "report.json", tmp_path / "report.html"
@@ -411,7 +417,7 @@ def test_what_was_allowed_and_did_not_come_about_is_in_the_last_line(
     assert "produced a result" not in moved.out
 
 
-def test_what_a_controller_says_of_itself_cannot_steer_the_terminal(
+def test_the_identity_of_a_controller_cannot_control_the_terminal(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     hostile = "<b>x</b>\x1b[2J\u202e"

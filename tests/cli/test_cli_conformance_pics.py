@@ -1,4 +1,4 @@
-"""``stagewire conformance pics``: a file that the suite takes, made without moving anything."""
+"""``stagewire conformance pics``: it drafts a valid file and moves nothing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PICS = ("conformance", "pics")
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BBD102", "TPZ001", "MS2000"])
-def test_a_file_that_the_suite_takes(
+def test_the_suite_accepts_the_file(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, unit: str
 ) -> None:
     path = tmp_path / "pics.toml"
@@ -31,7 +31,7 @@ def test_a_file_that_the_suite_takes(
     assert sorted(tmp_path.iterdir()) == [path]
 
 
-def test_without_a_file_it_is_printed(
+def test_the_draft_is_printed_without_a_file(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     with virtual.TDC001() as tdc:
@@ -43,7 +43,7 @@ def test_without_a_file_it_is_printed(
 
 
 @pytest.mark.parametrize("unit", ["BBD102", "TDC001"])
-def test_a_controller_that_says_that_it_is_another_unit(
+def test_a_controller_that_reports_another_unit_gets_a_warning(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, unit: str
 ) -> None:
     path = tmp_path / "pics.toml"
@@ -70,7 +70,7 @@ def test_nothing_is_set_and_nothing_moves(
     assert {name for name in sent if "_REQ_" not in name} == set()
 
 
-def test_what_was_filled_in_is_not_written_over(
+def test_an_existing_file_is_not_overwritten(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     path = tmp_path / "pics.toml"
@@ -79,7 +79,7 @@ def test_what_was_filled_in_is_not_written_over(
         line = attached(monkeypatch, tdc)
         result = stagewire(*PICS, "--from", URL, "--out", path)
     assert result.code == 2
-    assert f"{path} is there already" in result.err
+    assert f"{path} already exists" in result.err
     assert path.read_text(encoding="utf-8") == "by hand"
     assert line.written == []
 
@@ -99,14 +99,16 @@ def test_what_was_filled_in_is_not_written_over(
     ],
     ids=["unit", "folder", "dash", "port", "nothing"],
 )
-def test_what_cannot_be_done(stagewire: Stagewire, words: list[str], code: int, said: str) -> None:
+def test_a_draft_that_cannot_be_made_is_an_error(
+    stagewire: Stagewire, words: list[str], code: int, said: str
+) -> None:
     result = stagewire(*PICS, *words)
     assert result.code == code
     assert said in result.err
     assert result.out == ""
 
 
-def test_a_line_on_which_nothing_answers(
+def test_a_line_without_answers_ends_the_run(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     path = tmp_path / "pics.toml"

@@ -1,4 +1,4 @@
-"""``stagewire conformance rules``: all rules with what sees them, and exit 1 where nothing sees a must."""
+"""``stagewire conformance rules``: all rules with their checks, and exit code 1 for a must without one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def row(**changes: object) -> Coverage:
 
 @pytest.fixture
 def only(monkeypatch: pytest.MonkeyPatch) -> list[Coverage]:
-    """Rows that take the place of all rules; a test puts in what it needs."""
+    """Return an empty list that replaces all rules, to be filled by a test."""
     rows: list[Coverage] = []
     monkeypatch.setattr(rules_page, "coverage", lambda protocol: tuple(rows))
     return rows
@@ -90,12 +90,12 @@ def test_a_must_without_its_check_fails(
     assert f"thorlabs_apt: {says}" in result.out.splitlines()
 
 
-def test_a_protocol_without_rules(stagewire: Stagewire, only: list[Coverage]) -> None:
+def test_a_protocol_may_have_no_rules(stagewire: Stagewire, only: list[Coverage]) -> None:
     result = stagewire("conformance", "rules", "--protocol", "thorlabs_apt")
     assert (result.code, result.out) == (0, "thorlabs_apt: the registry has no rules\n")
 
 
-def test_an_unknown_protocol(stagewire: Stagewire) -> None:
+def test_an_unknown_protocol_is_refused(stagewire: Stagewire) -> None:
     result = stagewire("conformance", "rules", "--protocol", "nothing")
     assert result.code == 2
     assert "nothing" in result.err

@@ -1,4 +1,4 @@
-"""Both directions of a line in words, however the bytes are cut."""
+"""Both directions of a line are decoded, in whatever chunks the bytes arrive."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stagewire.protocols import Direction
 from stagewire_cli.selection import Selection
 from stagewire_cli.virtual_log import Conversation
 
-HOST, CONTROLLER = Direction.TO_CONTROLLER, Direction.TO_HOST  # who speaks
+HOST, CONTROLLER = Direction.TO_CONTROLLER, Direction.TO_HOST  # the senders
 MOVE = bytes.fromhex("53 04 06 00 D0 01 01 00 40 0D 03 00")
 MOVE_WORDS = "0x01->0x50 MOT_MOVE_ABSOLUTE chan_ident=1 absolute_distance=200000"
 COMPLETED = bytes.fromhex("64 04 0E 00 81 50 01 00 68 AA A0 01 00 00 00 00 30 00 00 80")
@@ -27,7 +27,7 @@ def words(pieces: list[tuple[bytes, str]]) -> list[str]:
     return [text for _, text in pieces]
 
 
-def test_frames_of_both_ends() -> None:
+def test_frames_of_both_directions_are_decoded() -> None:
     talk = conversation("thorlabs_apt", "TDC001")
     assert talk.pieces(HOST, MOVE + bytes.fromhex("05 00 00 00 50 01")) == [
         (MOVE, MOVE_WORDS),
@@ -38,20 +38,20 @@ def test_frames_of_both_ends() -> None:
     assert text.startswith("0x50->0x01 MOT_MOVE_COMPLETED (data:dc) chan_ident=1 position=27306600")
 
 
-def test_a_frame_in_two_chunks_is_named_where_it_ends() -> None:
+def test_a_frame_in_two_chunks_is_described_at_its_end() -> None:
     talk = conversation("thorlabs_apt")
     assert talk.pieces(HOST, MOVE[:7]) == [(MOVE[:7], "incomplete")]
     assert talk.pieces(HOST, MOVE[7:]) == [(MOVE[7:], MOVE_WORDS)]
 
 
-def test_what_was_held_and_turns_out_to_be_garbage_is_named_with_what_follows() -> None:
+def test_held_garbage_is_described_with_the_next_event() -> None:
     talk = conversation("thorlabs_apt")
     noise = bytes.fromhex("53 04 06")
     assert talk.pieces(HOST, noise) == [(noise, "incomplete")]
     assert words(talk.pieces(HOST, MOVE)) == [f"garbage; {MOVE_WORDS}"]
 
 
-def test_text_is_shown_as_text_until_the_low_level_is_entered() -> None:
+def test_text_is_shown_until_the_low_level_format_begins() -> None:
     talk = conversation("asi_ms2000")
     assert words(talk.pieces(HOST, b"W ")) == ["incomplete 'W '"]
     assert words(talk.pieces(HOST, b"X\r/\r")) == ["text 'W X\\r'", "text '/\\r'"]
@@ -68,7 +68,7 @@ def test_text_is_shown_as_text_until_the_low_level_is_entered() -> None:
     ]
 
 
-def test_replies_are_told_by_what_was_asked() -> None:
+def test_replies_are_decoded_by_their_requests() -> None:
     talk = conversation("asi_ms2000")
     assert words(talk.pieces(HOST, READ_POSITION + READ_STATUS)) == [
         "axis 0x18 (X) READ_MOTOR_POSITION",
@@ -82,7 +82,7 @@ def test_replies_are_told_by_what_was_asked() -> None:
     assert words(talk.pieces(CONTROLLER, b"\xff")) == ["garbage"]
 
 
-def test_a_reply_that_was_lost_does_not_shift_those_that_follow() -> None:
+def test_a_lost_reply_does_not_shift_later_ones() -> None:
     talk = conversation("asi_ms2000")
     talk.pieces(HOST, READ_POSITION)
     talk.pieces(CONTROLLER, b"\x01")
@@ -92,7 +92,7 @@ def test_a_reply_that_was_lost_does_not_shift_those_that_follow() -> None:
     ]
 
 
-def test_a_stop_gives_no_reply_up() -> None:
+def test_a_command_without_reply_gives_up_no_reply() -> None:
     talk = conversation("asi_ms2000")
     talk.pieces(HOST, READ_POSITION)
     talk.pieces(HOST, STOP)
@@ -107,7 +107,7 @@ def test_a_stop_gives_no_reply_up() -> None:
         st.tuples(st.sampled_from([HOST, CONTROLLER]), st.binary(max_size=40)), max_size=20
     )
 )
-def test_every_byte_is_given_out_once(protocol: str, chunks: list[tuple[Direction, bytes]]) -> None:
+def test_every_byte_is_returned_once(protocol: str, chunks: list[tuple[Direction, bytes]]) -> None:
     talk = conversation(protocol)
     for direction, data in chunks:
         pieces = talk.pieces(direction, data)

@@ -1,4 +1,4 @@
-"""``stagewire decode``: one frame strictly, streams through the framer, nothing without an explanation."""
+"""``stagewire decode``: single frames are checked strictly, streams are framed, and errors are explained."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ def validate(name: str, answer: Any) -> None:
     ],
     ids=range(10),
 )
-def test_one_frame_in_any_spelling(stagewire: Stagewire, words: list[str]) -> None:
+def test_a_frame_is_read_in_any_notation_of_hex(stagewire: Stagewire, words: list[str]) -> None:
     result = stagewire("decode", *words)
     assert result.code == 0, result
     assert "MOT_MOVE_ABSOLUTE (id 0x0453, page 45)" in result.out
     assert "form data, dest 0x50, source 0x01" in result.out
     assert [line.split() for line in result.out.splitlines()[-1:]] == [
-        ["2", "absolute_distance", "200000", "mm", "by", "stage", "and", "controller"]
+        ["2", "absolute_distance", "200000", "mm,", "depending", "on", "stage", "and", "controller"]
     ]
 
 
-def test_json_is_the_answer_of_the_testee(stagewire: Stagewire) -> None:
+def test_json_has_the_form_of_the_testees_answers(stagewire: Stagewire) -> None:
     result = stagewire("decode", "--json", MOVE)
     answer = json.loads(result.out)
     validate("decode_answer", answer)
@@ -60,7 +60,7 @@ def test_json_is_the_answer_of_the_testee(stagewire: Stagewire) -> None:
     validate("refusal", json.loads(refused.out))
 
 
-def test_names_of_values_and_flags(stagewire: Stagewire) -> None:
+def test_values_and_flags_are_shown_by_name(stagewire: Stagewire) -> None:
     undecided = stagewire("decode", COMPLETED)
     assert "form data:undecided" in undecided.out
     assert "--status dc or stepper" in undecided.out
@@ -93,13 +93,13 @@ def test_a_broken_frame_is_explained(
 
 
 @pytest.mark.parametrize("words", ["", " ", "# nothing"])
-def test_no_bytes_are_no_frame(stagewire: Stagewire, words: str) -> None:
+def test_empty_input_is_not_a_frame(stagewire: Stagewire, words: str) -> None:
     result = stagewire("decode", words)
     assert result.code == 1
     assert "truncated: a frame has at least 6 bytes, not 0" in result.out
 
 
-def test_several_frames_on_the_command_line(stagewire: Stagewire) -> None:
+def test_several_frames_on_the_command_line_require_end(stagewire: Stagewire) -> None:
     result = stagewire("decode", HOME, HOME, "--end", "device")
     assert result.code == 0
     assert result.out.count("MOT_MOVE_HOME") == 2
@@ -108,7 +108,7 @@ def test_several_frames_on_the_command_line(stagewire: Stagewire) -> None:
 
 @pytest.mark.parametrize("raw", [False, True], ids=["text", "raw"])
 @pytest.mark.parametrize("stdin", [False, True], ids=["file", "stdin"])
-def test_streams(stagewire: Stagewire, tmp_path: Path, raw: bool, stdin: bool) -> None:
+def test_streams_are_decoded(stagewire: Stagewire, tmp_path: Path, raw: bool, stdin: bool) -> None:
     text = f"# two frames, noise, one frame\n{HOME}\n{MOVE} ff\n{HOME}\n"
     hexes = "".join(line.split("#")[0] for line in text.splitlines()).replace(" ", "")
     data = bytes.fromhex(hexes) if raw else text.encode()
@@ -120,10 +120,10 @@ def test_streams(stagewire: Stagewire, tmp_path: Path, raw: bool, stdin: bool) -
     for event in events:
         validate("event", event)
     assert [event["event"] for event in events] == ["message", "message", "garbage", "message"]
-    assert result.code == 1  # there was garbage
+    assert result.code == 1  # because of garbage
 
 
-def test_a_list_of_captures(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_list_of_captures_is_decoded(stagewire: Stagewire, tmp_path: Path) -> None:
     path = tmp_path / "captures.json"
     path.write_text(json.dumps([{"hex": MOVE, "message": "x"}, {"hex": HOME}]), encoding="utf-8")
     result = stagewire("decode", path)
@@ -135,14 +135,14 @@ def test_a_list_of_captures(stagewire: Stagewire, tmp_path: Path) -> None:
     assert result.code == 1
 
 
-def test_what_is_left_at_the_end(stagewire: Stagewire) -> None:
+def test_an_incomplete_end_is_shown(stagewire: Stagewire) -> None:
     result = stagewire("decode", "-", input=bytes.fromhex(MOVE)[:-2])
     assert result.code == 1
     assert "incomplete at the end: 53 04 06 00 D0 01 01 00 40 0D" in result.out
     assert stagewire("decode", "-").err == "0 bytes: nothing\n"
 
 
-def test_text_from_a_controller_cannot_steer_the_terminal(stagewire: Stagewire) -> None:
+def test_text_from_a_controller_cannot_control_the_terminal(stagewire: Stagewire) -> None:
     info = bytearray(bytes.fromhex("060054008150") + bytes(84))
     info[10:14] = b"\x1b[2J"
     result = stagewire("decode", info.hex())
@@ -159,13 +159,13 @@ def test_a_long_text_is_read_in_blocks(stagewire: Stagewire, tmp_path: Path) -> 
     assert result.err.endswith("240000 bytes: 40000 message\n")
 
 
-def test_a_word_that_blocks_have_cut_ends_at_a_blank(stagewire: Stagewire) -> None:
+def test_a_word_cut_by_blocks_ends_at_a_space(stagewire: Stagewire) -> None:
     text = HOME.replace(" ", "") * 11_000 + " 43 04 01 00 50 0x01\n" + HOME
     result = stagewire("decode", "-", "--end", "device", input=text.encode())
     assert result.err == "66012 bytes: 11002 message\n"
 
 
-def test_garbage_that_blocks_have_cut_is_one_run(stagewire: Stagewire) -> None:
+def test_garbage_cut_by_blocks_counts_once(stagewire: Stagewire) -> None:
     home = bytes.fromhex(HOME)
     result = stagewire("decode", "-", input=home + b"\xee" * 200_000 + home)
     assert result.err == "200012 bytes: 1 garbage, 2 message\n"
@@ -188,7 +188,7 @@ def test_garbage_that_blocks_have_cut_is_one_run(stagewire: Stagewire) -> None:
         (["x" * 5000], "not an existing file, and not bytes in hex"),
     ],
 )
-def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str], said: str) -> None:
     result = stagewire("decode", *arguments)
     assert result.code == 2
     assert said in result.err
@@ -203,13 +203,13 @@ def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -
         (b'[{"hex": "53"}', "not JSON"),
         (b"[" + b'{"a":[' * 50_000, "nested too deeply"),
         (b"[" * 100_000, "nested too deeply"),
-        (b"[[1, 2]]", "entry 1 is not hex text"),
+        (b"[[1, 2]]", "entry 1 is neither hex text"),
         (b'{"hex": "53"}\n{', "not JSON"),
         (b"53 \xff\xfe", ""),
     ],
     ids=range(9),
 )
-def test_input_that_is_none(stagewire: Stagewire, data: bytes, said: str) -> None:
+def test_invalid_input_is_refused(stagewire: Stagewire, data: bytes, said: str) -> None:
     result = stagewire("decode", "-", input=data)
     assert result.code in (1, 2)
     assert said in result.err

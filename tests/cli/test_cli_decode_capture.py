@@ -1,4 +1,4 @@
-"""``stagewire decode`` of a recorded session: both directions, with when and which way."""
+"""``stagewire decode`` with a recorded session: both directions, with times."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ COMMANDS = """# stagewire capture 1 protocol=asi_ms2000
 0.0 > 18 61 03 3a
 0.1 < 01 02
 0.2 < 03
-0.3 > 18 3f 3a 18 61 03 3a  # both at once
+0.3 > 18 3f 3a 18 61 03 3a  # two commands in one chunk
 0.4 < 42 04 05 06
-0.5 > 18 61 03 3a  # whose reply is lost
+0.5 > 18 61 03 3a  # its reply is lost
 1.5 > 18 3f 3a
 1.6 < 4e
 """
@@ -36,7 +36,7 @@ COMMANDS = """# stagewire capture 1 protocol=asi_ms2000
 
 @pytest.fixture
 def decode(stagewire: Stagewire, tmp_path: Path) -> Any:
-    """Decode a session, from a file."""
+    """Return a function that decodes a session from a file."""
 
     def run(text: str, *options: str) -> Any:
         path = tmp_path / "session.txt"
@@ -60,14 +60,14 @@ def test_a_table_has_times_and_directions(decode: Any) -> None:
     assert result.code == 1
 
 
-def test_from_standard_input(stagewire: Stagewire) -> None:
+def test_a_session_is_read_from_standard_input(stagewire: Stagewire) -> None:
     text = SESSION.replace("ee ee ", "")
     result = stagewire("decode", "-", input=b"\xef\xbb\xbf" + text.encode())
     assert result.code == 0
     assert len(result.out.splitlines()) == 4
 
 
-def test_comments_may_hold_anything(stagewire: Stagewire) -> None:
+def test_comments_may_contain_any_bytes(stagewire: Stagewire) -> None:
     text = SESSION.replace("ee ee ", "").encode().replace(b"after noise", b"\xfcber \x00 \x1b[31m")
     result = stagewire("decode", "-", input=text)
     assert result.code == 0
@@ -87,7 +87,7 @@ def test_json_lines(decode: Any) -> None:
     assert events[2]["fields"]["position"] == 10000
 
 
-def test_csv(decode: Any) -> None:
+def test_csv_has_times_and_directions(decode: Any) -> None:
     rows = list(csv.DictReader(io.StringIO(decode(SESSION, "--format", "csv").out)))
     assert [(row["line"], row["time"], row["direction"]) for row in rows] == [
         ("4", "0.01", "to_controller"),
@@ -100,8 +100,8 @@ def test_csv(decode: Any) -> None:
 
 
 @pytest.mark.parametrize("format", ["csv", "parquet"])
-def test_positions_against_time(decode: Any, tmp_path: Path, format: str) -> None:
-    """One message alone: typed columns, and a time for each of its frames."""
+def test_positions_can_be_written_against_time(decode: Any, tmp_path: Path, format: str) -> None:
+    """With one message the output has typed columns, and a time for each frame."""
     status = "91 04 0e 00 81 50 01 00 {:02x} 00 00 00 00 00 00 00 00 00 00 80"
     lines = [f"{n / 4} < {status.format(n)} {status.format(n + 100)}" for n in range(5)]
     out = tmp_path / "status"
@@ -117,7 +117,7 @@ def test_positions_against_time(decode: Any, tmp_path: Path, format: str) -> Non
     assert {row["direction"] for row in rows} == {"to_host"}
 
 
-def test_replies_are_told_by_what_was_asked(decode: Any) -> None:
+def test_replies_are_decoded_by_their_requests(decode: Any) -> None:
     result = decode(COMMANDS)
     assert [line.split(None, 2)[2] for line in result.out.splitlines()] == [
         "axis 0x18 (X) READ_MOTOR_POSITION",
@@ -133,7 +133,7 @@ def test_replies_are_told_by_what_was_asked(decode: Any) -> None:
     assert result.code == 0
 
 
-def test_half_a_reply_that_was_given_up_is_shown(decode: Any) -> None:
+def test_an_incomplete_reply_is_shown(decode: Any) -> None:
     text = "# stagewire capture 1 protocol=asi_ms2000\n"
     text += "0 > 18 61 03 3a\n0.1 < 01 02\n1 > 18 3f 3a\n1.1 < 42\n2 > 18 61 03 3a\n2.1 < 07\n"
     result = decode(f"{text}3 > 18 61 03 3a\n")
@@ -146,7 +146,7 @@ def test_half_a_reply_that_was_given_up_is_shown(decode: Any) -> None:
     assert result.code == 1
 
 
-def test_text_before_the_low_level(decode: Any) -> None:
+def test_text_is_decoded_before_the_low_level_format(decode: Any) -> None:
     text = "# stagewire capture 1 protocol=asi_ms2000\n"
     text += "0 > 57 20 58 0d\n1 < 3a 41 20 30 0d 0a\n2 > ff 42 18 61 03 3a\n3 < 01 02 03\n"
     result = decode(text)
@@ -160,7 +160,7 @@ def test_text_before_the_low_level(decode: Any) -> None:
     ]
 
 
-def test_one_reply_of_a_session_in_columns(decode: Any) -> None:
+def test_one_reply_of_a_session_has_typed_columns(decode: Any) -> None:
     options = ["--message", "READ_MOTOR_POSITION:reply", "--format", "csv"]
     rows = list(csv.DictReader(io.StringIO(decode(COMMANDS, *options).out)))
     assert [(row["line"], row["time"], row["position"]) for row in rows] == [
@@ -169,7 +169,7 @@ def test_one_reply_of_a_session_in_columns(decode: Any) -> None:
     ]
 
 
-def test_the_unit_says_which_status_it_sends(decode: Any) -> None:
+def test_the_unit_determines_the_status_block(decode: Any) -> None:
     stopped = "0 < 66 04 0e 00 81 50 01 00 10 27 00 00 ff ff 00 00 20 00 00 80\n"
     assert "velocity=-1" in decode(HEADING + stopped).out
     assert "enc_count=65535" in decode(HEADING + stopped, "--status", "stepper").out
@@ -178,7 +178,7 @@ def test_the_unit_says_which_status_it_sends(decode: Any) -> None:
     assert "enc_count=65535" in decode(HEADING.replace("TDC001", "BSC103") + stopped).out
 
 
-def test_what_is_left_at_the_end_of_either_direction(decode: Any) -> None:
+def test_an_incomplete_end_is_shown_for_each_direction(decode: Any) -> None:
     result = decode(f"{HEADING}1 > 43 04\n2 < 44\n3 < 04 01\n")
     assert result.out.splitlines() == [
         "    1.000000 >  incomplete at the end: 43 04",
@@ -188,7 +188,7 @@ def test_what_is_left_at_the_end_of_either_direction(decode: Any) -> None:
     assert result.code == 1
 
 
-def test_garbage_is_a_run_in_each_direction(decode: Any) -> None:
+def test_garbage_is_counted_in_each_direction(decode: Any) -> None:
     text = "".join(f"{n} {'><'[n % 2]} ee ee ee ee ee ee ee ee\n" for n in range(4))
     assert "2 garbage" in decode(HEADING + text).err
 
@@ -196,13 +196,13 @@ def test_garbage_is_a_run_in_each_direction(decode: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
-        (SESSION, ["--direction", "command"], "--direction is for bytes alone; a capture says"),
-        (SESSION, ["--command", "READ_STATUS"], "--command is for bytes alone"),
-        (SESSION, ["--end", "host"], "--end is for a stream; a recorded session has both"),
+        (SESSION, ["--direction", "command"], "--direction does not apply to a capture"),
+        (SESSION, ["--command", "READ_STATUS"], "--command does not apply to a capture"),
+        (SESSION, ["--end", "host"], "--end requires a stream; a recorded session has both ends"),
         (
             SESSION,
             ["--protocol", "asi_ms2000"],
-            "contradicts the capture, which is one of thorlabs",
+            "contradicts the capture, which is of thorlabs",
         ),
         (SESSION.replace("2.0", "x"), [], "line 7: 'x00000' is not a time in seconds"),
         (f"{SESSION}1 > 00\n", [], "line 8: its time is earlier than that of a line above"),
@@ -211,12 +211,12 @@ def test_garbage_is_a_run_in_each_direction(decode: Any) -> None:
         (SESSION, ["--message", "NONSENSE"], "has no message NONSENSE"),
     ],
 )
-def test_called_wrongly(decode: Any, text: str, options: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(decode: Any, text: str, options: list[str], said: str) -> None:
     result = decode(text, *options)
     assert result.code == 2
     assert said in result.err
 
 
-def test_a_session_without_bytes(decode: Any) -> None:
+def test_a_session_may_be_empty(decode: Any) -> None:
     result = decode(HEADING)
     assert (result.code, result.out, result.err) == (0, "", "0 bytes: nothing\n")

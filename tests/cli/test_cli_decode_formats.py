@@ -1,4 +1,4 @@
-"""``stagewire decode --format``: every format says what the library says, and no file is half written."""
+"""``stagewire decode --format``: every format agrees with the library, and files are written completely."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ GENERAL = [
 
 
 def frames_of(cls: type[Message], rng: random.Random) -> Iterator[bytes]:
-    """Frames of a layout with the least, the greatest and other values."""
+    """Yield frames of a layout with the lowest, the highest and other values."""
     layout = cls.layout
     size = layout.length
     if not size:
@@ -65,7 +65,7 @@ def frames_of_all() -> list[bytes]:
 
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Every layout, bytes beyond it, what has none, garbage, and an end that is incomplete."""
+    """Return a file with every layout, extra bytes, unknown messages, garbage and an incomplete end."""
     path = tmp_path_factory.mktemp("capture") / "capture.bin"
     others = [UNKNOWN, UNDOCUMENTED, LONGER, COMPLETED, STATUS[:2] + b"\x0c" + STATUS[3:-2]]
     path.write_bytes(b"".join(frames_of_all() + others) + STATUS + b"\xee" * 9 + HOMED + STATUS[:9])
@@ -73,7 +73,7 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def events_of(path: Path, status: str | None = None) -> list[dict[str, Any]]:
-    """What the library says of a stream, with offsets."""
+    """Return the events of the library for a stream, with offsets."""
     framer = PROTOCOL.framer()
     context = {"status": status} if status else None
     offset, answers = 0, []
@@ -88,7 +88,7 @@ def events_of(path: Path, status: str | None = None) -> list[dict[str, Any]]:
 
 
 def general_row(answer: dict[str, Any]) -> dict[str, Any]:
-    """The row of an event in the form that fits everything."""
+    """Return the row of an event in the general form."""
     row = dict.fromkeys(GENERAL) | answer
     if "pending" in answer:
         row |= {"event": "pending", "hex": row.pop("pending")}
@@ -100,7 +100,7 @@ def read_csv(text: str) -> list[dict[str, str]]:
 
 
 def text_of(value: Any) -> str:
-    """How a value stands in CSV."""
+    """Return the text of a value in CSV."""
     if isinstance(value, bytes):
         return value.hex()
     return "" if value is None else str(value)
@@ -127,7 +127,9 @@ def test_json_lines(
 
 
 @STATUSES
-def test_table(stagewire: Stagewire, capture: Path, status: str | None) -> None:
+def test_a_table_has_a_line_for_each_event(
+    stagewire: Stagewire, capture: Path, status: str | None
+) -> None:
     result = stagewire("decode", capture, *options(status))
     lines = [line.split(maxsplit=1) for line in result.out.splitlines()]
     answers = events_of(capture, status)
@@ -151,7 +153,9 @@ def test_table(stagewire: Stagewire, capture: Path, status: str | None) -> None:
 
 
 @STATUSES
-def test_csv_of_everything(stagewire: Stagewire, capture: Path, status: str | None) -> None:
+def test_csv_has_a_row_for_each_event(
+    stagewire: Stagewire, capture: Path, status: str | None
+) -> None:
     result = stagewire("decode", capture, "--format", "csv", *options(status))
     rows = read_csv(result.out)
     expected = [general_row(answer) for answer in events_of(capture, status)]
@@ -164,7 +168,7 @@ def test_csv_of_everything(stagewire: Stagewire, capture: Path, status: str | No
 
 
 @STATUSES
-def test_parquet_of_everything(
+def test_parquet_has_a_row_for_each_event(
     stagewire: Stagewire, capture: Path, tmp_path: Path, status: str | None
 ) -> None:
     target = tmp_path / "all.parquet"
@@ -189,7 +193,7 @@ TYPED = [
 @pytest.mark.parametrize(
     ("cls", "status"), TYPED, ids=[f"{cls.__name__}-{status}" for cls, status in TYPED]
 )
-def test_typed_columns_of_one_message(
+def test_one_message_has_typed_columns(
     stagewire: Stagewire, capture: Path, tmp_path: Path, cls: type[Message], status: str | None
 ) -> None:
     layout = cls.layout
@@ -217,7 +221,9 @@ def test_typed_columns_of_one_message(
     assert [json.loads(line)["offset"] for line in lines] == [row["offset"] for row in expected]
 
 
-def test_types_of_parquet_columns(stagewire: Stagewire, capture: Path, tmp_path: Path) -> None:
+def test_parquet_columns_have_the_types_of_fields(
+    stagewire: Stagewire, capture: Path, tmp_path: Path
+) -> None:
     target = tmp_path / "typed.parquet"
 
     def types(name: str) -> list[str]:
@@ -239,7 +245,7 @@ def test_no_rows_are_an_empty_table(stagewire: Stagewire, tmp_path: Path) -> Non
         assert parquet.read_table(target).num_rows == 0
 
 
-def test_many_rows_come_in_several_groups(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_many_rows_are_written_in_several_groups(stagewire: Stagewire, tmp_path: Path) -> None:
     path, target = tmp_path / "long.bin", tmp_path / "long.parquet"
     number = 70_000
     path.write_bytes(STATUS * number)
@@ -251,7 +257,7 @@ def test_many_rows_come_in_several_groups(stagewire: Stagewire, tmp_path: Path) 
         assert file.read(["offset"])["offset"].to_pylist() == list(range(0, number * 20, 20))
 
 
-def test_the_status_chooses_the_form(stagewire: Stagewire) -> None:
+def test_the_status_selects_the_form(stagewire: Stagewire) -> None:
     chosen = ["--format", "csv", "--message", "mot_move_completed"]
     result = stagewire("decode", "-", *chosen, "--status", "dc", input=COMPLETED)
     (row,) = read_csv(result.out)
@@ -264,7 +270,7 @@ def test_the_status_chooses_the_form(stagewire: Stagewire) -> None:
 # One frame, and JSON captures
 
 
-def test_one_frame_as_a_row(stagewire: Stagewire) -> None:
+def test_one_frame_is_written_as_a_row(stagewire: Stagewire) -> None:
     result = stagewire("decode", STATUS.hex(), "--format", "csv")
     (row,) = read_csv(result.out)
     assert (row["offset"], row["event"], row["message"]) == ("0", "message", NAME)
@@ -281,7 +287,7 @@ def test_one_frame_as_a_row(stagewire: Stagewire) -> None:
     [(STATUS, 0, "20 bytes: 1 frame\n"), (STATUS[:9], 1, "9 bytes: 1 refused\n")],
     ids=["whole", "cut"],
 )
-def test_one_frame_that_goes_to_a_file_is_summed_up(
+def test_one_frame_in_a_file_has_a_summary(
     stagewire: Stagewire, tmp_path: Path, frame: bytes, code: int, said: str
 ) -> None:
     path = tmp_path / "one.csv"
@@ -290,7 +296,7 @@ def test_one_frame_that_goes_to_a_file_is_summed_up(
     assert len(read_csv(path.read_text(encoding="utf-8"))) == 1
 
 
-def test_captures_as_rows(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_captures_are_written_as_rows(stagewire: Stagewire, tmp_path: Path) -> None:
     path = tmp_path / "captures.jsonl"
     frames = [STATUS, STATUS[:9], LONGER, HOMED]
     path.write_text("\n".join(json.dumps({"hex": raw.hex()}) for raw in frames), encoding="utf-8")
@@ -318,13 +324,13 @@ def test_captures_as_rows(stagewire: Stagewire, tmp_path: Path) -> None:
     ids=["stream", "stream in hex", "frame"],
 )
 @pytest.mark.parametrize("format", ["table", "jsonl", "csv"])
-def test_an_unknown_message_is_a_fault_only_where_one_frame_is_due(
+def test_an_unknown_message_is_an_error_only_as_a_single_frame(
     stagewire: Stagewire, arguments: list[str], code: int, format: str
 ) -> None:
     assert stagewire("decode", *arguments, "--format", format, input=UNKNOWN).code == code
 
 
-def test_an_unknown_message_among_captures_is_a_fault(stagewire: Stagewire) -> None:
+def test_an_unknown_message_in_captures_is_an_error(stagewire: Stagewire) -> None:
     line = json.dumps({"hex": UNKNOWN.hex()}).encode()
     assert stagewire("decode", "-", input=line).code == 1
 
@@ -342,7 +348,7 @@ def test_an_unknown_message_among_captures_is_a_fault(stagewire: Stagewire) -> N
     ],
     ids=range(7),
 )
-def test_lists_and_lines_of_captures(stagewire: Stagewire, text: str) -> None:
+def test_captures_can_be_lists_or_lines(stagewire: Stagewire, text: str) -> None:
     data = (text % (STATUS.hex(), HOMED.hex())).encode()
     result = stagewire("decode", "-", "--json", input=data)
     names = [json.loads(line)["message"] for line in result.out.splitlines()]
@@ -353,23 +359,23 @@ def test_lists_and_lines_of_captures(stagewire: Stagewire, text: str) -> None:
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        ('["53"]\n{"hex": "53"}\n', "line 2: more text after the end of the list"),
-        ('{"captures": []}\n\n[]', "line 3: more text after the end of the list"),
+        ('["53"]\n{"hex": "53"}\n', "line 2: unexpected text after the end of the list"),
+        ('{"captures": []}\n\n[]', "line 3: unexpected text after the end of the list"),
         ('{"hex": "53"}\n{"hex": \n', "not JSON: line 2: "),
         ('{"hex": "53"}\n' + "[" * 100_000, "line 2: nested too deeply"),
         (b'{"hex": "53"}\n' * 9_000 + b'["\xff"]\n', "line 9001: not UTF-8 text: byte 2"),
-        ('{"hex": "53"}\n["53"]\n', "entry 2 is not hex text"),
+        ('{"hex": "53"}\n["53"]\n', "entry 2 is neither hex text"),
     ],
     ids=range(6),
 )
-def test_captures_that_are_none(stagewire: Stagewire, data: str | bytes, said: str) -> None:
+def test_invalid_captures_are_refused(stagewire: Stagewire, data: str | bytes, said: str) -> None:
     raw = data if isinstance(data, bytes) else data.encode()
     result = stagewire("decode", "-", input=raw)
     assert result.code == 2
     assert said in result.err
 
 
-def test_more_json_than_is_loaded_is_refused(
+def test_json_beyond_the_limit_is_refused(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(inputs, "_MAXIMUM_JSON", 200_000)
@@ -394,7 +400,7 @@ def files_in(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("format", ["table", "jsonl", "csv"])
-def test_a_file_has_what_standard_output_would(
+def test_a_file_has_the_same_output_as_standard_output(
     stagewire: Stagewire, capture: Path, tmp_path: Path, format: str
 ) -> None:
     target = tmp_path / "decoded"
@@ -409,7 +415,7 @@ def test_a_file_has_what_standard_output_would(
     assert files_in(tmp_path) == {"decoded": alone.out.encode()}
 
 
-def test_a_link_stays_a_link(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_writing_through_a_symbolic_link_keeps_it(stagewire: Stagewire, tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to("decoded")
     stagewire("decode", STATUS.hex(), "--json", "--output", tmp_path / "link")
     assert (tmp_path / "link").is_symlink()
@@ -456,7 +462,7 @@ def test_an_interrupt_leaves_no_file(
 
 
 @FORMATS
-def test_a_disk_that_is_full_leaves_no_file(
+def test_a_full_disk_leaves_no_file(
     stagewire: Stagewire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, format: list[str]
 ) -> None:
     def full(*_: object) -> None:
@@ -479,7 +485,7 @@ def test_a_disk_that_is_full_leaves_no_file(
     [
         (["--format", "parquet"], "give --output FILE"),
         (["--format", "xml"], "Invalid value"),
-        (["--json", "--format", "csv"], "--json is --format jsonl; it contradicts --format csv"),
+        (["--json", "--format", "csv"], "--json means --format jsonl and contradicts --format csv"),
         (["--output", "{tmp}"], "is not a regular file"),
         (["--output", os.devnull], "is not a regular file"),
         (["--output", "{tmp}/no/decoded"], "missing folder"),
@@ -496,7 +502,7 @@ def test_a_disk_that_is_full_leaves_no_file(
         ),
         (
             ["--message", "MOT_MOVE_COMPLETED:data:undecided", "--status", "dc"],
-            "data:undecided is how frames come without --status",
+            "data:undecided excludes --status",
         ),
         (
             ["--message", "HW_RICHRESPONSE", "--format", "csv"],
@@ -505,7 +511,7 @@ def test_a_disk_that_is_full_leaves_no_file(
     ],
     ids=range(16),
 )
-def test_options_that_do_not_fit(
+def test_contradicting_options_are_refused(
     stagewire: Stagewire, tmp_path: Path, arguments: list[str], said: str
 ) -> None:
     words = [word.replace("{tmp}", str(tmp_path)) for word in arguments]
@@ -515,25 +521,25 @@ def test_options_that_do_not_fit(
     assert result.out == ""
 
 
-def test_the_capture_is_never_written_over(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_the_capture_is_never_overwritten(stagewire: Stagewire, tmp_path: Path) -> None:
     path, link = tmp_path / "capture.bin", tmp_path / "link"
     path.write_bytes(STATUS)
     link.symlink_to(path)
     for target in (path, link):
         result = stagewire("decode", path, "--output", target)
         assert result.code == 2
-        assert "is the capture that is read" in result.err
+        assert "is the capture that is being read" in result.err
     assert path.read_bytes() == STATUS
 
 
-def test_an_end_is_for_streams_alone(stagewire: Stagewire) -> None:
+def test_end_requires_a_stream(stagewire: Stagewire) -> None:
     data = json.dumps([STATUS.hex()]).encode()
     result = stagewire("decode", "-", "--end", "host", input=data)
     assert result.code == 2
-    assert "--end is for a stream; JSON captures are frames by themselves" in result.err
+    assert "--end requires a stream; JSON captures are single frames" in result.err
 
 
-def test_a_message_without_a_layout_is_chosen_where_there_are_no_columns(
+def test_a_message_without_a_layout_can_be_selected_without_columns(
     stagewire: Stagewire,
 ) -> None:
     result = stagewire(
@@ -556,7 +562,7 @@ def test_without_pyarrow_the_error_says_what_to_install(
     assert stagewire("decode", STATUS.hex(), "--format", "csv").code == 0
 
 
-def test_text_in_csv_cannot_steer_a_terminal(
+def test_text_in_csv_cannot_control_a_terminal(
     stagewire: Stagewire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     info = bytearray(bytes.fromhex("060054008150") + bytes(84))
@@ -571,8 +577,8 @@ def test_text_in_csv_cannot_steer_a_terminal(
 
 
 def peak_of(stagewire: Stagewire, *words: object, input: bytes) -> tuple[int, int]:
-    """The peak of the memory that Python gave out, and the exit code."""
-    stagewire(*words, input=input[:4000])  # what is made once and kept
+    """Return the peak of the memory allocated by Python, and the exit code."""
+    stagewire(*words, input=input[:4000])  # allocates objects that are made once and kept
     tracemalloc.start()
     try:
         result = stagewire(*words, input=input)
@@ -595,7 +601,7 @@ LARGE = {
 
 @pytest.mark.parametrize("kind", every_nth(LARGE, 4))
 def test_a_capture_is_not_held_in_memory(stagewire: Stagewire, tmp_path: Path, kind: str) -> None:
-    """2.3 MB each, of which a block of 64 KiB is looked at; a tenth of them takes about as much memory."""
+    """A capture of 2.3 MB is read in blocks of 64 KiB; a tenth of it needs about as much memory."""
     input = LARGE[kind]
     words = ["decode", "-", "--format", "csv", "--message", "HW_GET_INFO"]
     words += ["--output", str(tmp_path / "decoded")]
@@ -605,7 +611,7 @@ def test_a_capture_is_not_held_in_memory(stagewire: Stagewire, tmp_path: Path, k
 
 
 def test_garbage_is_not_held_in_memory(stagewire: Stagewire, tmp_path: Path) -> None:
-    """12 MB, which would be 24 in hex; rows for Parquet wait for a batch of many."""
+    """12 MB of garbage would be 24 MB in hex; rows for Parquet are collected in large batches."""
     words = ["decode", "-", "--format", "parquet", "--output", tmp_path / "decoded"]
     peak, code = peak_of(stagewire, *words, input=b"\xee" * 12_000_000)
     assert (peak < 20_000_000, code) == (True, 1)
@@ -613,7 +619,7 @@ def test_garbage_is_not_held_in_memory(stagewire: Stagewire, tmp_path: Path) -> 
     assert sum(map(len, texts)) == 24_000_000
 
 
-def test_progress_is_for_a_terminal(
+def test_progress_is_shown_only_on_a_terminal(
     stagewire: Stagewire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("stagewire_cli.output._PATIENCE", 0.0)
@@ -625,7 +631,7 @@ def test_progress_is_for_a_terminal(
 
 
 @pytest.mark.parametrize("kind", ["raw", "hex", "json"])
-def test_progress_says_how_much_of_the_file_was_read(
+def test_progress_shows_how_much_of_the_file_was_read(
     stagewire: Stagewire, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
     said: list[str] = []

@@ -1,4 +1,4 @@
-"""``stagewire diff``: folders and revisions, text and JSON, exit codes, plain words for what is wrong."""
+"""``stagewire diff``: folders and revisions, text and JSON, exit codes and errors."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def new(tmp_path: Path) -> Path:
     return Path(shutil.copytree(GOOD, tmp_path / "new"))
 
 
-def test_no_changes(stagewire: Stagewire, old: Path, new: Path) -> None:
+def test_equal_specs_have_no_changes(stagewire: Stagewire, old: Path, new: Path) -> None:
     result = stagewire("diff", old, new, "--fail-on", "doc")
     assert (result.code, result.out) == (0, "no changes\n")
 
 
-def test_text(stagewire: Stagewire, old: Path, new: Path) -> None:
+def test_changes_are_printed_by_class(stagewire: Stagewire, old: Path, new: Path) -> None:
     for changes in EDITS.values():
         edit(new, *changes)
     result = stagewire("diff", old, new)
@@ -60,7 +60,7 @@ def test_text(stagewire: Stagewire, old: Path, new: Path) -> None:
     ]
 
 
-def test_text_of_what_is_about_the_protocol_and_of_what_was_added(
+def test_changes_of_the_protocol_and_additions_are_printed(
     stagewire: Stagewire, old: Path, new: Path
 ) -> None:
     edit(new, "protocol.yaml", "package: stagewire_tiny", "package: stagewire_minute")
@@ -86,12 +86,14 @@ def test_long_texts_are_cut_where_they_differ(stagewire: Stagewire, old: Path, n
     assert len(line) < 160
 
 
-def test_one_change(stagewire: Stagewire, old: Path, new: Path) -> None:
+def test_a_single_change_is_counted_in_the_singular(
+    stagewire: Stagewire, old: Path, new: Path
+) -> None:
     edit(new, *EDITS["doc"])
     assert stagewire("diff", old, new).out.endswith("\n1 change: 0 WIRE, 0 SOURCE, 1 DOC\n")
 
 
-def test_several_protocols_are_told_apart(stagewire: Stagewire, old: Path, new: Path) -> None:
+def test_several_protocols_are_distinguished(stagewire: Stagewire, old: Path, new: Path) -> None:
     for spec in (old, new):
         shutil.copytree(spec / "tiny", spec / "other")
         for name in ("examples", "captures", "protocol"):
@@ -105,7 +107,7 @@ def test_several_protocols_are_told_apart(stagewire: Stagewire, old: Path, new: 
     assert "  other: unit TP9" in result.out
 
 
-def test_overlays_are_told_apart(stagewire: Stagewire, old: Path, new: Path) -> None:
+def test_overlays_are_distinguished(stagewire: Stagewire, old: Path, new: Path) -> None:
     for spec in (old, new):
         shutil.copytree(OVERLAYS, spec / "tiny" / "overlays")
     edit(new, "overlays/second/units.yaml", "channels: 2", "channels: 1")
@@ -130,7 +132,7 @@ def test_overlays_are_told_apart(stagewire: Stagewire, old: Path, new: Path) -> 
     ]
 
 
-def test_an_overlay_that_is_new(stagewire: Stagewire, old: Path, new: Path) -> None:
+def test_a_new_overlay_is_one_change(stagewire: Stagewire, old: Path, new: Path) -> None:
     shutil.copytree(OVERLAYS, new / "tiny" / "overlays")
     shutil.rmtree(new / "tiny" / "overlays" / "third")
     assert stagewire("diff", old, new).out.splitlines()[1:] == [
@@ -140,7 +142,7 @@ def test_an_overlay_that_is_new(stagewire: Stagewire, old: Path, new: Path) -> N
     ]
 
 
-def test_json_is_as_its_schema_says(stagewire: Stagewire, old: Path, new: Path) -> None:
+def test_json_follows_its_schema(stagewire: Stagewire, old: Path, new: Path) -> None:
     for changes in EDITS.values():
         edit(new, *changes)
     result = stagewire("diff", old, new, "--json")
@@ -165,7 +167,7 @@ def test_json_is_as_its_schema_says(stagewire: Stagewire, old: Path, new: Path) 
 @pytest.mark.parametrize("made", ["wire", "source", "doc"])
 @pytest.mark.parametrize("limit", ["wire", "SOURCE", "doc"])
 @pytest.mark.parametrize("output", [[], ["--json"]], ids=["text", "json"])
-def test_fail_on(
+def test_fail_on_sets_the_exit_code(
     stagewire: Stagewire, old: Path, new: Path, made: str, limit: str, output: list[str]
 ) -> None:
     edit(new, *EDITS[made])
@@ -176,14 +178,16 @@ def test_fail_on(
 
 
 @pytest.mark.parametrize("side", ["OLD", "NEW"])
-def test_a_side_that_is_wrong(stagewire: Stagewire, old: Path, new: Path, side: str) -> None:
+def test_a_side_with_errors_is_not_compared(
+    stagewire: Stagewire, old: Path, new: Path, side: str
+) -> None:
     wrong = old if side == "OLD" else new
     edit(wrong, "units.yaml", "units:\n", "units: 7\nunitz:\n")
     result = stagewire("diff", old, new, "--fail-on", "wire")
     assert result.code == 2
     assert result.out.startswith(f"{wrong}/tiny/units.yaml:")
     assert "hint: " in result.out
-    assert f"{side} does not pass check" in result.err
+    assert f"{side} has errors, so nothing was compared" in result.err
     assert "change" not in result.out
 
 
@@ -192,7 +196,7 @@ def test_a_side_that_is_wrong(stagewire: Stagewire, old: Path, new: Path, side: 
 
 @pytest.fixture
 def repository(old: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A repository whose last commit has a WIRE change; the test stands in it."""
+    """Return a repository whose last commit has a WIRE change, as current folder."""
     return make_repository(tmp_path / "repository", old, EDITS["wire"], monkeypatch)
 
 
@@ -208,7 +212,7 @@ def repository(old: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_revisions(
+def test_folders_and_revisions_can_be_compared(
     stagewire: Stagewire, repository: Path, arguments: list[str], changes: str
 ) -> None:
     edit(repository / "spec", *EDITS["doc"])
@@ -217,22 +221,20 @@ def test_revisions(
     assert result.out.splitlines()[-1].startswith(changes)
 
 
-def test_a_folder_of_the_name_of_a_revision_is_the_folder(
-    stagewire: Stagewire, repository: Path
-) -> None:
+def test_a_folder_takes_precedence_over_a_revision(stagewire: Stagewire, repository: Path) -> None:
     shutil.copytree("spec", "HEAD")
     edit(repository / "HEAD", *EDITS["doc"])
     assert "1 DOC" in stagewire("diff", "HEAD~0", "HEAD").out
 
 
-def test_a_revision_that_is_wrong_names_its_files(stagewire: Stagewire, repository: Path) -> None:
+def test_errors_in_a_revision_name_its_files(stagewire: Stagewire, repository: Path) -> None:
     edit(repository / "spec", "units.yaml", "units:\n", "units: 7\nunitz:\n")
     commit()
     result = stagewire("diff", "HEAD", "HEAD~1")
     assert result.code == 2
     assert result.out.startswith("HEAD:spec/tiny/units.yaml:")
-    assert "HEAD: 2 errors\nOLD does not pass check" in result.err
-    assert "by the rules of this stagewire" in result.err
+    assert "HEAD: 2 errors\nOLD has errors, so nothing was compared" in result.err
+    assert "by the rules of this version of stagewire" in result.err
 
 
 @pytest.mark.parametrize(
@@ -240,11 +242,11 @@ def test_a_revision_that_is_wrong_names_its_files(stagewire: Stagewire, reposito
     [
         (
             ["nowhere", "HEAD"],
-            "OLD, nowhere, is not a folder, and as a revision it cannot be read: ",
+            "OLD nowhere is not a folder, and cannot be read as a revision: ",
         ),
         (
             ["HEAD", "nowhere"],
-            "NEW, nowhere, is not a folder, and as a revision it cannot be read: ",
+            "NEW nowhere is not a folder, and cannot be read as a revision: ",
         ),
         (["HEAD", "HEAD:nowhere"], "the revision HEAD has no directory nowhere"),
         (["HEAD", "HEAD~1", "--spec", "nowhere"], "the revision HEAD has no directory nowhere"),
@@ -258,7 +260,7 @@ def test_a_revision_that_is_wrong_names_its_files(stagewire: Stagewire, reposito
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_called_wrongly(
+def test_wrong_arguments_are_refused(
     stagewire: Stagewire, repository: Path, arguments: list[str], said: str
 ) -> None:
     result = stagewire("diff", *arguments)
@@ -266,7 +268,7 @@ def test_called_wrongly(
     assert said in result.err
 
 
-def test_no_repository(
+def test_a_revision_outside_a_repository_is_refused(
     stagewire: Stagewire, repository: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(repository.parent)
@@ -275,5 +277,5 @@ def test_no_repository(
     assert "not in a git repository" in result.err
 
 
-def test_the_project_against_itself(stagewire: Stagewire) -> None:
+def test_the_spec_of_the_project_equals_itself(stagewire: Stagewire) -> None:
     assert stagewire("diff", ROOT / "spec", ROOT / "spec", "--fail-on", "doc").code == 0

@@ -1,4 +1,4 @@
-"""``stagewire doctor``: what it says is wrong and what to do about it, and how it ends."""
+"""``stagewire doctor``: its diagnoses, its advice and its exit codes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def a_computer_with_nothing_plugged_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system, "usb_devices", list)
 
 
-def test_nothing_is_plugged_in(stagewire: Stagewire) -> None:
+def test_a_computer_without_controllers_is_diagnosed(stagewire: Stagewire) -> None:
     result = stagewire("doctor")
     assert result.code == 1
     first, advice = result.out.splitlines()
@@ -30,7 +30,9 @@ def test_nothing_is_plugged_in(stagewire: Stagewire) -> None:
     assert advice.startswith("       check that it is switched on")
 
 
-def test_all_is_well(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_usable_port_is_fine(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     device = tmp_path / "ttyUSB0"
     device.touch()
     show(monkeypatch, linux(str(device), "83000001"), port("/dev/ttyS0"))
@@ -42,14 +44,14 @@ def test_all_is_well(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_
     assert "stagewire doctor /dev/ttyS0" in advice
 
 
-def test_a_controller_that_answers(stagewire: Stagewire) -> None:
+def test_a_controller_that_answers_is_fine(stagewire: Stagewire) -> None:
     result = stagewire("doctor", "virtual://BBD102")
     assert result.code == 0
     assert result.out.startswith("fine   virtual://BBD102: answers: BBD102")
     assert result.out.endswith("bays with a module: 1, 2\n")
 
 
-def test_a_controller_that_is_another_one(stagewire: Stagewire) -> None:
+def test_an_unexpected_unit_is_reported(stagewire: Stagewire) -> None:
     result = stagewire("doctor", "virtual://TDC001", "--unit", "tst001")
     assert result.code == 1
     assert "the wrong unit answers: TDC001" in result.out
@@ -64,7 +66,9 @@ def test_a_controller_that_is_another_one(stagewire: Stagewire) -> None:
         ("nonsense://x", "nonsense"),
     ],
 )
-def test_a_line_that_cannot_be_opened(stagewire: Stagewire, url: str, said: str) -> None:
+def test_a_line_that_cannot_be_opened_is_an_error(
+    stagewire: Stagewire, url: str, said: str
+) -> None:
     result = stagewire("doctor", url)
     assert result.code == 1
     assert result.out.startswith(f"WRONG  {url}: ")
@@ -78,7 +82,7 @@ def test_a_line_that_cannot_be_opened(stagewire: Stagewire, url: str, said: str)
         (["virtual://TDC001", "--unit", "TDC01"], "did you mean TDC001"),
     ],
 )
-def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str], said: str) -> None:
     result = stagewire("doctor", *arguments)
     assert result.code == 2
     assert said in result.err

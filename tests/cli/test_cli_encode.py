@@ -1,4 +1,4 @@
-"""``stagewire encode``: values as people write them, all checked, nothing guessed."""
+"""``stagewire encode``: values in the notations of users, all of which are checked."""
 
 from __future__ import annotations
 
@@ -32,7 +32,10 @@ if TYPE_CHECKING:
         ),
         ("HW_RICHRESPONSE data=01:02", "81 00 02 00 81 50 01 02"),
         ("MOT_MOVE_JOG chan_ident=chan1 direction=Reverse", "6A 04 01 02 50 01"),
-        ("MOT_MOVE_JOG chan_ident=1 direction=3", "6A 04 01 03 50 01"),  # raw, as the codec
+        (
+            "MOT_MOVE_JOG chan_ident=1 direction=3",
+            "6A 04 01 03 50 01",
+        ),  # raw values are not checked against enumerations, as in the codec
         (
             "MOT_SET_AVMODES chan_ident=1 mode_bits=LEDMODE_IDENT|ledmode_moving",
             "B3 04 04 00 D0 01 01 00 09 00",
@@ -48,12 +51,12 @@ if TYPE_CHECKING:
         ),
     ],
 )
-def test_encode(stagewire: Stagewire, arguments: str, raw: str) -> None:
+def test_a_message_is_encoded(stagewire: Stagewire, arguments: str, raw: str) -> None:
     result = stagewire("encode", *arguments.split())
     assert (result.code, result.out) == (0, f"{raw}\n"), result.err
 
 
-def test_what_is_encoded_decodes(stagewire: Stagewire) -> None:
+def test_an_encoded_message_can_be_decoded(stagewire: Stagewire) -> None:
     result = stagewire(
         "encode", "HW_GET_INFO", "serial_number=83000001", "model_number=TDC001", "type=44",
         "software_version=01 02 03 00", "notes=T-Cube µ", "nchs=1",
@@ -73,8 +76,8 @@ def test_what_is_encoded_decodes(stagewire: Stagewire) -> None:
         ("MOT_MOVE_ABSOLUTE chan_ident=1", "has several forms; choose one of header, data"),
         ("MOT_MOVE_ABSOLUTE --form dat", "has no form dat"),
         ("MOT_MOVE_HOME", "lacks chan_ident"),
-        ("MOT_MOVE_HOME chan_ident", "'chan_ident' is not field=value"),
-        ("MOT_MOVE_HOME chan_ident=1 chan_ident=2", "chan_ident is given twice"),
+        ("MOT_MOVE_HOME chan_ident", "'chan_ident' is not FIELD=VALUE"),
+        ("MOT_MOVE_HOME chan_ident=1 chan_ident=2", "chan_ident is given more than once"),
         ("MOT_MOVE_HOME channel=1", "has no field channel"),
         ("MOT_MOVE_HOME chan_ident=CHAN9", "chan_ident 'CHAN9' is not one of CHAN1, CHAN2, nor"),
         ("MOT_MOVE_JOG chan_ident=1 direction=forwards", "is not one of FORWARD, REVERSE, nor an"),
@@ -89,7 +92,7 @@ def test_what_is_encoded_decodes(stagewire: Stagewire) -> None:
         ("HW_RICHRESPONSE data=0", "'0' is not a sequence of two-digit hex bytes"),
     ],
 )
-def test_called_wrongly(stagewire: Stagewire, arguments: str, said: str) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: str, said: str) -> None:
     result = stagewire("encode", *arguments.split())
     assert (result.code, result.out) == (2, "")
     assert said in result.err

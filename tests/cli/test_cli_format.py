@@ -1,4 +1,4 @@
-"""``stagewire format`` and ``schemas``: what they write, print, refuse, and how they end."""
+"""``stagewire format`` and ``schemas``: files, output, errors and exit codes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ KINDS = "captures errata examples messages overlay printed protocol quantities r
 
 @pytest.fixture(scope="module")
 def formatted(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small spec in canonical form, with its schemas."""
+    """Return a small spec in canonical form, with its schemas."""
     folder = tmp_path_factory.mktemp("formatted")
     shutil.copytree(GOOD, folder / "spec")
     with contextlib.chdir(folder):
@@ -33,7 +33,7 @@ def formatted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def spec(formatted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A copy of that spec below the current folder."""
+    """Return a copy of that spec below the current folder."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(formatted, "spec")
     return Path("spec")
@@ -44,7 +44,7 @@ def spoil(path: Path, text: str = "\n\n\n") -> bytes:
     return path.read_bytes()
 
 
-def test_format_is_quiet_about_what_is_right(stagewire: Stagewire, spec: Path) -> None:
+def test_canonical_files_are_not_listed(stagewire: Stagewire, spec: Path) -> None:
     number = len(list(spec.rglob("*.yaml")))
     for arguments in ([], ["spec"], ["--check"], ["--check", "spec"]):
         result = stagewire("format", *arguments)
@@ -53,8 +53,8 @@ def test_format_is_quiet_about_what_is_right(stagewire: Stagewire, spec: Path) -
         assert result.out == f"{number} files, 0 {changed}\n"
 
 
-def test_format_with_examples_beside_the_spec(stagewire: Stagewire, spec: Path) -> None:
-    """In their places of 0.1 they are formatted for one release."""
+def test_examples_next_to_the_spec_are_formatted(stagewire: Stagewire, spec: Path) -> None:
+    """For one release, examples in their places of version 0.1 are also formatted."""
     captures = Path("conformance/captures/tiny.yaml")
     captures.parent.mkdir(parents=True)
     (spec / "tiny" / "captures.yaml").rename(captures)
@@ -86,7 +86,7 @@ def test_check_shows_what_would_change(stagewire: Stagewire, spec: Path) -> None
     assert stagewire("format", "--check").code == 0
 
 
-def test_what_is_broken_is_reported_and_the_rest_formatted(
+def test_invalid_files_are_reported_and_the_rest_is_formatted(
     stagewire: Stagewire, spec: Path
 ) -> None:
     broken, other = spec / "tiny" / "units.yaml", spec / "tiny" / "stages.yaml"
@@ -98,7 +98,7 @@ def test_what_is_broken_is_reported_and_the_rest_formatted(
         assert f"{broken}:" in result.out
         assert "SW007" in result.out
         assert "\x1b" not in result.out
-        assert result.err.endswith(", 1 left alone\n")
+        assert result.err.endswith(", 1 left unchanged\n")
         assert broken.read_bytes() == content
     assert stagewire("format", "--check", other).code == 0
     assert stagewire("format", other, broken).code == 1
@@ -109,15 +109,15 @@ def test_what_is_broken_is_reported_and_the_rest_formatted(
     [
         (["format", "nowhere"], 2, "nowhere does not exist; give a file or folder"),
         (["format", ""], 2, "the name of a folder is empty"),
-        (["format", "spec/schema"], 2, "spec/schema holds no file of a spec"),
-        (["format", "spec/schema/units.schema.json"], 1, "1 left alone"),
+        (["format", "spec/schema"], 2, "spec/schema contains no spec files"),
+        (["format", "spec/schema/units.schema.json"], 1, "1 left unchanged"),
         (["format", "--all"], 2, "No such option"),
         (["schemas"], 2, "Missing argument 'FOLDER'"),
         (["schemas", ""], 2, "the name of a folder is empty"),
     ],
 )
 @pytest.mark.usefixtures("spec")
-def test_called_wrongly(
+def test_wrong_arguments_are_refused(
     stagewire: Stagewire, arguments: list[object], code: int, said: str
 ) -> None:
     result = stagewire(*arguments)
@@ -125,18 +125,18 @@ def test_called_wrongly(
     assert said in result.err
 
 
-def test_format_says_where_schemas_are_missing(stagewire: Stagewire, spec: Path) -> None:
+def test_format_reports_missing_schemas(stagewire: Stagewire, spec: Path) -> None:
     shutil.rmtree(spec / "schema")
     result = stagewire("format")
     assert result.code == 0
     assert "editors look for schemas in " in result.err
-    assert "`stagewire schemas` puts them there" in result.err
+    assert "`stagewire schemas` writes them" in result.err
     assert result.err.count("note:") == 1
     assert stagewire("schemas", spec / "schema").code == 0
     assert stagewire("format").err == ""
 
 
-def test_schemas(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_schemas_are_written_and_checked(stagewire: Stagewire, tmp_path: Path) -> None:
     out = tmp_path / "spec" / "schema"
     assert stagewire("schemas", out, "--check").code == 1
     assert not out.exists()
@@ -146,13 +146,11 @@ def test_schemas(stagewire: Stagewire, tmp_path: Path) -> None:
     assert written == {f"{kind}.schema.json" for kind in KINDS.split()}
     for name in written:
         assert (out / name).read_bytes() == (ROOT / "spec" / "schema" / name).read_bytes()
-    assert stagewire("schemas", out, "--check").out.endswith("11 schemas, all as they should be\n")
+    assert stagewire("schemas", out, "--check").out.endswith("11 schemas, all up to date\n")
     assert stagewire("schemas", out).out == f"{out}: 11 schemas, 0 files written\n"
 
 
-def test_schemas_are_refreshed_and_nothing_else_is_touched(
-    stagewire: Stagewire, tmp_path: Path
-) -> None:
+def test_only_schemas_are_updated(stagewire: Stagewire, tmp_path: Path) -> None:
     out = tmp_path / "schema"
     assert stagewire("schemas", out).code == 0
     units, mine = out / "units.schema.json", out / "mine.schema.json"
@@ -165,7 +163,7 @@ def test_schemas_are_refreshed_and_nothing_else_is_touched(
     assert mine.read_text(encoding="utf-8") == "{}"
 
 
-def test_schemas_do_not_overwrite_what_somebody_made(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_schemas_do_not_overwrite_other_files(stagewire: Stagewire, tmp_path: Path) -> None:
     mine = tmp_path / "units.schema.json"
     mine.write_text('{"title": "Mine"}', encoding="utf-8")
     result = stagewire("schemas", tmp_path)

@@ -1,4 +1,4 @@
-"""``stagewire generate`` for build systems: lists of files, and templates of the user."""
+"""``stagewire generate`` for build systems: lists of files, and user templates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SMALL = SMALL_SPECS / "good_spec"
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder, with the small good spec in it."""
+    """Return the current folder, which contains the small good spec."""
     shutil.copytree(SMALL, tmp_path / "spec")
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -37,7 +37,7 @@ def break_it(here: Path) -> None:
 @pytest.mark.parametrize(
     "target", [(), ("--target", "registry", "--target", "vectors", "--target", "c-tests")]
 )
-def test_the_outputs_are_what_is_written(
+def test_the_listed_outputs_are_written(
     stagewire: Stagewire, here: Path, target: tuple[str, ...]
 ) -> None:
     command = ("generate", "--out", "made/here", *target)
@@ -48,7 +48,7 @@ def test_the_outputs_are_what_is_written(
     assert listed.out.splitlines() == files_in(here / "made")
 
 
-def test_the_outputs_of_a_wrong_spec_are_not_known(stagewire: Stagewire, here: Path) -> None:
+def test_a_spec_with_errors_has_no_outputs(stagewire: Stagewire, here: Path) -> None:
     break_it(here)
     listed = stagewire("generate", "--list-outputs")
     assert (listed.code, listed.out) == (1, "")
@@ -58,7 +58,7 @@ def test_the_outputs_of_a_wrong_spec_are_not_known(stagewire: Stagewire, here: P
 
 
 def test_files_are_named_from_the_current_folder(stagewire: Stagewire, here: Path) -> None:
-    """Those of each spec, whatever its protocols are called."""
+    """This applies to each spec, whatever the names of its protocols."""
     break_it(here)
     shutil.copytree(here / "spec" / "tiny", here / "more" / "protocols" / "tiny")
     result = stagewire("generate", "--spec", "spec", "--spec", "more/protocols/tiny")
@@ -87,10 +87,10 @@ def test_the_inputs_are_spec_templates_and_generator(stagewire: Stagewire, here:
     assert stagewire(*command, "--list-inputs") == listed
 
 
-def test_a_spec_from_within(
+def test_a_spec_can_be_named_from_inside_its_folder(
     stagewire: Stagewire, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The folder is found however it is named."""
+    """The folder is found with any name."""
     for folder, name in (
         ("spec", "."),
         ("spec/tiny", "."),
@@ -104,7 +104,7 @@ def test_a_spec_from_within(
         assert str(here / "spec" / "tiny" / "messages" / "core.yaml") in listed
 
 
-def test_our_templates_are_listed_to_be_copied(stagewire: Stagewire, here: Path) -> None:
+def test_built_in_templates_are_listed(stagewire: Stagewire, here: Path) -> None:
     listed = stagewire("generate", "--list-templates")
     assert (listed.code, listed.err) == (0, "")
     [flags] = [line for line in listed.out.splitlines() if line.endswith("/flags.py.j2")]
@@ -114,9 +114,7 @@ def test_our_templates_are_listed_to_be_copied(stagewire: Stagewire, here: Path)
     assert stagewire("generate", "--check").code == 0
 
 
-def test_a_template_of_a_user_lays_out_what_ours_prints_in_another_way(
-    stagewire: Stagewire, here: Path
-) -> None:
+def test_a_user_template_replaces_a_built_in_one(stagewire: Stagewire, here: Path) -> None:
     (here / "mine").mkdir()
     (here / "mine" / "empty.py.j2").write_text(
         "class {{ view.name }}({{ view.base }}):\n"
@@ -129,13 +127,13 @@ def test_a_template_of_a_user_lays_out_what_ours_prints_in_another_way(
     compile(made, "extra.py", "exec")
 
 
-def test_the_folder_of_the_cmake_module(stagewire: Stagewire) -> None:
+def test_the_folder_of_the_cmake_module_is_printed(stagewire: Stagewire) -> None:
     listed = stagewire("generate", "--cmake-dir")
     assert (listed.code, listed.err) == (0, "")
     assert (Path(listed.out.rstrip("\n")) / "StagewireGenerate.cmake").is_file()
 
 
-def test_templates_are_compared_too(stagewire: Stagewire, here: Path) -> None:
+def test_check_uses_user_templates(stagewire: Stagewire, here: Path) -> None:
     (here / "mine").mkdir()
     template = here / "mine" / "flags.py.j2"
     template.write_text("# mine\n", encoding="utf-8")
@@ -148,7 +146,7 @@ def test_templates_are_compared_too(stagewire: Stagewire, here: Path) -> None:
 
 
 @pytest.mark.parametrize("mode", [[], ["--check"], ["--list-outputs"]])
-def test_wrong_templates_write_nothing(stagewire: Stagewire, here: Path, mode: list[str]) -> None:
+def test_invalid_templates_write_nothing(stagewire: Stagewire, here: Path, mode: list[str]) -> None:
     (here / "mine").mkdir()
     (here / "mine" / "flags.py.j2").write_text('{{ "\x1b[2J"|nothing }}', encoding="utf-8")
     (here / "mine" / "\x1b[2J.j2").write_text("", encoding="utf-8")
@@ -172,14 +170,19 @@ def test_wrong_templates_write_nothing(stagewire: Stagewire, here: Path, mode: l
             "--list-outputs and --list-inputs exclude each other",
         ),
         (["--list-templates", "--cmake-dir"], "exclude each other"),
-        (["--templates", "nowhere"], "nowhere is not a folder; give a folder of templates"),
+        (["--templates", "nowhere"], "nowhere is not a folder; give a folder with templates"),
         (["--templates", ""], "the name of a folder is empty"),
         (["--spec", "nowhere", "--list-inputs"], "nowhere is not a folder"),
-        (["--spec", "spec/tiny/messages", "--list-inputs"], "holds no folder with a protocol.yaml"),
+        (
+            ["--spec", "spec/tiny/messages", "--list-inputs"],
+            "contains no folder with a protocol.yaml",
+        ),
         (["--target", "cobol", "--list-outputs"], "unknown target cobol"),
     ],
 )
-def test_called_wrongly(stagewire: Stagewire, here: Path, words: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(
+    stagewire: Stagewire, here: Path, words: list[str], said: str
+) -> None:
     done = stagewire("generate", *words)
     assert (done.code, done.out) == (2, "")
     assert said in done.err
@@ -189,8 +192,10 @@ def test_called_wrongly(stagewire: Stagewire, here: Path, words: list[str], said
     ("old", "said"),
     [("", "the protocol carousel"), ("protocol: carousel", "the package stagewire_carousel")],
 )
-def test_folders_with_the_same_names(stagewire: Stagewire, here: Path, old: str, said: str) -> None:
-    """Of two protocols that are called alike in any way, one would take the place of the other."""
+def test_folders_with_the_same_names_are_refused(
+    stagewire: Stagewire, here: Path, old: str, said: str
+) -> None:
+    """The output of one of two protocols with the same name would overwrite the other."""
     for folder in ("one", "two"):
         shutil.copytree(SMALL_SPECS / "good_packets", here / folder)
     (here / "two" / "carousel").rename(here / "two" / "other")
@@ -201,12 +206,12 @@ def test_folders_with_the_same_names(stagewire: Stagewire, here: Path, old: str,
         path.write_text(text.replace(old, "protocol: other") if old else text, encoding="utf-8")
     done = stagewire("generate", "--spec", "one", "--spec", "two", "--out", "made")
     assert (done.code, done.err) == (
-        2, f"stagewire: {said} comes from more than one of the folders\n",
+        2, f"stagewire: more than one of the folders has {said}\n",
     )  # fmt: skip
     assert not (here / "made").exists()
 
 
-def test_folders_with_the_same_prefix_in_c(stagewire: Stagewire, here: Path) -> None:
+def test_folders_with_the_same_c_prefix_are_refused(stagewire: Stagewire, here: Path) -> None:
     shutil.copytree(here / "spec", here / "two")
     (here / "two" / "tiny").rename(here / "two" / "other")
     for kind in ("examples", "captures"):
@@ -215,7 +220,7 @@ def test_folders_with_the_same_prefix_in_c(stagewire: Stagewire, here: Path) -> 
     replace_in(head, "protocol: tiny", "protocol: other")
     replace_in(head, "package: stagewire_tiny", "package: tiny")
     done = stagewire("generate", "--spec", "spec", "--spec", "two", "--out", "made")
-    said = "stagewire: the prefix in C tiny comes from more than one of the folders\n"
+    said = "stagewire: more than one of the folders has the C prefix tiny\n"
     assert (done.code, done.err) == (2, said)
     assert not (here / "made").exists()
 
@@ -227,7 +232,7 @@ def replace_in(path: Path, old: str, new: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["two\nlines.yaml", "two\u2028lines.yaml", b"caf\xe9.yaml"])
-def test_a_path_that_no_line_can_hold_is_refused(
+def test_a_path_with_a_line_break_is_refused(
     stagewire: Stagewire, here: Path, name: str | bytes
 ) -> None:
     folder = bytes(here / "spec" / "tiny" / "messages")

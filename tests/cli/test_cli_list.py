@@ -1,4 +1,4 @@
-"""``stagewire list``: what it prints of ports and controllers, and how it ends."""
+"""``stagewire list``: ports, controllers and exit codes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from conftest import Stagewire
 
 
-def test_controllers_and_other_ports(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_controllers_and_other_ports_are_listed(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     show(monkeypatch, port("/dev/ttyS0"), linux("/dev/ttyUSB0", "83828433"))
     result = stagewire("list")
     assert (result.code, result.err) == (0, "")
@@ -30,7 +32,7 @@ def test_a_newer_controller_is_named(stagewire: Stagewire, monkeypatch: pytest.M
     assert "KDC101: not in Issue 3; uses the messages of TDC001, which may differ" in said
 
 
-def test_for_programs(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ports_are_listed_as_json(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
     show(monkeypatch, linux("/dev/ttyUSB0", "73828433"), port("/dev/ttyS0"))
     first, second = (json.loads(line) for line in stagewire("list", "--json").out.splitlines())
     assert first["units"] == ["BBD102", "BBD103"]
@@ -41,7 +43,7 @@ def test_for_programs(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.parametrize("others", [[], [port("/dev/ttyS0")]], ids=["no port", "another port"])
-def test_where_there_is_no_controller_it_names_the_doctor(
+def test_without_a_controller_the_doctor_is_suggested(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, others: list[object]
 ) -> None:
     show(monkeypatch, *others)
@@ -50,7 +52,7 @@ def test_where_there_is_no_controller_it_names_the_doctor(
     assert "stagewire doctor" in result.err
 
 
-def test_what_a_device_calls_itself_cannot_steer_the_terminal(
+def test_the_name_of_a_device_cannot_control_the_terminal(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     show(monkeypatch, linux("/dev/ttyUSB0", "\x1b[2J99"))

@@ -1,4 +1,4 @@
-"""The command as a whole: help with examples, exit codes, and an end without a traceback."""
+"""The command as a whole: help with examples, exit codes, and errors without a traceback."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_help_has_an_example(stagewire: Stagewire, name: str) -> None:
     assert "    stagewire " in result.out or "| stagewire " in result.out
 
 
-def test_version(stagewire: Stagewire) -> None:
+def test_version_is_printed(stagewire: Stagewire) -> None:
     assert stagewire("--version").out == f"stagewire {library.__version__}\n"
 
 
@@ -51,7 +51,7 @@ def test_version(stagewire: Stagewire) -> None:
     "arguments",
     [["fly"], ["--fly"], ["decode", "--fly", "00"], ["conformance", "fly"], ["testee", "x"]],
 )
-def test_called_wrongly(stagewire: Stagewire, arguments: list[str]) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str]) -> None:
     result = stagewire(*arguments)
     assert result.code == 2
     assert result.err
@@ -67,7 +67,7 @@ def test_called_wrongly(stagewire: Stagewire, arguments: list[str]) -> None:
     ],
     ids=["ours", "file", "pipe", "interrupt"],
 )
-def test_errors_become_sentences(
+def test_errors_are_printed_as_sentences(
     stagewire: Stagewire,
     monkeypatch: pytest.MonkeyPatch,
     error: BaseException,
@@ -84,7 +84,7 @@ def test_errors_become_sentences(
     assert said in result.err
 
 
-def test_without_the_extra_of_the_generator(
+def test_a_missing_generator_extra_is_explained(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [name for name in sys.modules if name.startswith("stagewire_generator")]:
@@ -108,7 +108,7 @@ def test_only_the_module_of_the_command_is_imported() -> None:
     assert not {"stagewire_cli.show", "stagewire_conformance", "stagewire_apt"} & set(loaded)
 
 
-def test_testee_in_a_process() -> None:
+def test_testee_answers_in_a_process() -> None:
     lines = b'{"id":1,"op":"hello"}\nnonsense\n{"id":"end","op":"hello"}'
     done = process(["testee"], input=lines)
     assert done.returncode == 0
@@ -121,7 +121,7 @@ def test_testee_in_a_process() -> None:
     ]
 
 
-def test_output_that_nobody_reads_any_more() -> None:
+def test_a_closed_pipe_ends_the_command_quietly() -> None:
     reader, writer = os.pipe()
     os.close(reader)
     with os.fdopen(writer, "wb") as closed:
@@ -137,7 +137,7 @@ def test_output_that_nobody_reads_any_more() -> None:
     assert b"Exception ignored" not in done.stderr
 
 
-def test_output_in_a_narrow_encoding() -> None:
+def test_output_works_in_any_encoding() -> None:
     environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
     done = process(["show", "MOT_MOVE_ABSOLUTE"], env=environment)
     assert done.returncode == 0, done.stderr
@@ -153,7 +153,7 @@ def test_output_in_a_narrow_encoding() -> None:
         4,
     ),
 )
-def test_a_standard_stream_that_is_closed(words: list[str], descriptor: int) -> None:
+def test_a_closed_standard_stream_is_tolerated(words: list[str], descriptor: int) -> None:
     shell = f'exec "$@" {descriptor}{"<" if descriptor == 0 else ">"}&-'
     done = subprocess.run(
         ["sh", "-c", shell, "sh", sys.executable, "-c", RUN, *words],
@@ -168,7 +168,7 @@ def test_a_standard_stream_that_is_closed(words: list[str], descriptor: int) -> 
 
 
 @pytest.mark.parametrize("words", [["show"], ["encode"], ["show", "x", "--protocol"]])
-def test_what_was_typed_cannot_steer_the_terminal(stagewire: Stagewire, words: list[str]) -> None:
+def test_arguments_cannot_control_the_terminal(stagewire: Stagewire, words: list[str]) -> None:
     result = stagewire(*words, "\x1b[2J")
     assert result.code == 2
     assert "\x1b" not in result.err
@@ -176,8 +176,8 @@ def test_what_was_typed_cannot_steer_the_terminal(stagewire: Stagewire, words: l
 
 
 @pytest.mark.parametrize("name", command._COMMANDS)
-def test_a_sub_command_alone_is_the_one_of_the_whole_command(name: str) -> None:
-    """The command that is called is imported alone; its help must not depend on that."""
+def test_the_help_of_a_sub_command_does_not_depend_on_imports(name: str) -> None:
+    """Only the called sub-command is imported, which must not change its help."""
 
     def said(arguments: Sequence[str]) -> str:
         group = typer.main.get_command(command.command(arguments))

@@ -1,4 +1,4 @@
-"""``stagewire monitor``: what it makes of status messages, what it prints and draws, and how it ends."""
+"""``stagewire monitor``: its lines, tables, pictures and captures, and how it ends."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_reading_is_one_line() -> None:
     assert Reading("", 0, {}, None).line() == "    0.000"
 
 
-def test_the_rate_is_that_of_the_last_two_seconds() -> None:
+def test_the_rate_covers_the_last_two_seconds() -> None:
     board = Board()
     for tenth in range(50):
         board.add(reading(tenth / 10, 0))
@@ -50,7 +50,7 @@ def test_the_rate_is_that_of_the_last_two_seconds() -> None:
     assert board.count == 50
 
 
-def test_the_table_has_a_row_for_each_part_and_counts_what_was_dropped(
+def test_the_table_has_a_row_for_each_part_and_counts_dropped_messages(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     board = Board()
@@ -69,7 +69,7 @@ def test_the_table_has_a_row_for_each_part_and_counts_what_was_dropped(
     assert counted == "1.5 s, 2 status messages, 3 dropped; Ctrl-C ends"
 
 
-def test_a_velocity_that_was_sent_in_units_is_drawn_as_it_was_sent() -> None:
+def test_a_velocity_in_units_is_drawn_as_sent() -> None:
     track = Track()
     for time in (0.0, 0.1, 0.2):
         track.add(reading(time, time, velocity=7.0))
@@ -77,7 +77,7 @@ def test_a_velocity_that_was_sent_in_units_is_drawn_as_it_was_sent() -> None:
 
 
 @pytest.mark.parametrize("sent", [None, Value(12345)], ids=["none", "counts"])
-def test_otherwise_it_is_that_between_two_positions(sent: Value | None) -> None:
+def test_other_velocities_are_derived_from_positions(sent: Value | None) -> None:
     track = Track()
     for time, position in ((0.0, 1.0), (0.5, 2.0), (0.5, 9.0), (1.5, 10.0)):
         values = {"position": Value(position, MM)} | ({"velocity": sent} if sent else {})
@@ -85,14 +85,14 @@ def test_otherwise_it_is_that_between_two_positions(sent: Value | None) -> None:
     assert track.velocity() == ([0.25, 1.0], [2.0, 1.0])
 
 
-def test_what_has_no_position_leaves_no_track() -> None:
+def test_a_reading_without_a_position_adds_no_track() -> None:
     board = Board(track=True)
     board.add(Reading("", 0.0, {"op_voltage": Value(1, "V")}))
     assert len(board.tracks[""].times) == 0
 
 
 @pytest.mark.parametrize(("name", "begin"), [("a.png", PNG), ("a.SVG", b"<?xml")])
-def test_a_picture(tmp_path: Path, name: str, begin: bytes) -> None:
+def test_a_picture_is_drawn(tmp_path: Path, name: str, begin: bytes) -> None:
     board = Board(track=True)
     for time in range(5):
         board.add(reading(time, time, 1.0, "bay 1"))
@@ -109,7 +109,7 @@ def test_a_picture(tmp_path: Path, name: str, begin: bytes) -> None:
         ("folder.png", "not a regular file"),
     ],
 )
-def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_opened(
+def test_an_invalid_picture_is_refused_before_the_line_is_opened(
     stagewire: Stagewire, tmp_path: Path, file: str, said: str
 ) -> None:
     (tmp_path / "folder.png").mkdir()
@@ -118,7 +118,7 @@ def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_opened(
     assert said in result.err
 
 
-def test_without_matplotlib(
+def test_a_missing_matplotlib_is_explained(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
@@ -129,18 +129,18 @@ def test_without_matplotlib(
 
 @pytest.fixture
 def moving(monkeypatch: pytest.MonkeyPatch) -> Iterator[Written]:
-    """A controller that just began to move by 1 mm, as by its own panel."""
+    """Yield a controller that has just begun to move by 1 mm, as if from its panel."""
     with virtual.TDC001(stage=stages.Z8) as tdc:
         tdc.write(m.MotMoveRelative(chan_ident=1, relative_distance=34304).pack(0x50, 0x01))
         yield attached(monkeypatch, tdc)
 
 
-def test_what_is_said_is_shown_line_by_line_in_units(stagewire: Stagewire, moving: Written) -> None:
+def test_statuses_are_printed_as_lines_in_units(stagewire: Stagewire, moving: Written) -> None:
     result = stagewire("monitor", URL, "--unit", "TDC001", "--stage", "Z8", "--for", "3")
     assert result.code == 0
     title, *lines = result.out.splitlines()
     assert title.startswith("TDC001, serial number 83")
-    assert len(lines) == 30  # ten a second
+    assert len(lines) == 30  # ten per second
     assert "moving_forward" in lines[0]
     assert "position=0.0" in lines[0]
     assert "position=1.0000 mm" in lines[-1]
@@ -148,20 +148,18 @@ def test_what_is_said_is_shown_line_by_line_in_units(stagewire: Stagewire, movin
     assert result.err == "30 status messages, 0 dropped\n"
 
 
-def test_updates_are_switched_on_and_off_again_and_nothing_is_moved_or_stopped(
-    stagewire: Stagewire, moving: Written
-) -> None:
+def test_monitoring_only_switches_updates_on_and_off(stagewire: Stagewire, moving: Written) -> None:
     stagewire("monitor", URL, "--unit", "TDC001", "--for", "0.5")
     sent = [name for name in moving.sent() if name != "MOT_ACK_DCSTATUSUPDATE"]
     assert sent == ["HW_REQ_INFO", "HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS"]
 
 
-def test_without_a_stage_all_is_in_counts(stagewire: Stagewire, moving: Written) -> None:
+def test_without_a_stage_values_are_in_counts(stagewire: Stagewire, moving: Written) -> None:
     result = stagewire("monitor", URL, "--unit", "TDC001", "--for", "3")
     assert "position=34304" in result.out.splitlines()[-1]
 
 
-def test_a_picture_and_a_capture_of_it(
+def test_a_picture_and_a_capture_can_be_written(
     stagewire: Stagewire, moving: Written, tmp_path: Path
 ) -> None:
     picture, log = tmp_path / "move.png", tmp_path / "log.txt"
@@ -183,7 +181,9 @@ def test_every_bay_is_a_part(stagewire: Stagewire, monkeypatch: pytest.MonkeyPat
     assert result.out.count("  bay 1  ") == result.out.count("  bay 2  ") == 3
 
 
-def test_one_bay_of_a_rack(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_bay_of_a_rack_can_be_selected(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with virtual.BBD102() as rack:
         attached(monkeypatch, rack)
         one = stagewire("monitor", URL, "--bay", "2", "--for", "0.35")
@@ -194,7 +194,7 @@ def test_one_bay_of_a_rack(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
     assert "BBD102 has no bay 3; it has bay 1, bay 2" in none.err
 
 
-def test_axes_that_are_not_there_do_not_keep_it_beyond_its_time(
+def test_missing_axes_do_not_extend_the_time(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with virtual.MS2000() as ms2000:
@@ -204,7 +204,9 @@ def test_axes_that_are_not_there_do_not_keep_it_beyond_its_time(
         assert (ms2000.clock.now - begin) / 1e9 < 2.5
 
 
-def test_what_sends_nothing_is_asked(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_unit_without_updates_is_polled(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with virtual.MS2000() as ms2000:
         attached(monkeypatch, ms2000)
         result = stagewire("monitor", URL, "--unit", "MS2000", "--for", "20")
@@ -213,7 +215,7 @@ def test_what_sends_nothing_is_asked(stagewire: Stagewire, monkeypatch: pytest.M
     assert "axis SCAN" not in result.out
 
 
-def test_ctrl_c_ends_it_and_the_picture_is_drawn(
+def test_ctrl_c_ends_monitoring_and_the_picture_is_drawn(
     stagewire: Stagewire, moving: Written, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     add = Board.add
@@ -231,7 +233,7 @@ def test_ctrl_c_ends_it_and_the_picture_is_drawn(
     assert moving.sent()[-1] == "HW_STOP_UPDATEMSGS"
 
 
-def test_a_line_that_is_lost_ends_it_with_a_sentence(
+def test_a_lost_line_ends_monitoring_with_an_error(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with virtual.TDC001() as tdc:
@@ -249,5 +251,5 @@ def test_a_line_that_is_lost_ends_it_with_a_sentence(
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan", "inf", "x"])
-def test_a_time_that_is_none(stagewire: Stagewire, seconds: str) -> None:
+def test_an_invalid_time_is_refused(stagewire: Stagewire, seconds: str) -> None:
     assert stagewire("monitor", "virtual://TDC001", "--for", seconds).code == 2

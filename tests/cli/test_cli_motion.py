@@ -1,4 +1,4 @@
-"""``stagewire move``, ``home`` and ``stop``: what moves, what is asked first, and what is refused."""
+"""``stagewire move``, ``home``, ``jog`` and ``stop``: motion, confirmation and refusals."""
 
 from __future__ import annotations
 
@@ -40,20 +40,20 @@ Attach = Callable[[virtual.VirtualController], Written]
 
 @pytest.fixture
 def attach(monkeypatch: pytest.MonkeyPatch) -> Attach:
-    """Have the URL of the tests lead to a virtual controller."""
+    """Return a function that makes the URL of the tests open a virtual controller."""
     return partial(attached, monkeypatch)
 
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Somebody sits there who can be asked."""
+    """Pretend that standard input is a terminal, so that a confirmation is possible."""
     monkeypatch.setattr(motion_session, "refuse_unattended", lambda yes: None)
 
 
 Z8 = ("--unit", "TDC001", "--stage", "Z8", "--yes")
 
 
-def test_a_move_says_from_where_to_where_and_where_it_stands_then(
+def test_a_move_reports_start_target_and_final_position(
     stagewire: Stagewire, attach: Attach
 ) -> None:
     with virtual.TDC001(stage=stages.Z8, position=34304) as tdc:
@@ -67,7 +67,7 @@ def test_a_move_says_from_where_to_where_and_where_it_stands_then(
     assert line.count(*MOVES) == line.count(MOVE_ABSOLUTE) == 1
 
 
-def test_by_a_distance_and_in_counts(stagewire: Stagewire, attach: Attach) -> None:
+def test_a_move_can_be_a_distance_in_counts(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001() as tdc:
         line = attach(tdc)
         first = stagewire("move", URL, "--unit", "TDC001", "--counts", "--by", "2000", "--yes")
@@ -79,7 +79,7 @@ def test_by_a_distance_and_in_counts(stagewire: Stagewire, attach: Attach) -> No
     assert line.count(MOVE_RELATIVE) == 2
 
 
-def test_home(stagewire: Stagewire, attach: Attach) -> None:
+def test_home_moves_to_the_home_position(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001() as tdc:
         line = attach(tdc)
         result = stagewire("home", URL, "--unit", "TDC001", "--yes")
@@ -88,7 +88,7 @@ def test_home(stagewire: Stagewire, attach: Attach) -> None:
     assert line.count(*MOVES) == line.count(HOME) == 1
 
 
-def test_one_bay_of_a_rack(stagewire: Stagewire, attach: Attach) -> None:
+def test_one_bay_of_a_rack_can_be_selected(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.BBD102() as rack:
         line = attach(rack)
         which = stagewire("move", URL, "--unit", "BBD102", "--counts", "--to", "9", "--yes")
@@ -109,7 +109,7 @@ def test_one_bay_of_a_rack(stagewire: Stagewire, attach: Attach) -> None:
     assert sent[4] & 0x7F == 0x22
 
 
-def test_a_module_and_its_channel(stagewire: Stagewire, attach: Attach) -> None:
+def test_a_channel_of_a_module_can_be_moved(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.rack(None, "MST601") as rack:
         line = attach(rack)
         result = stagewire(
@@ -121,7 +121,7 @@ def test_a_module_and_its_channel(stagewire: Stagewire, attach: Attach) -> None:
     assert (sent[at + 4] & 0x7F, sent[at + 6]) == (0x22, 2)
 
 
-def test_an_axis_of_an_ms2000(stagewire: Stagewire, attach: Attach) -> None:
+def test_an_axis_of_an_ms2000_can_be_moved(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.MS2000() as ms2000:
         attach(ms2000)
         result = stagewire("move", URL, "--unit", "MS2000", "--axis", "x", "--to", "0.1", "--yes")
@@ -132,7 +132,7 @@ def test_an_axis_of_an_ms2000(stagewire: Stagewire, attach: Attach) -> None:
 
 @pytest.mark.usefixtures("terminal")
 @pytest.mark.parametrize(("answer", "moves"), [(b"y\n", 1), (b"n\n", 0), (b"\n", 0), (b"", 0)])
-def test_it_asks_before_it_moves(
+def test_a_move_requires_a_confirmation(
     stagewire: Stagewire, attach: Attach, answer: bytes, moves: int
 ) -> None:
     with virtual.TDC001() as tdc:
@@ -144,7 +144,7 @@ def test_it_asks_before_it_moves(
 
 
 @pytest.mark.parametrize("words", [["move", URL, "--to", "1"], ["home", URL]])
-def test_without_a_terminal_and_without_yes_nothing_is_opened(
+def test_without_a_terminal_yes_is_required(
     stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch, words: list[str]
 ) -> None:
     monkeypatch.setattr(linking, "open_link", lambda *_: pytest.fail("it was opened"))
@@ -169,11 +169,11 @@ def test_without_a_terminal_and_without_yes_nothing_is_opened(
         (["--to", "1", "--stage", "Z8", "--channel", "2"], "has no channel 2"),
         (["--to", "1", "--stage", "Z8", "--axis", "X"], "has no axis X"),
         (["--to", "1", "--stage", "Z8", "--travel", "nan"], "nan"),
-        (["--to", "1", "--stage", "Z8", "--travel", "1,2,3"], "two ends, such as -5,5"),
+        (["--to", "1", "--stage", "Z8", "--travel", "1,2,3"], "two ends such as -5,5"),
         (["--to=-6", "--stage", "Z8", "--travel=-5,5"], "outside the travel, -5 to 5 mm"),
     ],
 )
-def test_what_cannot_be_is_refused_and_nothing_moves(
+def test_wrong_arguments_move_nothing(
     stagewire: Stagewire, attach: Attach, words: list[str], said: str
 ) -> None:
     with virtual.TDC001() as tdc:
@@ -184,7 +184,7 @@ def test_what_cannot_be_is_refused_and_nothing_moves(
     assert line.count(*MOVES) == 0
 
 
-def test_a_unit_that_does_not_move(stagewire: Stagewire, attach: Attach) -> None:
+def test_a_unit_that_does_not_move_is_refused(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TSG001() as reader:
         attach(reader)
         result = stagewire("move", URL, "--unit", "TSG001", "--counts", "--to", "1", "--yes")
@@ -192,7 +192,7 @@ def test_a_unit_that_does_not_move(stagewire: Stagewire, attach: Attach) -> None
     assert "TSG001 does not support move absolute: its document has no message for it" in result.err
 
 
-def test_an_axis_that_takes_no_distance(stagewire: Stagewire, attach: Attach) -> None:
+def test_an_axis_without_relative_moves_suggests_to(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.MS2000() as ms2000:
         attach(ms2000)
         words = ("--unit", "MS2000", "--axis", "X", "--by", "1", "--yes")
@@ -201,9 +201,7 @@ def test_an_axis_that_takes_no_distance(stagewire: Stagewire, attach: Attach) ->
     assert "give --to instead" in result.err
 
 
-def test_a_controller_that_does_not_get_there_is_stopped_and_it_says_so(
-    stagewire: Stagewire, attach: Attach
-) -> None:
+def test_a_move_that_takes_too_long_is_stopped(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001(stage=stages.Z8) as tdc:
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "10", "--timeout", "1", *Z8)
@@ -212,9 +210,7 @@ def test_a_controller_that_does_not_get_there_is_stopped_and_it_says_so(
     assert line.count(STOP) == 1
 
 
-def test_a_stop_has_longer_to_be_answered_than_a_short_move_had(
-    stagewire: Stagewire, attach: Attach
-) -> None:
+def test_a_stop_has_its_own_timeout(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001(stage=stages.Z8) as tdc:
         line = attach(tdc)
         result = stagewire("move", URL, "--to", "1", "--timeout", "0.3", *Z8)
@@ -224,7 +220,7 @@ def test_a_stop_has_longer_to_be_answered_than_a_short_move_had(
     assert line.count(STOP) == 1
 
 
-def test_a_motor_that_a_stop_has_disabled_is_not_said_to_have_moved(
+def test_a_motor_disabled_by_a_stop_is_reported_as_not_moved(
     stagewire: Stagewire, attach: Attach
 ) -> None:
     x = ("--unit", "MS2000", "--axis", "X")
@@ -235,10 +231,10 @@ def test_a_motor_that_a_stop_has_disabled_is_not_said_to_have_moved(
         result = stagewire("move", URL, *x, "--to", "1", "--yes")
         counts = stagewire("move", URL, *x, "--counts", "--to", "5", "--yes")
     assert (there.code, result.code, counts.code) == (0, 1, 1)
-    assert "it has not moved: it is still at 0.0000 um; a stop disables" in result.err
+    assert "it did not move and is still at 0.0000 um; a stop disables" in result.err
 
 
-def test_ctrl_c_stops_it_and_says_so(
+def test_ctrl_c_stops_the_axis_and_reports_it(
     stagewire: Stagewire, attach: Attach, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupt(self: Motion, timeout: float | None = None) -> None:
@@ -253,7 +249,7 @@ def test_ctrl_c_stops_it_and_says_so(
     assert line.count(STOP) == 1
 
 
-def test_stop_asks_nobody_and_sends_nothing_before(stagewire: Stagewire, attach: Attach) -> None:
+def test_stop_is_sent_first_without_a_confirmation(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.BBD102() as rack:
         line = attach(rack)
         everything = stagewire("stop", URL, "--unit", "BBD102")
@@ -266,7 +262,7 @@ def test_stop_asks_nobody_and_sends_nothing_before(stagewire: Stagewire, attach:
         assert line.count(STOP) == 3
 
 
-def test_stop_tells_every_part_even_if_one_says_nothing(
+def test_stop_is_sent_to_every_part_even_if_one_is_silent(
     stagewire: Stagewire, attach: Attach
 ) -> None:
     with virtual.BBD102(empty_bays=[0]) as rack:
@@ -278,7 +274,7 @@ def test_stop_tells_every_part_even_if_one_says_nothing(
     assert line.count(STOP) == 2
 
 
-def test_stop_waits_for_no_part_before_all_are_told(
+def test_stops_are_sent_to_all_parts_before_waiting(
     stagewire: Stagewire, attach: Attach, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     both = threading.Barrier(2, timeout=20)
@@ -288,7 +284,7 @@ def test_stop_waits_for_no_part_before_all_are_told(
         assert stagewire("stop", URL, "--unit", "BBD102").code == 0
 
 
-def test_stop_where_nothing_says_that_it_stands(stagewire: Stagewire, attach: Attach) -> None:
+def test_stop_without_an_answer_is_reported_as_sent(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.MS2000() as ms2000:
         attach(ms2000)
         result = stagewire("stop", URL, "--unit", "MS2000", "--axis", "y")
@@ -299,7 +295,7 @@ JOG = bytes.fromhex("6a04")
 
 
 @pytest.mark.parametrize(("direction", "stands"), [("forward", "0.1000"), ("REVERSE", "-0.1000")])
-def test_a_jog_goes_by_the_stored_step(
+def test_a_jog_moves_by_the_stored_step(
     stagewire: Stagewire, attach: Attach, direction: str, stands: str
 ) -> None:
     with virtual.TDC001(stage=stages.Z8) as tdc:
@@ -314,7 +310,7 @@ def test_a_jog_goes_by_the_stored_step(
     assert line.count(JOG) == 1
 
 
-def test_a_jog_that_misses_its_target_is_not_done(stagewire: Stagewire, attach: Attach) -> None:
+def test_a_jog_that_misses_its_target_fails(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001(stage=stages.Z8, travel=1000) as tdc:
         attach(tdc)
         result = stagewire("jog", URL, "forward", *Z8)
@@ -331,7 +327,7 @@ def test_a_jog_that_misses_its_target_is_not_done(stagewire: Stagewire, attach: 
         (("forward", "--unit", "MS2000", "--axis", "X", "--yes"), "MS2000 does not support jog"),
     ],
 )
-def test_a_jog_that_is_called_wrongly_sends_none(
+def test_a_jog_with_wrong_arguments_is_not_sent(
     stagewire: Stagewire, attach: Attach, words: tuple[str, ...], why: str
 ) -> None:
     with virtual.MS2000() if "MS2000" in words else virtual.TDC001(stage=stages.Z8) as controller:
@@ -342,7 +338,7 @@ def test_a_jog_that_is_called_wrongly_sends_none(
     assert line.count(JOG) == 0
 
 
-def test_stop_takes_the_options_of_move(stagewire: Stagewire, attach: Attach) -> None:
+def test_stop_accepts_the_options_of_move(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001(stage=stages.Z8) as tdc:
         line = attach(tdc)
         words = ("--unit", "TDC001", "--stage", "Z8", "--to", "5", "--timeout", "5", "--yes")
@@ -351,22 +347,24 @@ def test_stop_takes_the_options_of_move(stagewire: Stagewire, attach: Attach) ->
     assert "--stage" not in stagewire("stop", "--help").out
 
 
-def test_a_stop_that_was_not_sent_says_so(
+def test_an_unsent_stop_is_reported(
     stagewire: Stagewire, attach: Attach, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Written, "write", lambda line, data: None)  # nobody hears it
+    monkeypatch.setattr(Written, "write", lambda line, data: None)  # bytes are lost
     with virtual.TDC001(stage=stages.Z8) as tdc:
         attach(tdc)
         result = stagewire("stop", URL)
     assert result.code == 1
-    assert "no stop was sent, because the unit is not known" in result.err
+    assert "no stop was sent, because the unit is unknown" in result.err
     assert "--unit" in result.err
 
 
-def test_a_stage_that_moves_already_is_not_moved(stagewire: Stagewire, attach: Attach) -> None:
+def test_a_moving_stage_is_not_moved(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001(stage=stages.Z8) as tdc:
         line = attach(tdc)
-        tdc.write(bytes.fromhex("530406 00d001 0100 c0450400"))  # to 280,000 counts, from elsewhere
+        tdc.write(
+            bytes.fromhex("530406 00d001 0100 c0450400")
+        )  # to 280,000 counts, sent by another program
         for words in (("move", URL, "--to", "1", *Z8), ("home", URL, "--unit", "TDC001", "--yes")):
             result = stagewire(*words)
             assert result.code == 1
@@ -374,7 +372,7 @@ def test_a_stage_that_moves_already_is_not_moved(stagewire: Stagewire, attach: A
     assert line.count(*MOVES) == 0
 
 
-def test_what_has_no_stop(stagewire: Stagewire, attach: Attach) -> None:
+def test_a_unit_without_a_stop_is_refused(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TPZ001() as piezo:
         attach(piezo)
         result = stagewire("stop", URL, "--unit", "TPZ001")
@@ -383,7 +381,7 @@ def test_what_has_no_stop(stagewire: Stagewire, attach: Attach) -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a signal")
-def test_ctrl_c_in_a_process_of_its_own(tmp_path: Path) -> None:
+def test_ctrl_c_stops_the_axis_in_a_separate_process(tmp_path: Path) -> None:
     with serving("TDC001", "--stage", "Z8", "--log", tmp_path / "log.txt") as url:
         words = ("move", url, "--unit", "TDC001", "--stage", "Z8", "--to", "50", "--yes")
         with subprocess.Popen(
@@ -427,7 +425,7 @@ def test_a_signal_that_ends_the_command_stops_the_stage(
 
 @contextmanager
 def serving(*words: object) -> Iterator[str]:
-    """Serve a virtual controller in a process of its own; give its URL."""
+    """Serve a virtual controller in a separate process; yield its URL."""
     with subprocess.Popen(
         [*COMMAND, "virtual", *map(str, words)],
         stdout=subprocess.PIPE,
@@ -449,7 +447,7 @@ def wait_for(log: Path, text: str) -> None:
         time.sleep(0.05)
 
 
-def test_a_move_that_misses_its_target_is_not_done(stagewire: Stagewire) -> None:
+def test_a_move_that_misses_its_target_fails(stagewire: Stagewire) -> None:
     url = "virtual://TDC001?stage=Z8&travel=171520"
     result = stagewire("move", url, "--stage", "Z8", "--to", "10", "--yes")
     assert (result.code, "done" in result.out) == (1, False)
@@ -460,7 +458,7 @@ def test_a_move_that_misses_its_target_is_not_done(stagewire: Stagewire) -> None
     assert stagewire("move", url, "--stage", "Z8", "--to", "3", "--yes").code == 0
 
 
-def test_a_fault_report_stops_a_move_and_is_told(stagewire: Stagewire, attach: Attach) -> None:
+def test_a_reported_fault_stops_the_move(stagewire: Stagewire, attach: Attach) -> None:
     with virtual.TDC001(quirks=["rich_responses"], answer_unsupported=True) as tdc:
         attach(tdc)
         instrument: Any = tdc.instrument

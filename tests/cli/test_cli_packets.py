@@ -1,4 +1,4 @@
-"""The command on a protocol of packets that somebody else has installed, beside ours."""
+"""The command with a third-party protocol of packets in addition to the built-in ones."""
 
 from __future__ import annotations
 
@@ -58,7 +58,9 @@ def capture(tmp_path: Path) -> Path:
          Packet(PROTOCOL.build("STATE", {"bits": 0x8001}, "data:brief"), 3)),  # type: ignore[arg-type]
     ],
 )  # fmt: skip
-def test_a_packet_to_an_address(stagewire: Stagewire, words: list[str], packet: Packet) -> None:
+def test_a_packet_is_encoded_for_an_address(
+    stagewire: Stagewire, words: list[str], packet: Packet
+) -> None:
     for address in ("3", "0x03"):
         result = stagewire("encode", *words, "--address", address)
         assert (result.code, result.err) == (0, "")
@@ -82,13 +84,13 @@ def test_a_packet_to_an_address(stagewire: Stagewire, words: list[str], packet: 
         (["STOP_MOTOR", "--address", "3"], "--address does not apply to messages of asi_ms2000"),
     ],
 )  # fmt: skip
-def test_what_is_not_encoded(stagewire: Stagewire, words: list[str], said: str) -> None:
+def test_invalid_packets_are_not_encoded(stagewire: Stagewire, words: list[str], said: str) -> None:
     result = stagewire("encode", *words)
     assert (result.code, result.out) == (2, "")
     assert said in result.err
 
 
-def test_packets_without_an_address(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_packets_may_have_no_address(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
     module = ModuleType("stagewire_invented")
     module.PROTOCOL = protocol_of(SHAPES["bare"])  # type: ignore[attr-defined]
     folder = TESTS / "support" / "installed" / "stagewire_invented"
@@ -106,7 +108,7 @@ def test_packets_without_an_address(stagewire: Stagewire, monkeypatch: pytest.Mo
 # Decode
 
 
-def test_a_packet_as_a_table(stagewire: Stagewire) -> None:
+def test_a_packet_is_shown_as_a_table(stagewire: Stagewire) -> None:
     result = stagewire("decode", "--protocol", NAME, MOVE.hex())
     assert (result.code, result.err) == (0, "")
     lines = result.out.splitlines()
@@ -114,7 +116,7 @@ def test_a_packet_as_a_table(stagewire: Stagewire) -> None:
     assert lines[4].split() == ["0", "angle", "-90000", "-90", "deg"]
 
 
-def test_a_packet_by_the_name_of_its_message(stagewire: Stagewire) -> None:
+def test_a_packet_is_selected_by_its_message(stagewire: Stagewire) -> None:
     result = stagewire("decode", "--message", "set_angle", "--json", MOVE.hex())
     assert result.code == 0
     assert json.loads(result.out) == {
@@ -136,7 +138,7 @@ def test_a_packet_by_the_name_of_its_message(stagewire: Stagewire) -> None:
         (UNKNOWN, "unknown_message", "09", ""),
         (bytes.fromhex("183F3A"), "bad_value", "18", "as a command of asi_ms2000 this is READ_STATUS"),
         (bytes.fromhex("430401005001"), "bad_value", "43",
-         "in thorlabs_apt this is MOT_MOVE_HOME: say --protocol thorlabs_apt"),
+         "in thorlabs_apt this is MOT_MOVE_HOME: use --protocol thorlabs_apt"),
     ],
 )  # fmt: skip
 def test_the_wrong_bytes_are_marked(
@@ -153,14 +155,14 @@ def test_the_wrong_bytes_are_marked(
     assert [hint in line for line in hints] == [True] * bool(hint)
 
 
-def test_bytes_are_still_taken_for_frames(stagewire: Stagewire) -> None:
-    """A packet is no frame by guess: what it would be is said, and how it is asked for."""
+def test_bytes_are_decoded_as_frames_by_default(stagewire: Stagewire) -> None:
+    """The protocol is not guessed; a hint names the matching protocol and the option for it."""
     frame = stagewire("decode", "43 04 01 00 50 01")
     assert frame.out.startswith("MOT_MOVE_HOME")
     result = stagewire("decode", MOVE.hex())
     assert result.code == 1
     assert result.out.splitlines()[-1] == (
-        "hint: in invented_packets this is SET_ANGLE: say --protocol invented_packets"
+        "hint: in invented_packets this is SET_ANGLE: use --protocol invented_packets"
     )
     assert stagewire("decode", "--direction", "command", "18 3F 3A").code == 0
 
@@ -168,21 +170,23 @@ def test_bytes_are_still_taken_for_frames(stagewire: Stagewire) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--direction", "command"], "--direction is for protocols of commands and replies; packets of"),
-        (["--command", "STOP"], "--command is for protocols of commands"),
+        (["--direction", "command"], "--direction applies only to protocols of commands and replies"),
+        (["--command", "STOP"], "--command applies only to protocols of commands"),
         (["--status", "dc"], "no layout of Invented packets depends on 'status'"),
         (["--message", "SET_ANGEL"], "did you mean SET_ANGLE?"),
         (["--message", "SET_ANGLE:header"], "SET_ANGLE has no form header"),
         (["--message", "STATE"], "STATE has several forms"),
     ],
 )  # fmt: skip
-def test_options_that_do_not_apply(stagewire: Stagewire, words: list[str], said: str) -> None:
+def test_options_that_do_not_apply_are_refused(
+    stagewire: Stagewire, words: list[str], said: str
+) -> None:
     result = stagewire("decode", "--protocol", NAME, *words, MOVE.hex())
     assert (result.code, result.out) == (2, "")
     assert said in result.err
 
 
-def test_a_stream_in_lines(stagewire: Stagewire, capture: Path) -> None:
+def test_a_stream_of_packets_is_written_as_lines(stagewire: Stagewire, capture: Path) -> None:
     result = stagewire("decode", "--protocol", NAME, capture)
     assert result.code == 1
     assert [line.split(maxsplit=1)[1] for line in result.out.splitlines()] == [
@@ -196,7 +200,9 @@ def test_a_stream_in_lines(stagewire: Stagewire, capture: Path) -> None:
     assert "1 bad_length, 1 garbage, 2 message, 1 unknown, 4 bytes incomplete" in result.err
 
 
-def test_a_stream_as_json_lines_and_rows(stagewire: Stagewire, capture: Path) -> None:
+def test_a_stream_of_packets_is_written_as_json_and_rows(
+    stagewire: Stagewire, capture: Path
+) -> None:
     arguments = ("decode", "--protocol", NAME, capture)
     lines = stagewire(*arguments, "--format", "jsonl").out.splitlines()
     answers = [json.loads(line) for line in lines]
@@ -215,7 +221,9 @@ def test_a_stream_as_json_lines_and_rows(stagewire: Stagewire, capture: Path) ->
         assert json.loads(row["fields"] or "null") == answer.get("fields")
 
 
-def test_one_message_in_typed_columns(stagewire: Stagewire, capture: Path, tmp_path: Path) -> None:
+def test_one_packet_message_has_typed_columns(
+    stagewire: Stagewire, capture: Path, tmp_path: Path
+) -> None:
     arguments = ("decode", "--message", "SET_ANGLE", capture)
     assert stagewire(*arguments, "--format", "csv").out.splitlines() == [
         "offset,address,angle,speed,reserved,extra",
@@ -232,7 +240,7 @@ def test_one_message_in_typed_columns(stagewire: Stagewire, capture: Path, tmp_p
     assert found.column("extra").to_pylist() == [None, b"\x07"]
 
 
-def test_json_captures(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_json_captures_can_be_packets(stagewire: Stagewire, tmp_path: Path) -> None:
     path = tmp_path / "captures.json"
     path.write_text(json.dumps([{"hex": MOVE.hex()}, {"hex": STOP.hex(" ")}]), encoding="utf-8")
     result = stagewire("decode", "--protocol", NAME, path, "--format", "jsonl")
@@ -243,7 +251,7 @@ def test_json_captures(stagewire: Stagewire, tmp_path: Path) -> None:
     ]
 
 
-def test_a_column_holds_every_address() -> None:
+def test_the_address_column_has_the_size_of_addresses() -> None:
     types = {}
     for name, shape in SHAPES.items():
         task = PacketTask(protocol_of(shape))
@@ -256,7 +264,7 @@ def test_a_column_holds_every_address() -> None:
 # Show, and the runner
 
 
-def test_a_message_with_the_parts_of_its_packet(stagewire: Stagewire) -> None:
+def test_show_prints_the_parts_of_a_packet(stagewire: Stagewire) -> None:
     result = stagewire("show", "set_angle")
     assert result.code == 0
     lines = [line.split() for line in result.out.splitlines()]
@@ -277,7 +285,7 @@ def test_a_message_with_the_parts_of_its_packet(stagewire: Stagewire) -> None:
     ("shape", "check"),
     [("small", "exclusive or"), ("ended", "twos' complement of the sum"), ("odd", "sum"), ("bare", None)],
 )  # fmt: skip
-def test_the_check_of_other_shapes(shape: str, check: str | None) -> None:
+def test_show_describes_the_checksum(shape: str, check: str | None) -> None:
     found = SHAPES[shape]
     shown = parts_table(found, 1)
     parts, holds = (list(shown.columns[number].cells) for number in (1, 3))
@@ -286,16 +294,18 @@ def test_the_check_of_other_shapes(shape: str, check: str | None) -> None:
         assert holds[parts.index("check")] == f"{check} of {', '.join(found.covers)}"
 
 
-def test_the_worked_examples(stagewire: Stagewire) -> None:
+def test_the_worked_examples_of_packets_pass(stagewire: Stagewire) -> None:
     result = stagewire("conformance", "examples", "--protocol", NAME)
     assert result.code == 0
     assert "5 passed, 0 failed" in result.out
 
 
-# A protocol that is framed as nobody here knows
+# A protocol with an unknown kind of framing
 
 
-def test_a_framing_that_nobody_knows(stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_framing_is_refused(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
     odd = Protocol(NAME, "Odd", "stagewire_invented", messages=(Stop,), nameless={})
     module = ModuleType("stagewire_invented")
     module.PROTOCOL = odd  # type: ignore[attr-defined]
@@ -311,7 +321,7 @@ def test_a_framing_that_nobody_knows(stagewire: Stagewire, monkeypatch: pytest.M
     (answer,) = (json.loads(text) for text in asked(line).splitlines())
     assert answer["error"] == "unsupported"
     assert stagewire("decode", "43 04 01 00 50 01").code == 0
-    with pytest.raises(CalledWronglyError, match="does not know protocols of the class Protocol"):
+    with pytest.raises(CalledWronglyError, match="cannot decode protocols of the class Protocol"):
         Selection(protocol=NAME).task()
 
 
@@ -323,6 +333,6 @@ def asked(line: bytes) -> str:
     return "".join(answers)
 
 
-def test_a_line_of_a_stream() -> None:
+def test_a_packet_of_a_stream_is_one_line() -> None:
     answer = frame_answer(Packet(Stop(), 200))
     assert frame_line(PROTOCOL, answer) == "0xc8 STOP"

@@ -1,4 +1,4 @@
-"""``stagewire show``: the registry, asked by name."""
+"""``stagewire show``: entries of the registry by name."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
         ("MOT_MOVE_VELOCITY", "whether the position counter rises or falls"),
         ("move_direction", "whether the position counter rises or falls"),
         ("apt-clockwise-without-sign", "AlexShkarin/pyLabLib"),
-        ("HW_RICHRESPONSE", "the document gives no layout"),
+        ("HW_RICHRESPONSE", "the document has no layout for it"),
         ("MOT_SET_MOVEVELPARAMS", "without an id"),
     ],
 )
-def test_show(stagewire: Stagewire, name: str, said: str) -> None:
+def test_show_prints_an_entry(stagewire: Stagewire, name: str, said: str) -> None:
     result = stagewire("show", name)
     assert result.code == 0, result.err
     assert said in result.out
@@ -51,7 +51,7 @@ def test_json(stagewire: Stagewire) -> None:
         ([""], "nothing in the registry is named"),
     ],
 )
-def test_called_wrongly(stagewire: Stagewire, arguments: list[str], said: str) -> None:
+def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: list[str], said: str) -> None:
     result = stagewire("show", *arguments)
     assert result.code == 2
     assert said in result.err

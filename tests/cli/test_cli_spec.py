@@ -1,4 +1,4 @@
-"""``stagewire check`` and ``generate``: all diagnostics, nothing written for a broken spec, no work lost."""
+"""``stagewire check`` and ``generate``: all diagnostics, no output for a broken spec, no lost files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _quick() -> Iterator[None]:
 
 @pytest.fixture
 def spec(tmp_path: Path) -> Path:
-    """A copy of the spec, to be broken."""
+    """Return a copy of the spec that a test can break."""
     shutil.copytree(SPEC, tmp_path / "spec")
     return tmp_path / "spec"
 
@@ -39,7 +39,7 @@ def break_it(spec: Path) -> None:
         path.write_text(path.read_text(encoding="utf-8") + "twice: 1\ntwice: 2\n", encoding="utf-8")
 
 
-def test_check(stagewire: Stagewire) -> None:
+def test_check_summarises_a_valid_spec(stagewire: Stagewire) -> None:
     result = stagewire("check", SPEC)
     assert result.code == 0, result.out
     assert [line.split(";")[0] for line in result.out.splitlines()] == [
@@ -51,7 +51,7 @@ def test_check(stagewire: Stagewire) -> None:
         assert f" {what}" in result.out
 
 
-def test_check_reports_everything(stagewire: Stagewire, spec: Path) -> None:
+def test_check_reports_all_errors(stagewire: Stagewire, spec: Path) -> None:
     break_it(spec)
     result = stagewire("check", spec)
     assert result.code == 1
@@ -70,14 +70,18 @@ def test_check_reports_everything(stagewire: Stagewire, spec: Path) -> None:
         (["check", Path(__file__).parent], 1, "error"),
         (["generate", "--spec", "nowhere"], 2, "nowhere is not a folder"),
         (["generate", "--target", "cobol"], 2, "unknown target cobol (choose from "),
-        (["generate", "--spec", SPEC, "--spec", SPEC, "--check"], 2, "from more than one"),
+        (
+            ["generate", "--spec", SPEC, "--spec", SPEC, "--check"],
+            2,
+            "more than one of the folders has the protocol",
+        ),
         (["generate", "--all"], 2, "No such option"),
         (["check", ""], 2, "the name of a folder is empty"),
         (["generate", "--spec", ""], 2, "the name of a folder is empty"),
         (["generate", "--spec", SPEC, "--out", ""], 2, "the name of a folder is empty"),
     ],
 )
-def test_called_wrongly(
+def test_wrong_arguments_are_refused(
     stagewire: Stagewire, arguments: list[object], code: int, said: str
 ) -> None:
     result = stagewire(*arguments)
@@ -85,7 +89,7 @@ def test_called_wrongly(
     assert said in result.err
 
 
-def test_nothing_drifted(stagewire: Stagewire) -> None:
+def test_the_generated_files_are_up_to_date(stagewire: Stagewire) -> None:
     result = stagewire("generate", "--spec", SPEC, "--out", ROOT / "generated", "--check")
     assert result.code == 0, result.out
     assert "files, up to date" in result.out
@@ -119,7 +123,7 @@ def test_generate_compare_and_write_again(stagewire: Stagewire, tmp_path: Path) 
     assert result.err.endswith("1 changed, 1 missing, 1 orphaned\n")
 
 
-def test_what_somebody_wrote_cannot_steer_a_terminal(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_changed_files_cannot_control_a_terminal(stagewire: Stagewire, tmp_path: Path) -> None:
     path = tmp_path / "python" / "stagewire_apt" / "registry.json"
     path.parent.mkdir(parents=True)
     path.write_text("\x1b[2J\u202egone\n", encoding="utf-8")
@@ -130,9 +134,7 @@ def test_what_somebody_wrote_cannot_steer_a_terminal(stagewire: Stagewire, tmp_p
     assert all(c.isprintable() or c == "\n" for c in result.out)
 
 
-def test_generate_does_not_delete_what_it_did_not_make(
-    stagewire: Stagewire, tmp_path: Path
-) -> None:
+def test_generate_does_not_delete_other_files(stagewire: Stagewire, tmp_path: Path) -> None:
     out = tmp_path / "out"
     target = out / "python" / "stagewire_apt" / "registry.json"
     target.parent.mkdir(parents=True)
@@ -144,7 +146,7 @@ def test_generate_does_not_delete_what_it_did_not_make(
     assert [path for path in out.rglob("*") if path.is_file()] == [target]
 
 
-def test_one_target_leaves_the_others_alone(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_one_target_does_not_touch_the_others(stagewire: Stagewire, tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = ("generate", "--spec", SPEC, "--out", out)
     assert stagewire(*command).code == 0
@@ -157,8 +159,8 @@ def test_one_target_leaves_the_others_alone(stagewire: Stagewire, tmp_path: Path
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
 
 
-def test_a_target_that_is_not_made_by_default(stagewire: Stagewire, tmp_path: Path) -> None:
-    """It is added to what is there; without ``--target`` the folder holds the default targets alone."""
+def test_other_targets_can_be_added(stagewire: Stagewire, tmp_path: Path) -> None:
+    """``--target`` adds it to the folder; without ``--target`` the folder has only the default targets."""
     out = tmp_path / "out"
     command = ("generate", "--spec", SPEC, "--out", out)
     others = ("--target", "registry", "--target", "vectors", "--target", "c-tests")

@@ -1,4 +1,4 @@
-"""``stagewire virtual``: what it serves, what it prints, how it ends."""
+"""``stagewire virtual``: serving, output and exit codes."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ posix = pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-
 
 
 class Running:
-    """The command in a process of its own."""
+    """The command in a separate process."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self.process = process
         self.places: dict[str, str] = {}
 
     def listen(self, stream: IO[str] | None, units: int) -> None:
-        """Read where the units listen."""
+        """Read the URLs of the units."""
         assert stream is not None
         for _ in range(units):
             label, _, url = stream.readline().rstrip("\n").partition(" at ")
             self.places[label] = url
 
     def end(self, number: int | None = None) -> tuple[int, str, str]:
-        """Send a signal, if one is given; return exit code and what was printed."""
+        """Send a signal, if one is given; return exit code and output."""
         if number is not None:
             self.process.send_signal(number)
         out, err = self.process.communicate(timeout=20)
@@ -60,7 +60,7 @@ def running(*words: object, units: int = 1) -> Iterator[Running]:
     process = subprocess.Popen(
         [*COMMAND, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    # A command that hangs must not hang the tests.
+    # Ends a command that hangs.
     guard = threading.Timer(30, process.kill)
     guard.start()
     try:
@@ -74,7 +74,7 @@ def running(*words: object, units: int = 1) -> Iterator[Running]:
 
 
 def ask(url: str, *requests: bytes, size: int = INFO_SIZE) -> bytes:
-    """Connect, send requests one by one, each after ``size`` bytes of answer to the one before."""
+    """Connect and send requests, each after ``size`` bytes of answer to the previous one."""
     host, port = url.removeprefix("socket://").rsplit(":", 1)
     answers = b""
     with closing(socket.create_connection((host, int(port)), timeout=10)) as line:
@@ -87,7 +87,7 @@ def ask(url: str, *requests: bytes, size: int = INFO_SIZE) -> bytes:
     return answers
 
 
-# What it prints, and how it ends
+# Output and exit codes
 
 
 def test_help_has_an_example(stagewire: Stagewire) -> None:
@@ -96,7 +96,7 @@ def test_help_has_an_example(stagewire: Stagewire) -> None:
     assert "  stagewire virtual TDC001" in result.out
 
 
-def test_list(stagewire: Stagewire) -> None:
+def test_list_prints_all_units_and_options(stagewire: Stagewire) -> None:
     result = stagewire("virtual", "--list")
     assert result.code == 0
     first = {line.split()[0] for line in result.out.splitlines() if line.strip()}
@@ -104,7 +104,7 @@ def test_list(stagewire: Stagewire) -> None:
     assert "[byte|frame]" in result.out
 
 
-def test_a_line_for_each_unit_and_the_end_after_its_time(stagewire: Stagewire) -> None:
+def test_each_unit_has_a_line_and_for_ends_the_command(stagewire: Stagewire) -> None:
     result = stagewire("virtual", "TDC001", "bpc301", "--for", "0.01")
     assert result.code == 0
     lines = result.out.splitlines()
@@ -114,7 +114,7 @@ def test_a_line_for_each_unit_and_the_end_after_its_time(stagewire: Stagewire) -
     ]
 
 
-def test_options_of_the_command_line_are_those_of_a_bench() -> None:
+def test_command_line_options_match_those_of_a_bench() -> None:
     makers = of_names(
         ["TDC001", "TDC001"], "4001", False, None, {"seed": 0, "position": 7, "quirks": None}
     )
@@ -147,16 +147,22 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
         (["TDC001", "--bind", "nosuch.invalid"], "cannot listen on nosuch.invalid:0: "),
         (["TDC001", "--stage", "Z9"], "--stage: "),
         (["TDC001", "--stage", "Z9"], "no stage Z9; did you mean Z8?"),
-        (["TDC001", "--travel", "0"], "(TDC001), --travel: TDC001 needs a travel"),
+        (["TDC001", "--travel", "0"], "(TDC001), --travel: TDC001 requires a travel"),
         (["TDC001", "--travel", "9", "--position", "10"], ", --travel, --position: "),
         (["TDC001", "--travel", "1 mm"], "'--travel': expected a whole number, not '1 mm'"),
         (["TDC001", "--position", "x"], "'--position': expected a whole number, not 'x'"),
         (["TDC001", "--seed", "1.5"], "'--seed': expected a whole number, not '1.5'"),
-        (["TDC001", "--model", "KDC101-LONG"], "--model: model 'KDC101-LONG' does not fit"),
-        (["TDC001", "--serial-number", "2147483648"], "--serial-number: the serial number 2147"),
+        (["TDC001", "--model", "KDC101-LONG"], "--model: model must have 1 to 8"),
+        (
+            ["TDC001", "--serial-number", "2147483648"],
+            "--serial-number: serial number must be from 1 to 2147",
+        ),
         (["TDC001", "--serial-number", "x"], "'--serial-number': expected a whole number"),
-        (["TDC001", "--hardware-type", "65536"], "--hardware-type: the hardware type 65536"),
-        (["TDC001", "--stage-id", "-1"], "--stage-id: the stage id -1 does not fit"),
+        (
+            ["TDC001", "--hardware-type", "65536"],
+            "--hardware-type: hardware type must be from 0 to 65535",
+        ),
+        (["TDC001", "--stage-id", "-1"], "--stage-id: stage id must be from 0 to 65535"),
         (["MS2000", "--model", "MS"], "--model: MS2000 does not report a model"),
         (
             ["--replay", "x", "--stage-id", "7"],
@@ -178,7 +184,7 @@ def test_options_of_the_command_line_are_those_of_a_bench() -> None:
         (["--replay", "no-such-file.txt"], "no-such-file.txt"),
     ],
 )
-def test_called_wrongly(
+def test_wrong_arguments_are_refused(
     stagewire: Stagewire,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -193,7 +199,7 @@ def test_called_wrongly(
     assert result.out == ""
 
 
-def test_a_port_that_is_taken(stagewire: Stagewire) -> None:
+def test_a_port_in_use_is_an_error(stagewire: Stagewire) -> None:
     with closing(socket.create_server(("127.0.0.1", 0))) as taken:
         port = taken.getsockname()[1]
         result = stagewire("virtual", "TDC001", "--tcp", port, "--for", "0")
@@ -201,7 +207,7 @@ def test_a_port_that_is_taken(stagewire: Stagewire) -> None:
     assert f"127.0.0.1:{port}" in result.err
 
 
-def test_a_log_does_not_replace_what_is_read(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_log_does_not_replace_its_source(stagewire: Stagewire, tmp_path: Path) -> None:
     session, bench = tmp_path / "session.txt", tmp_path / "bench.toml"
     session.write_text(f"# stagewire capture 1 protocol=thorlabs_apt\n0 > {INFO.hex()}\n")
     bench.write_text('[[unit]]\nname = "TDC001"\n')
@@ -213,9 +219,7 @@ def test_a_log_does_not_replace_what_is_read(stagewire: Stagewire, tmp_path: Pat
         assert source.read_text() == before
 
 
-def test_a_log_is_not_replaced_where_nothing_is_served(
-    stagewire: Stagewire, tmp_path: Path
-) -> None:
+def test_a_log_is_kept_if_serving_fails(stagewire: Stagewire, tmp_path: Path) -> None:
     log = tmp_path / "log.txt"
     log.write_text("the last session")
     with closing(socket.create_server(("127.0.0.1", 0))) as taken:
@@ -227,14 +231,14 @@ def test_a_log_is_not_replaced_where_nothing_is_served(
     assert log.read_text() == "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001\n"
 
 
-def test_a_file_that_is_no_capture(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_capture_is_refused(stagewire: Stagewire, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("05 00 00 00 50 01\n")
     result = stagewire("virtual", "--replay", tmp_path / "notes.txt")
     assert result.code == 2
     assert "notes.txt" in result.err
 
 
-def test_a_capture_of_an_unknown_protocol(stagewire: Stagewire, tmp_path: Path) -> None:
+def test_a_capture_of_an_unknown_protocol_is_refused(stagewire: Stagewire, tmp_path: Path) -> None:
     session = tmp_path / "session.txt"
     session.write_text("# stagewire capture 1 protocol=nothing\n")
     result = stagewire("virtual", "--replay", session, "--for", "0")
@@ -242,9 +246,7 @@ def test_a_capture_of_an_unknown_protocol(stagewire: Stagewire, tmp_path: Path) 
     assert f"{session}, line 1: no protocol nothing" in result.err
 
 
-def test_a_bench_that_is_wrong_says_everything_at_once(
-    stagewire: Stagewire, tmp_path: Path
-) -> None:
+def test_all_problems_of_a_bench_are_printed(stagewire: Stagewire, tmp_path: Path) -> None:
     bench = tmp_path / "bench.toml"
     bench.write_text('[[unit]]\nname = "TDC01"\n\n[[unit]]\nname = "BSC103"\nsped = 1\n')
     result = stagewire("virtual", "--bench", bench)
@@ -253,7 +255,7 @@ def test_a_bench_that_is_wrong_says_everything_at_once(
     assert "sped" in result.err
 
 
-def test_other_commands_do_not_wait_for_it() -> None:
+def test_other_commands_do_not_import_virtual_controllers() -> None:
     code = "import sys, stagewire_cli.main as main; main.command(); print(*sys.modules)"
     loaded = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
@@ -261,11 +263,11 @@ def test_other_commands_do_not_wait_for_it() -> None:
     assert not {"stagewire_virtual", "asyncio"} & set(loaded.stdout.split())
 
 
-# While it runs
+# During a session
 
 
 @posix
-def test_a_session_its_log_and_its_replay(tmp_path: Path) -> None:
+def test_a_logged_session_can_be_replayed(tmp_path: Path) -> None:
     log = tmp_path / "session.txt"
     with running("TDC001", "--log", log) as serving:
         answer = ask(serving.places["TDC001"], INFO)
@@ -280,7 +282,7 @@ def test_a_session_its_log_and_its_replay(tmp_path: Path) -> None:
         assert ask(*playing.places.values(), INFO) == answer
         code, _, err = playing.end()
     assert code == 0
-    assert "1 of 1 requests" in err
+    assert "1 of 1 recorded requests" in err
 
     with running("--replay", log) as playing:
         assert ask(*playing.places.values(), ENABLE_STATE, size=0) == b""
@@ -290,7 +292,7 @@ def test_a_session_its_log_and_its_replay(tmp_path: Path) -> None:
 
 
 @posix
-def test_a_replay_says_the_identity_of_the_recording(tmp_path: Path) -> None:
+def test_a_replay_reports_the_recorded_identity(tmp_path: Path) -> None:
     log = tmp_path / "session.txt"
     words = (
         "--model",
@@ -314,7 +316,7 @@ def test_a_replay_says_the_identity_of_the_recording(tmp_path: Path) -> None:
 
 @posix
 @pytest.mark.parametrize(("words", "answer"), [([], b""), (["--lenient"], b"\x12\x02")])
-def test_a_lenient_replay_goes_on_at_what_it_is_asked(
+def test_a_lenient_replay_continues_at_the_received_request(
     tmp_path: Path, words: list[str], answer: bytes
 ) -> None:
     session = tmp_path / "session.txt"
@@ -328,7 +330,7 @@ def test_a_lenient_replay_goes_on_at_what_it_is_asked(
 
 
 @posix
-def test_a_log_on_standard_output_leaves_it_to_the_log(tmp_path: Path) -> None:
+def test_a_log_on_standard_output_has_it_alone(tmp_path: Path) -> None:
     with running("TDC001", "--log", "-") as serving:
         ask(serving.places["TDC001"], INFO)
         code, out, _ = serving.end(signal.SIGINT)
@@ -341,7 +343,7 @@ def test_a_log_on_standard_output_leaves_it_to_the_log(tmp_path: Path) -> None:
 
 
 @posix
-def test_logs_of_several_units(tmp_path: Path) -> None:
+def test_several_units_have_separate_logs(tmp_path: Path) -> None:
     with running("TDC001", "MS2000", "--log", tmp_path / "log.txt", units=2) as serving:
         ask(serving.places["TDC001"], INFO)
         assert serving.end(signal.SIGTERM)[0] == 0
@@ -356,7 +358,7 @@ def test_logs_of_several_units(tmp_path: Path) -> None:
 
 @posix
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_bench_on_a_pty_leaves_nothing_behind(tmp_path: Path, number: int) -> None:
+def test_a_bench_on_a_pty_removes_its_links(tmp_path: Path, number: int) -> None:
     bench, port = tmp_path / "bench.toml", tmp_path / "x-stage"
     bench.write_text(f'[[unit]]\nname = "TDC001"\nlabel = "x stage"\npty = "{port}"\n')
     with running("--bench", bench) as serving:
@@ -367,7 +369,7 @@ def test_a_bench_on_a_pty_leaves_nothing_behind(tmp_path: Path, number: int) -> 
 
 
 @posix
-def test_what_goes_wrong_is_told(tmp_path: Path) -> None:
+def test_faults_are_printed(tmp_path: Path) -> None:
     log = tmp_path / "log.txt"
     fault = "to_host drop frame at=1"
     with running("TDC001", "--fault", fault, "--log", log) as serving:
@@ -381,9 +383,7 @@ def test_what_goes_wrong_is_told(tmp_path: Path) -> None:
     assert "drop" in err
 
 
-def test_a_second_host_is_turned_away_and_both_ends_say_so(
-    stagewire: Stagewire, tmp_path: Path
-) -> None:
+def test_a_second_host_is_turned_away_with_a_note(stagewire: Stagewire, tmp_path: Path) -> None:
     for words in ((), ("--log", tmp_path / "log.txt")):
         with running("TDC001", *words) as serving:
             url = serving.places["TDC001"]
@@ -403,7 +403,7 @@ def test_a_second_host_is_turned_away_and_both_ends_say_so(
 
 @posix
 @pytest.mark.parametrize(("columns", "shown_when_wide"), [("80", False), ("160", True)])
-def test_the_live_table_on_a_terminal(columns: str, shown_when_wide: bool) -> None:
+def test_a_terminal_shows_a_live_table(columns: str, shown_when_wide: bool) -> None:
     import pty
 
     ours, theirs = pty.openpty()
@@ -415,7 +415,7 @@ def test_the_live_table_on_a_terminal(columns: str, shown_when_wide: bool) -> No
         try:
             while part := os.read(ours, 4096):
                 shown += part
-        except OSError:  # how a pty says that nobody writes any more
+        except OSError:  # a pty raises this when the other end is closed
             pass
         assert run.wait(20) == 0
     os.close(ours)
@@ -427,7 +427,7 @@ def test_the_live_table_on_a_terminal(columns: str, shown_when_wide: bool) -> No
 
 
 @posix
-def test_a_reader_of_the_log_that_has_gone() -> None:
+def test_a_closed_pipe_ends_a_log_on_standard_output() -> None:
     with running("TDC001", "--log", "-") as serving:
         assert serving.process.stdout is not None
         serving.process.stdout.close()

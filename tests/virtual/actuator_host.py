@@ -1,4 +1,4 @@
-"""The host of one channel of a piezo, a strain gauge or a solenoid: what it says, and when."""
+"""A host in tests for one channel of a piezo controller, strain gauge reader or solenoid driver."""
 
 from typing import Any
 
@@ -15,13 +15,13 @@ STATUS = {"piezo": "PZ_GET_PZSTATUSUPDATE", "stepper": "MOT_GET_STATUSUPDATE"}
 
 
 class ActuatorHost:
-    """Tells and asks, and notes what comes, each with its instant in nanoseconds.
+    """Sends messages, and records received messages with their instants in nanoseconds.
 
     :param unit: the name of the unit.
-    :param address: what is addressed.
-    :param travel: of the channel, as in :class:`Settings`.
-    :param position: of the channel, as in :class:`Settings`.
-    :param seed: of the instrument.
+    :param address: the address to send to.
+    :param travel: the travel of the channel, as in :class:`Settings`.
+    :param position: the position of the channel, as in :class:`Settings`.
+    :param seed: the seed of the instrument.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class ActuatorHost:
         self._context = {"status": find_unit(unit).facts["status"]}
 
     def tell(self, *messages: FramedMessage) -> list[FramedMessage]:
-        """Send messages and return what is said at the same instant."""
+        """Send messages and return the answers at the same instant."""
         before = len(self.said)
         for message in messages:
             self.instrument.receive(message.pack(self.address, HOST))
@@ -57,18 +57,18 @@ class ActuatorHost:
         return answer
 
     def refuses(self, message: FramedMessage) -> str:
-        """Send what is not taken, in silence; return why."""
+        """Send a message that is refused in silence, and return the reason."""
         before = len(self.refusals)
         assert self.tell(message) == []
         (why,) = self.refusals[before:]
         return why
 
     def to(self, milliseconds: float) -> None:
-        """Let time go on to an instant."""
+        """Advance to an instant."""
         self.clock.run_until(round(milliseconds * 1e6))
 
     def status(self) -> Any:
-        """Return the status message of this instant, as an update would say it."""
+        """Return the present status message, as in an update."""
         message = PROTOCOL.message_class(STATUS[self._context["status"]])
         return message(chan_ident=1, **self.behaviour.status())
 

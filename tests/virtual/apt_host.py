@@ -1,4 +1,4 @@
-"""The host's end of a virtual APT controller in tests: says messages, hears frames, lets time go on."""
+"""A host for virtual APT controllers in tests: it sends messages, receives frames and advances the clock."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from stagewire_virtual.thorlabs_apt.instrument import AptInstrument
 HOST = 0x01
 USB = 0x50
 MOTHERBOARD = 0x11
-BAY = 0x21  # and those that follow
+BAY = 0x21  # the first bay
 
 
 class Host:
-    """Sits at the other end of ``instrument``, on a clock that stands still unless told otherwise."""
+    """The host of ``instrument``, which has a stepped clock."""
 
     def __init__(self, instrument: AptInstrument) -> None:
         self.instrument = instrument
@@ -34,18 +34,18 @@ class Host:
         self.instrument.receive(Frame(message, dest, source).encode())
 
     def ask(self, message: FramedMessage, dest: int = USB) -> list[FramedMessage]:
-        """Say something and return what is answered at once."""
+        """Send a message and return the immediate answers."""
         self.heard_raw()
         self.say(message, dest)
         return [frame.message for frame in self.heard()]
 
     def heard_raw(self) -> list[bytes]:
-        """Return the frames that came since this was last called, one by one."""
+        """Return the frames received since the last call, one by one."""
         raw, self._raw[:] = list(self._raw), []
         return raw
 
     def heard(self) -> list[Frame]:
-        """Return the frames that came since, decoded as a host that knows its controller does."""
+        """Return the frames received since the last call, decoded with the unit's status block."""
         frames = []
         framer = PROTOCOL.framer(End.HOST)
         for source in PROTOCOL.devices:

@@ -1,4 +1,4 @@
-"""Shared by the tests of virtual controllers."""
+"""Fixtures for the tests of virtual controllers."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ from apt_host import Host, host_of
 
 @pytest.fixture
 def host() -> Callable[..., Host]:
-    """``host("TDC001", seed=3)``: the other end of a new virtual unit of Thorlabs APT."""
+    """Return a factory of hosts: ``host("TDC001", seed=3)`` is the host of a new virtual APT unit."""
     return host_of

@@ -1,4 +1,4 @@
-"""The smallest instrument, for tests of what serves instruments: it says what it hears, and ticks."""
+"""A minimal instrument for tests of links and servers: it echoes bytes, and ticks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TICK = b"tick!"
 
 
 class EchoInstrument(Instrument):
-    """Says each chunk that it hears; ``t`` starts ticks every 10 ms, ``s`` ends them, ``!`` raises."""
+    """Echoes each chunk; ``t`` starts ticks every 10 ms, ``s`` stops them, and ``!`` raises."""
 
     def __init__(self, clock: Clock, period: float = 0.01) -> None:
         super().__init__(find_unit("TDC001"), clock)
@@ -49,7 +49,7 @@ class EchoInstrument(Instrument):
 
 
 class Notebook(Observer):
-    """Writes everything down."""
+    """An observer that records everything."""
 
     def __init__(self) -> None:
         self.lines: list[tuple[str, int, bytes | str]] = []

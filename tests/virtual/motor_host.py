@@ -1,4 +1,4 @@
-"""A host of one virtual motor in tests: what it is told, what it says and when, and how its stage moves."""
+"""A host for one virtual motor in tests: it sends messages, and records answers and the motion."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ BITS = {
     "motion_error": 14,
     "channel_enabled": 31,
 }
-"""Bits by the tables of pages 77, 79 and 80; bit 12 of a stepper is its interlock."""
+"""Status bits from the tables of pages 77, 79 and 80; bit 12 of a stepper is its interlock."""
 
 
 class MotorHost:
-    """Talks to the first channel of a new unit.
+    """The host of the first channel of a new unit.
 
-    :param name: of the unit.
-    :param stage: travel and position: of the stage.
-    :param options: of the unit.
+    :param name: the name of the unit.
+    :param stage: the stage; ``travel`` and ``position`` are those of the stage.
+    :param options: other options of the unit.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class MotorHost:
         self.instrument.receive(Frame(message, self.address, 0x01).encode())
 
     def ask(self, message: FramedMessage) -> Any:
-        """The one message that is answered at once; what was said before is forgotten."""
+        """Return the only immediate answer to a message, and clear the record."""
         self.said.clear()
         self.say(message)
         [(when, answer)] = self.said
@@ -88,22 +88,22 @@ class MotorHost:
 
     @property
     def kinds(self) -> list[str]:
-        """The names of what was said, in order."""
+        """The names of the received messages in order."""
         return [message.layout.message for _, message in self.said]
 
     @property
     def position(self) -> int:
-        """The position counter of this instant, not asked for over the wire."""
+        """The present position counter, read without a message."""
         return self._motor.position()["position"]
 
     @property
     def velocity(self) -> float:
-        """The velocity of this instant in counts/s."""
+        """The present velocity in counts/s."""
         return self._motor._axis.velocity
 
     @property
     def bits(self) -> set[str]:
-        """The bits of the status that are set, by name, and no other bits."""
+        """The names of the status bits that are set; checks that no unnamed bit is set."""
         word = self._motor.status()["status_bits"]
         names = dict(BITS)
         if self._context["status"] == "stepper":
@@ -119,7 +119,7 @@ class MotorHost:
 
     @property
     def row(self) -> Row:
-        """What the live table shows of the channel."""
+        """The row of the channel in the live table."""
         rows = self.instrument.rows()
         return next(row for row in rows if row.part in ("channel 1", "bay 0, channel 1"))
 
@@ -128,14 +128,14 @@ class MotorHost:
 
 
 def told(name: str, velocity: int = 10_000, acceleration: int = 20_000) -> MotorHost:
-    """A motor in counts that moves at 10,000 counts/s and 20,000 counts/s², half-way along its travel."""
+    """Return the host of a motor with 10,000 counts/s and 20,000 counts/s², in the middle of its travel."""
     host = MotorHost(name, travel=1_000_000, position=500_000)
     host.say(m.MotSetVelParams(1, 0, acceleration, velocity))
     return host
 
 
 def under_way(name: str) -> MotorHost:
-    """The same after 1 s of a move to 25,000 counts, which takes 3 s: at 7,500 counts and 10,000 counts/s."""
+    """Return the same host 1 s into a 3 s move to 25,000 counts: at 7,500 counts and 10,000 counts/s."""
     host = told(name)
     host.say(m.MotMoveAbsolute(1, 25_000))
     host.wait(1)

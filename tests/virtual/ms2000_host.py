@@ -1,4 +1,4 @@
-"""A host of a virtual MS-2000: decimal bytes as the document prints them, and a stepped clock."""
+"""A host for a virtual MS-2000 in tests, with decimal bytes as in the document and a stepped clock."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -13,7 +13,7 @@ unit_of = cache(find_unit)
 
 
 class Host:
-    """Asks and notes what comes, with the nanosecond at which it came."""
+    """Sends commands, and records answers with their instants in nanoseconds."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class Host:
             self.send(b"\xffB")
 
     def send(self, data: bytes) -> bytes:
-        """Send bytes and return what is answered at the same instant."""
+        """Send bytes and return the answers at the same instant."""
         self.said.clear()
         self.instrument.receive(data)
         return b"".join(data for _, data in self.said)
@@ -46,18 +46,18 @@ class Host:
         return " ".join(map(str, self.send(bytes(map(int, decimal.split())))))
 
     def number(self, command: int, size: int, *, signed: bool = True, axis: int = X) -> int:
-        """Return the number that a command reads."""
+        """Return the number in the reply to a command."""
         reply = self.send(bytes((axis, command, size, 58)))
         assert len(reply) == size
         return int.from_bytes(reply, "little", signed=signed)
 
     def write(self, command: int, size: int, number: int, axis: int = X) -> None:
-        """Write a number; nothing is answered."""
+        """Write a number, which must get no answer."""
         data = (number % 256**size).to_bytes(size, "little")
         assert self.send(bytes((axis, command, size)) + data + b":") == b""
 
     def to(self, milliseconds: float) -> None:
-        """Let time go on to an instant."""
+        """Advance to an instant."""
         self.clock.run_until(round(milliseconds * 1e6))
 
     @property

@@ -1,4 +1,4 @@
-"""The parameter sets of every unit, for tests: their messages, and values that can be told apart."""
+"""The parameter sets of every unit for tests: their messages, and distinct values."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ UNITS = units_of(PROTOCOL)
 
 
 def address_of(unit: str) -> int:
-    """Return where a unit, or its first bay, has its channels."""
+    """Return the address of a unit's channels, for a rack of those in the first bay."""
     return USB if UNITS[unit].facts["address"] == "generic_usb" else BAY
 
 
 def plain_sets(unit: str) -> list[tuple[Any, Any, Any]]:
-    """Return (SET, REQ, GET) of the sets that a unit stores and tells."""
+    """Return (SET, REQ, GET) of the sets that a unit stores and returns."""
     registry = PROTOCOL.registry()["sets"]
     return [
         tuple(PROTOCOL.message_class(names[role]) for role in ("set", "req", "get"))
@@ -30,12 +30,12 @@ def plain_sets(unit: str) -> list[tuple[Any, Any, Any]]:
 
 
 def channel_of(message: Any, ident: int = 1) -> dict[str, int]:
-    """Return the channel as the keyword of a message; nothing for one that names none."""
+    """Return the channel as keyword arguments of a message; empty for a message without a channel."""
     return {"chan_ident": ident} if "chan_ident" in message.layout.fields else {}
 
 
 def wanted_values(set_: Any, seed: int) -> dict[str, Any]:
-    """Return a value for each field that may be set, different by channel where it can be."""
+    """Return a value for each field that can be set; different seeds give different values if possible."""
     entry = next(e for e in PROTOCOL.registry()["messages"] if e["name"] == set_.layout.message)
     values: dict[str, Any] = {}
     [layout] = entry["layouts"]

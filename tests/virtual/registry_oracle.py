@@ -1,6 +1,6 @@
-"""What a unit must answer, from the registry's JSON, with code that virtual controllers have no part in.
+"""The answers that units must give, derived from the registry's JSON independently of virtual controllers.
 
-Frames are packed and cut from the fields of the JSON; no generated class is used.
+Frames are packed and unpacked by the fields in the JSON, without generated classes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ CHOICES = ("lowest", "highest", "between")
 
 @dataclass(frozen=True)
 class Place:
-    """An address of a unit: what it takes there, and on which channels."""
+    """An address of a unit, with its kind and its channels."""
 
     address: int
     kind: str  # alone, motherboard, bay
@@ -34,7 +34,7 @@ class Place:
 
 
 def places(unit: Json) -> Iterator[Place]:
-    """Yield the addresses of a unit; that of a module is the bay 0 of a rack that holds nothing else."""
+    """Yield the addresses of a unit; a module is in bay 0 of a rack without other modules."""
     fixed = APT["addresses"]
     channels = tuple(range(1, unit["channels"] + 1))
     if unit["address"] == "generic_usb":
@@ -48,11 +48,11 @@ def places(unit: Json) -> Iterator[Place]:
 
 
 def takes(unit: Json, place: Place, message: Json) -> bool:
-    """Whether a unit takes a message at one of its addresses.
+    """Return whether a unit accepts a message at one of its addresses.
 
-    A motherboard tells what it is, which bays are used, and has inputs and outputs, as the bays have (the
-    examples of pages 25 and 26 have both); everything else is the bays'. The motherboard of a module is that
-    of the rack, to which pages 23 to 26 give all messages of racks.
+    A motherboard reports its hardware information and the used bays. It has inputs and outputs, as the bays
+    do (the examples of pages 25 and 26 have both). Everything else goes to the bays. The motherboard of a
+    module is that of its rack, which has all messages of racks (pages 23 to 26).
     """
     name = message["name"]
     if message["direction"] == "to_host":
@@ -64,19 +64,19 @@ def takes(unit: Json, place: Place, message: Json) -> bool:
 
 
 def answers(unit: Json, message: Json) -> list[str]:
-    """Return the messages that answer one that is taken; of what it announces, those that the unit has."""
+    """Return the messages that answer a message, and those of its announcements that the unit has."""
     exchange = message["exchange"]
     announced = [name for name in exchange.get("announces", ()) if name in unit["messages"]]
     return [*exchange.get("answered_by", ()), *announced]
 
 
 def forms(message: Json) -> Iterator[Json]:
-    """Yield the layouts of a message that the status does not decide."""
+    """Yield the layouts of a message that do not depend on the status block."""
     yield from (layout for layout in message["layouts"] if not layout["when"])
 
 
 def fields(layout: Json) -> Iterator[Json]:
-    """Yield the parameters of the header and the fields of the payload that have a value."""
+    """Yield the header parameters and payload fields that have a value."""
     for field in (layout["param1"], layout["param2"], *layout["fields"]):
         if field is not None and field["role"] != "reserved":
             yield field
@@ -125,7 +125,7 @@ def pack(message: Json, layout: Json, given: Mapping[str, int | bytes], address:
 
 @dataclass(frozen=True)
 class Reply:
-    """A frame from the controller, cut by the registry."""
+    """A frame from the controller, unpacked according to the registry."""
 
     name: str
     dest: int
@@ -135,14 +135,14 @@ class Reply:
 
 
 def cut(data: bytes, status: str = "") -> list[Reply]:
-    """Return the frames in what a controller said; raise for what is no frame of the registry."""
+    """Return the frames in the bytes of a controller; raise for a frame that is not in the registry."""
     found = []
     while data:
         message = BY_ID[int.from_bytes(data[:2], "little")]
         long = data[4] & 0x80
         size = 6 + (int.from_bytes(data[2:4], "little") if long else 0)
         frame, data = data[:size], data[size:]
-        assert len(frame) == size, f"{message['name']}: {frame.hex(' ')} is cut off"
+        assert len(frame) == size, f"{message['name']}: {frame.hex(' ')} is incomplete"
         layout = next(
             layout
             for layout in message["layouts"]

@@ -1,4 +1,4 @@
-"""The same seed gives the same bytes in another process, too, whatever the order of its sets."""
+"""The same seed produces the same bytes in every process, whatever the hash seed of its sets."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from stagewire_virtual.instrument import all_units
 
-# What every unit says to messages by chance: alone, then with all quirks and with faults by chance.
+# Prints the answers of every unit to random messages: plain, then with all quirks and random faults.
 PROGRAM = """
 import hashlib
 from random import Random
@@ -40,7 +40,7 @@ for name, unit in sorted(all_units().items()):
 
 
 def session(seed: int, hashes: str) -> list[str]:
-    """Return a line for each unit without faults, and one with them."""
+    """Return two lines for each unit, without faults and with faults."""
     done = subprocess.run(
         [sys.executable, "-c", f"SEED = {seed}\n{PROGRAM}"],
         env={**os.environ, "PYTHONHASHSEED": hashes},
@@ -57,10 +57,10 @@ def first() -> list[str]:
     return session(1, "1")
 
 
-def test_another_process_says_the_same(first: list[str]) -> None:
+def test_another_process_produces_the_same_bytes(first: list[str]) -> None:
     assert len(first) == 2 * len(all_units())
     assert session(1, "2") == first
 
 
-def test_another_seed_does_not(first: list[str]) -> None:
+def test_another_seed_produces_other_bytes(first: list[str]) -> None:
     assert not set(session(2, "1")[1::2]) & set(first[1::2])

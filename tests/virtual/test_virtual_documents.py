@@ -1,4 +1,4 @@
-"""The page has every action of a fault; the examples do what they say."""
+"""The page on virtual controllers lists every action of faults, and the examples work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faults as text: what can be said, and what is said to somebody who says it wrongly."""
+"""Faults as text: their syntax, and the errors for invalid ones."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ FRAME, BYTE = Piece.FRAME, Piece.BYTE
         ("stick axis=X", Fault(action=Action.STICK, axis="X")),
     ],
 )
-def test_what_a_text_means(text: str, fault: Fault) -> None:
+def test_a_text_is_parsed_to_a_fault(text: str, fault: Fault) -> None:
     assert parse_fault(text) == fault
     assert parse_fault(str(fault)) == fault
 
 
-def test_pieces_that_are_not_said() -> None:
+def test_the_default_piece_depends_on_the_action() -> None:
     assert parse_fault("to_host drop at=1").piece is FRAME
     assert parse_fault("to_host disconnect at=1").piece is BYTE
     for text in ("stick channel=1", "to_host flood count=3", "to_host disconnect after=1.5"):
@@ -100,27 +100,27 @@ def test_pieces_that_are_not_said() -> None:
         ("to_host delay", "delay needs by=SECONDS"),
         ("to_host drop every=2 at=3", "every and at exclude each other; give one of them"),
         ("to_host flood at=1 after=1", "at and after exclude each other"),
-        ("to_host flood after=1 message=X", "message goes with every, at or p, not with after"),
-        ("to_host insert frame", "insert frame needs hex=BYTES; insert byte puts one in"),
-        ("to_host drop seed=3", "seed goes with p, with flip without bit, or with insert byte"),
-        ("to_host flip bit=1 seed=3", "nothing else is left to chance"),
-        ("to_host disconnect after=1 seed=3", "nothing else is left to chance"),
-        ("to_host disconnect frame after=1", "frame goes with a rule: every, at, p or message"),
-        ("to_host flood byte", "byte goes with a rule: every, at, p or message"),
-        ("to_host flip byte bit=8", "the bits of a byte are 0 to 7, not 8"),
-        ("to_host flood count=1000001", "count takes a whole number from 1 to 1,000,000"),
-        ("to_host insert hex=5", "hex takes bytes in hex without blanks, such as 640401000150"),
-        ("to_host insert hex=", "hex takes bytes in hex"),
-        ("to_host drop message=", "message takes the name of a message, not ''"),
+        ("to_host flood after=1 message=X", "message requires every, at or p, and excludes after"),
+        ("to_host insert frame", "insert frame requires hex=BYTES; insert byte inserts a random"),
+        ("to_host drop seed=3", "seed requires a random choice: p, flip without bit, or insert"),
+        ("to_host flip bit=1 seed=3", "seed requires a random choice"),
+        ("to_host disconnect after=1 seed=3", "seed requires a random choice"),
+        ("to_host disconnect frame after=1", "frame requires a rule: every, at, p or message"),
+        ("to_host flood byte", "byte requires a rule: every, at, p or message"),
+        ("to_host flip byte bit=8", "bit must be from 0 to 7 for a byte, not 8"),
+        ("to_host flood count=1000001", "count must be a whole number from 1 to 1,000,000"),
+        ("to_host insert hex=5", "hex must be bytes in hex without blanks, such as 640401000150"),
+        ("to_host insert hex=", "hex must be bytes in hex"),
+        ("to_host drop message=", "message must be the name of a message, not ''"),
         ("to_host stick channel=1", "stick has no direction"),
-        ("stick", "stick needs channel=N, perhaps with bay=N, or axis=NAME"),
-        ("stick axis=X channel=1", "stick needs channel=N"),
-        ("stick axis=X bay=1", "bay goes with channel, not with axis"),
-        ("stick frame channel=1", "stick has neither byte nor frame"),
+        ("stick", "stick requires channel=N, with bay=N in a rack, or axis=NAME"),
+        ("stick axis=X channel=1", "stick requires channel=N"),
+        ("stick axis=X bay=1", "bay requires channel and excludes axis"),
+        ("stick frame channel=1", "stick accepts neither byte nor frame"),
         ("stick channel=1 every=2", "stick has no key 'every'"),
     ],
 )
-def test_what_is_no_fault_is_explained(text: str, said: str) -> None:
+def test_an_invalid_fault_is_explained(text: str, said: str) -> None:
     with pytest.raises(FaultError) as caught:
         parse_fault(text)
     assert said in str(caught.value)
@@ -128,14 +128,14 @@ def test_what_is_no_fault_is_explained(text: str, said: str) -> None:
     assert len(str(caught.value)) < 600
 
 
-def test_values_are_checked_as_texts_are() -> None:
-    with pytest.raises(FaultError, match="drop needs a direction, to_host or to_controller"):
+def test_fault_values_are_checked_like_text() -> None:
+    with pytest.raises(FaultError, match="drop requires a direction, to_host or to_controller"):
         Fault(action=Action.DROP)
-    with pytest.raises(FaultError, match="drop needs a direction"):
+    with pytest.raises(FaultError, match="drop requires a direction"):
         Fault(action=Action.DROP, direction=Direction.BOTH)
-    with pytest.raises(FaultError, match="every takes a whole number"):
+    with pytest.raises(FaultError, match="every must be a whole number"):
         Fault(action=Action.DROP, direction=TO_HOST, every=True)
-    with pytest.raises(FaultError, match="message takes the name of a message"):
+    with pytest.raises(FaultError, match="message must be the name of a message"):
         Fault(action=Action.DROP, direction=TO_HOST, message="MOT GET")
     with pytest.raises(FaultError, match="'frame' is neither byte nor frame"):
         Fault(action=Action.DROP, direction=TO_HOST, piece="frame")  # type: ignore[arg-type]
@@ -155,7 +155,7 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
 
 
 @given(st.data())
-def test_every_fault_reads_as_it_is_printed(data: st.DataObject) -> None:
+def test_every_printed_fault_parses_to_an_equal_fault(data: st.DataObject) -> None:
     action = data.draw(st.sampled_from(Action))
     kind = ACTIONS[action]
     given_keys = data.draw(st.sets(st.sampled_from(kind.keys)))
@@ -166,7 +166,7 @@ def test_every_fault_reads_as_it_is_printed(data: st.DataObject) -> None:
     try:
         fault = Fault(action=action, **values)
     except FaultError:
-        return  # keys that exclude each other, which have their own tests
+        return  # keys that exclude each other have their own tests
     assert parse_fault(str(fault)) == fault
     assert hash(parse_fault(str(fault))) == hash(fault)
 

@@ -1,4 +1,4 @@
-"""Faults at work: each does what its text says, when it says so, and nothing else."""
+"""The effects of faults on a line."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ASK = m.MotReqVelParams(chan_ident=1).pack(dest=0x50, source=0x01)
 
 
 class Recorder(Instrument):
-    """A controller that notes what it is told, and says what the test wants it to."""
+    """A controller that records what it receives, and sends the answers that a test sets."""
 
     def __init__(self, unit: str = "TDC001") -> None:
         super().__init__(find_unit(unit), SteppedClock())
@@ -49,12 +49,12 @@ class Recorder(Instrument):
 
     def stick(self, part: str, stuck: bool) -> None:
         if part not in ("channel 1", "bay 0, channel 1", "axis X"):
-            raise FaultError(f"there is no {part}")
+            raise FaultError(f"no {part}")
         self.stuck.append((self.clock.now, part, stuck))
 
 
 class Bench:
-    """A recorder behind a line with faults, and what the host at its end sees."""
+    """A recorder on a line with faults, and a record of what arrives at the host."""
 
     def __init__(self, *faults: str | Fault, seed: int = 0, unit: str = "TDC001") -> None:
         self.recorder = Recorder(unit)
@@ -66,14 +66,14 @@ class Bench:
         self.line.on_disconnect = lambda: self.cuts.append(self.clock.now)
 
     def say(self, *frames: bytes) -> list[bytes]:
-        """Let the controller say frames; return what arrives at once."""
+        """Send frames from the controller; return what arrives immediately."""
         before = len(self.came)
         for frame in frames:
             self.recorder.on_send(frame)
         return [data for _, data in self.came[before:]]
 
     def hear(self, *chunks: bytes) -> list[bytes]:
-        """Let the host send chunks; return what the controller hears at once."""
+        """Send chunks from the host; return what the controller receives immediately."""
         before = len(self.recorder.heard)
         for chunk in chunks:
             self.line.receive(chunk)
@@ -88,7 +88,7 @@ def frames(count: int) -> list[bytes]:
     return [bytes((0x44, 0x04, number, 0, 0x01, 0x50)) for number in range(1, count + 1)]
 
 
-def test_without_faults_nothing_is_added() -> None:
+def test_a_line_without_faults_passes_everything_unchanged() -> None:
     bench = Bench()
     assert bench.hear(HOME[:3], HOME[3:] + b"\xff") == [HOME[:3], HOME[3:] + b"\xff"]
     assert bench.say(HOMED, b"\x01") == [HOMED, b"\x01"]
@@ -107,7 +107,7 @@ def test_without_faults_nothing_is_added() -> None:
         ("p=1", set(range(1, 11))),
     ],
 )
-def test_the_rule_chooses_frames_in_either_direction(rule: str, hit: set[int]) -> None:
+def test_rules_select_frames_in_both_directions(rule: str, hit: set[int]) -> None:
     said = frames(10)
     left = [frame for number, frame in enumerate(said, 1) if number not in hit]
     assert Bench(f"to_host drop frame {rule}").say(*said) == left
@@ -134,7 +134,7 @@ def test_the_rule_chooses_frames_in_either_direction(rule: str, hit: set[int]) -
         ("disconnect byte at=3", ["aabbcc"]),
     ],
 )
-def test_bytes(direction: str, fault: str, becomes: list[str]) -> None:
+def test_actions_on_bytes(direction: str, fault: str, becomes: list[str]) -> None:
     bench = Bench(f"{direction} {fault}")
     pass_on = bench.say if direction == "to_host" else bench.hear
     assert [data.hex() for data in pass_on(bytes.fromhex("aabbcc"))] == becomes
@@ -152,7 +152,7 @@ def test_bytes(direction: str, fault: str, becomes: list[str]) -> None:
         ("disconnect frame", ["430401"]),
     ],
 )
-def test_frames(direction: str, fault: str, becomes: list[str]) -> None:
+def test_actions_on_frames(direction: str, fault: str, becomes: list[str]) -> None:
     bench = Bench(f"{direction} {fault}")
     pass_on = bench.say if direction == "to_host" else bench.hear
     assert [data.hex() for data in pass_on(HOME)] == becomes
@@ -174,7 +174,7 @@ def test_only_frames_of_a_message_are_counted() -> None:
     assert bench.hear(ASK + HOME, HOME) == [ASK, HOME, bytes((HOME[0] ^ 1,)) + HOME[1:]]
 
 
-def test_a_reply_of_a_protocol_of_commands_is_named_by_what_it_answers() -> None:
+def test_a_reply_without_a_name_has_that_of_its_command() -> None:
     bench = Bench("to_host drop message=READ_STATUS", unit="MS2000")
     status, position = bytes.fromhex("183f3a"), bytes.fromhex("1861033a")
     bench.recorder.answers = {status: b"B", position: b"\x01\x02\x03"}
@@ -188,8 +188,8 @@ def test_a_line_of_text_is_a_frame() -> None:
     assert bench.hear(b"".join(parts)) == [parts[0], parts[2], parts[4]]
 
 
-def test_the_rest_of_a_frame_is_not_waited_for_for_ever() -> None:
-    """A damaged length would swallow what comes; a line with faults gives it up as one without does."""
+def test_an_incomplete_frame_is_given_up_after_a_timeout() -> None:
+    """A line with faults also gives up a frame with a damaged length, instead of swallowing what follows."""
     bench = Bench("to_controller drop frame at=99")
     huge = bytes.fromhex("53040080d001")  # declares a packet of 32 KiB
     bench.hear(huge, HOME)
@@ -198,12 +198,12 @@ def test_the_rest_of_a_frame_is_not_waited_for_for_ever() -> None:
     assert bench.hear(ASK) == [ASK]
 
 
-def test_garbage_is_no_frame_and_passes() -> None:
+def test_garbage_passes_uncounted() -> None:
     bench = Bench("to_controller drop frame every=2")
     assert bench.hear(b"\xff" * 8 + HOME + HOME) == [b"\xff" * 8, HOME]
 
 
-def test_a_late_frame_holds_up_what_follows() -> None:
+def test_a_late_frame_holds_up_later_ones() -> None:
     bench = Bench("to_host delay frame message=MOT_GET_VELPARAMS by=2")
     bench.say(VELPARAMS)
     bench.clock.advance(0.5)
@@ -222,7 +222,7 @@ def test_a_late_frame_may_be_overtaken() -> None:
     assert bench.came == [(0, HOMED), (2 * SECOND, VELPARAMS)]
 
 
-def test_late_bytes_arrive_in_their_order() -> None:
+def test_late_bytes_arrive_in_order() -> None:
     bench = Bench("to_host delay byte at=2 by=1", "to_host delay byte at=5 by=0.5")
     bench.say(b"abc", b"defg")
     bench.clock.advance(2)
@@ -231,7 +231,7 @@ def test_late_bytes_arrive_in_their_order() -> None:
     assert {when for when, _ in bench.came[1:]} == {SECOND}
 
 
-def test_late_requests() -> None:
+def test_late_requests_arrive_after_the_delay() -> None:
     bench = Bench("to_controller delay frame by=0.25")
     assert bench.hear(HOME, ASK) == []
     bench.clock.advance(0.25)
@@ -252,22 +252,22 @@ def test_a_serial_line_never_reorders(said: list[tuple[int, bytes]]) -> None:
     assert b"".join(data for _, data in bench.came) == b"".join(data for _, data in said)
 
 
-def test_what_is_held_back_is_bounded() -> None:
+def test_the_bytes_held_back_are_bounded() -> None:
     bench = Bench("to_host delay frame by=10")
     bench.say(*[bytes(1000)] * 200)
-    assert bench.what[-1] == f"lost 1000 bytes: over {MOST_HELD} are held back"
+    assert bench.what[-1] == f"over {MOST_HELD} bytes are held back; 1000 more are lost"
     bench.clock.advance(10)
     assert sum(len(data) for _, data in bench.came) == MOST_HELD // 1000 * 1000
-    assert not bench.say(b"\x01" * 1000)  # late again, and there is room
+    assert not bench.say(b"\x01" * 1000)  # late again, but no longer lost
     bench.clock.advance(10)
     assert bench.came[-1] == (20 * SECOND, b"\x01" * 1000)
 
 
-def test_what_faults_make_of_a_frame_is_bounded() -> None:
-    """Faults over faults would make 10^18 frames of one."""
+def test_the_bytes_that_faults_add_are_bounded() -> None:
+    """Without a limit, these faults would turn one frame into 10^18."""
     bench = Bench(*["to_host duplicate frame count=1000000"] * 3)
     assert len(bench.say(HOMED)) == 1 + MOST_HELD // len(HOMED)
-    assert bench.what[-1] == f"lost the rest of what came of 6 bytes: over {MOST_HELD} more"
+    assert bench.what[-1] == f"faults added over {MOST_HELD} bytes to 6; the rest is lost"
     bench = Bench(
         "to_controller duplicate byte count=1000000", "to_controller insert byte hex=0102"
     )
@@ -275,28 +275,28 @@ def test_what_faults_make_of_a_frame_is_bounded() -> None:
     assert heard[:6] == bytes.fromhex("010200010200")
     assert len(heard) <= 1 + MOST_HELD
     bench = Bench("to_controller flip byte at=1")
-    assert sum(map(len, bench.hear(bytes(2 * MOST_HELD)))) == 2 * MOST_HELD  # no more than came
+    assert sum(map(len, bench.hear(bytes(2 * MOST_HELD)))) == 2 * MOST_HELD  # nothing was added
 
 
-def test_what_is_remembered_is_bounded() -> None:
+def test_the_record_of_faults_is_bounded() -> None:
     bench = Bench("to_host drop byte")
     bench.say(bytes(5000))
     assert len(bench.line.happened) == 1000
     assert bench.what[-1] == "byte 5000: 00"
 
 
-def test_a_cut_loses_what_is_on_its_way() -> None:
+def test_a_cut_loses_bytes_on_their_way() -> None:
     bench = Bench("to_host delay frame at=1 by=1", "to_controller disconnect frame at=2")
     bench.say(HOMED)
     assert bench.hear(ASK + HOME + ASK) == [ASK, HOME[:3]]
     assert bench.cuts == [0]
     bench.clock.advance(2)
     assert not bench.came
-    assert bench.hear(ASK) == [ASK]  # connected again
+    assert bench.hear(ASK) == [ASK]  # after reconnecting
     assert bench.say(HOMED) == [HOMED]
 
 
-def test_what_is_late_for_a_host_that_has_left_is_lost_to_the_next_one() -> None:
+def test_bytes_delayed_for_the_previous_host_are_lost() -> None:
     bench = Bench("to_host delay frame by=5", "to_controller delay frame by=5")
     bench.say(HOMED)
     bench.hear(ASK)
@@ -304,10 +304,10 @@ def test_what_is_late_for_a_host_that_has_left_is_lost_to_the_next_one() -> None
     bench.say(VELPARAMS)
     bench.clock.advance(10)
     assert bench.came == [(5 * SECOND, VELPARAMS)]
-    assert bench.recorder.heard == [ASK]  # it was sent, and the controller is still there
+    assert bench.recorder.heard == [ASK]  # requests of the previous host still arrive
 
 
-def test_a_late_cut_comes_behind_what_is_late() -> None:
+def test_a_delayed_cut_follows_delayed_bytes() -> None:
     bench = Bench("to_host disconnect byte at=3", "to_host delay frame by=1")
     bench.say(b"abcd", b"efgh")
     bench.clock.advance(5)
@@ -315,14 +315,14 @@ def test_a_late_cut_comes_behind_what_is_late() -> None:
     assert bench.cuts == [SECOND]
 
 
-def test_a_cut_at_an_instant() -> None:
+def test_a_cut_can_happen_at_an_instant() -> None:
     bench = Bench("to_host disconnect after=1.5")
     bench.clock.advance(3)
     assert bench.cuts == [3 * SECOND // 2]
     assert bench.say(HOMED) == [HOMED]
 
 
-def test_a_flood_from_the_beginning_is_of_status_messages() -> None:
+def test_a_flood_sends_status_messages_by_default() -> None:
     bench = Bench("to_host flood count=3 period=0.5")
     bench.clock.advance(5)
     status = m.MotGetDcStatusUpdate(chan_ident=1, position=0, velocity=0, status_bits=0)
@@ -330,7 +330,7 @@ def test_a_flood_from_the_beginning_is_of_status_messages() -> None:
     assert bench.came == [(at * SECOND // 2, expected) for at in range(3)]
 
 
-def test_a_flood_behind_a_frame_keeps_the_line_in_order() -> None:
+def test_a_flood_after_a_frame_keeps_the_order() -> None:
     bench = Bench("to_host flood frame at=2 hex=ff count=2 period=0.1")
     bench.say(HOMED, VELPARAMS)
     bench.clock.advance(0.05)
@@ -340,7 +340,7 @@ def test_a_flood_behind_a_frame_keeps_the_line_in_order() -> None:
     assert [when for when, _ in bench.came] == [0, 0, 0, SECOND // 20, SECOND // 10]
 
 
-def test_a_flood_that_runs_is_not_begun_again() -> None:
+def test_a_running_flood_is_not_restarted() -> None:
     bench = Bench("to_host flood frame every=1 hex=ff count=5 period=1")
     bench.say(HOMED, HOMED)
     bench.clock.advance(2)
@@ -361,7 +361,9 @@ def test_a_flood_to_the_controller() -> None:
 def test_an_axis_sticks_for_a_while() -> None:
     bench = Bench("stick channel=1 after=1 for=2", "stick bay=0 channel=1", "stick axis=X after=9")
     parts = ["channel 1", "bay 0, channel 1", "axis X"]
-    assert bench.recorder.stuck == [(0, part, False) for part in parts]  # whether they are there
+    assert bench.recorder.stuck == [
+        (0, part, False) for part in parts
+    ]  # checks that the parts exist
     bench.clock.advance(5)
     assert bench.recorder.stuck[3:] == [
         (0, "bay 0, channel 1", True),
@@ -378,32 +380,40 @@ def test_an_axis_sticks_for_a_while() -> None:
 @pytest.mark.parametrize(
     ("unit", "fault", "said"),
     [
-        ("TDC001", "stick channel=2", "stick channel=2: there is no channel 2"),
+        ("TDC001", "stick channel=2", "stick channel=2: no channel 2"),
         (
             "TDC001",
             "to_host drop message=MOT_GET_VELPARAM",
             "the TDC001 has no message 'MOT_GET_VELPARAM'; did you mean MOT_GET_VELPARAMS",
         ),
         ("TDC001", "to_host drop message=mot_get_velparams", "did you mean MOT_GET_VELPARAMS"),
-        ("TDC001", "to_host drop message=X", "message 'X' ('stagewire show TDC001' names them)"),
+        ("TDC001", "to_host drop message=X", "message 'X' ('stagewire show TDC001' lists them)"),
         ("MS2000", "to_host drop message=STOP_MOTOR", "STOP_MOTOR has no reply"),
-        ("TDC001", "to_host drop message=MOT_MOVE_HOME", "goes to_controller and never the other"),
-        ("TDC001", "to_controller drop message=MOT_MOVE_HOMED", "goes to_host and never the other"),
-        ("TDC001", "to_controller flood", "a flood to the controller needs hex=BYTES"),
+        (
+            "TDC001",
+            "to_host drop message=MOT_MOVE_HOME",
+            "MOT_MOVE_HOME is only sent to_controller",
+        ),
+        (
+            "TDC001",
+            "to_controller drop message=MOT_MOVE_HOMED",
+            "MOT_MOVE_HOMED is only sent to_host",
+        ),
+        ("TDC001", "to_controller flood", "a flood to the controller requires hex=BYTES"),
         (
             "MS2000",
             "to_host flood",
-            "the MS2000 has no status message that is known; give hex=BYTES",
+            "the MS2000 has no known status message; give hex=BYTES",
         ),
-        ("TDC001", "to_host dropp", "there is no action 'dropp'"),
+        ("TDC001", "to_host dropp", "unknown action 'dropp'"),
     ],
 )
-def test_a_fault_that_a_unit_cannot_have(unit: str, fault: str, said: str) -> None:
+def test_a_fault_that_a_unit_cannot_have_is_refused(unit: str, fault: str, said: str) -> None:
     with pytest.raises(FaultError, match=re.escape(said)):
         Bench(fault, unit=unit)
 
 
-def test_what_happened_is_told_at_once() -> None:
+def test_a_fault_is_reported_immediately() -> None:
     bench = Bench("to_host drop frame at=1")
     told: list[FaultEvent] = []
     bench.line.on_fault = told.append
@@ -420,16 +430,16 @@ def hits(seed: int, *faults: str) -> list[bytes]:
     return Bench(*faults, seed=seed).say(*frames(200))
 
 
-def test_chance_is_that_of_the_seed_and_of_the_fault_alone() -> None:
+def test_random_choices_depend_only_on_the_seed_and_the_fault() -> None:
     drop = "to_host drop frame p=0.5"
     assert hits(1, drop) == hits(1, drop)
     assert hits(1, drop) != hits(2, drop)
     assert 50 < len(hits(1, drop)) < 150
-    # other faults, or the other direction, do not shift it
+    # other faults and the other direction do not change it
     assert hits(1, drop) == hits(1, drop, "to_controller drop byte p=0.5", "to_host flip byte p=0")
-    # two of the same are not the same
+    # two equal faults have different random streams
     assert len(hits(1, drop, drop)) < 0.8 * len(hits(1, drop))
-    # with a seed of its own it is the same on every line, and not that of the other direction
+    # a fault with its own seed is the same on every line, but differs by direction
     own = f"{drop} seed=3"
     assert hits(1, own) == hits(2, own) == hits(3, "to_host drop frame at=999", own)
     there = Bench("to_controller drop frame p=0.5 seed=3")
@@ -455,7 +465,7 @@ FAULTS = [
     st.lists(st.binary(max_size=12) | st.sampled_from([HOME, ASK]), max_size=10),
     st.integers(0, 3),
 )
-def test_any_faults_on_a_real_controller_are_the_same_again(
+def test_faults_on_a_controller_are_reproducible(
     faults: list[str], chunks: list[bytes], seed: int
 ) -> None:
     def run() -> tuple[list[tuple[int, bytes]], list[str]]:
@@ -485,7 +495,7 @@ def test_a_valid_request_is_answered_once_faults_have_passed() -> None:
     assert len(came) >= 1
 
 
-def test_a_stuck_motor_does_not_arrive() -> None:
+def test_a_stuck_motor_sends_no_completion() -> None:
     clock = SteppedClock()
     line = FaultyLink(
         make_instrument(find_unit("TDC001"), clock, Options()), ["stick channel=1 for=60"]

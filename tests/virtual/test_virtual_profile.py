@@ -1,4 +1,4 @@
-"""Trapezoids against the closed formula: duration, peak velocity, and every 10 ms the position."""
+"""Trapezoids follow the closed formula: duration, peak velocity, and the position every 10 ms."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ MOTION = settings(deadline=None, max_examples=40)
 
 
 def rest_to_rest(distance: float, velocity: float, acceleration: float) -> tuple[float, float]:
-    """The formula of every textbook: peak velocity and duration."""
+    """Return peak velocity and duration by the textbook formula."""
     peak = min(velocity, math.sqrt(distance * acceleration))
     return peak, (distance / peak + peak / acceleration if distance else 0.0)
 
 
 def position_at(seconds: float, distance: float, velocity: float, acceleration: float) -> float:
-    """Where a motion from rest to rest is: four steps of the acceleration, each integrated twice."""
+    """Return the position of a motion from rest to rest: four acceleration steps, integrated twice."""
     if not distance:
         return 0.0
     peak, top = Fraction(rest_to_rest(distance, velocity, acceleration)[0]), Fraction(acceleration)
     ramp = peak / top
     duration = Fraction(distance) / peak + ramp
     steps = ((Fraction(0), 1), (ramp, -1), (duration - ramp, -1), (duration, 1))
-    time = Fraction(seconds)  # large squares cancel: floats would be wrong by counts
+    time = Fraction(seconds)  # large squares cancel, so floats would be wrong by several counts
     return float(sum(sign * top / 2 * max(time - at, 0) ** 2 for at, sign in steps))
 
 
 def moments(profile: Profile) -> Iterator[int]:
-    """Every 10 ms of a profile; of a long one every so many of them."""
+    """Return times every 10 ms of a profile, or about a hundred times of a long one."""
     assert profile.duration is not None
     step = MILLISECONDS_10 * max(1, profile.duration // MILLISECONDS_10 // 100)
     return iter(range(0, profile.duration + 2 * step, step))
 
 
 def same_time(profile: Profile, seconds: float) -> bool:
-    """Whether a profile lasts that long, to the nanosecond where a float can tell."""
+    """Return whether a profile has this duration, within a nanosecond and the precision of floats."""
     assert profile.duration is not None
     return abs(profile.duration - seconds * SECOND) <= 1 + seconds * SECOND * 1e-11
 
@@ -56,7 +56,7 @@ def same_time(profile: Profile, seconds: float) -> bool:
 @example(0, 0, 100.0, 100.0)
 @example(0, 1, 5e6, 10.0)
 @example(0, 10**7, 10.0, 5e7)
-def test_from_rest_it_follows_the_closed_formula(
+def test_a_move_from_rest_follows_the_closed_formula(
     begin: int, end: int, velocity: float, acceleration: float
 ) -> None:
     profile = trapezoid(begin, end, velocity=velocity, acceleration=acceleration)
@@ -75,10 +75,10 @@ def test_from_rest_it_follows_the_closed_formula(
 
 @MOTION
 @given(st.integers(0, 10**6), st.floats(10, 1e5), st.floats(10, 1e6), st.floats(0, 1), st.data())
-def test_in_motion_it_is_a_part_of_a_motion_from_rest(
+def test_a_move_in_motion_is_part_of_a_move_from_rest(
     spare: int, velocity: float, acceleration: float, share: float, data: st.DataObject
 ) -> None:
-    """Who moves at v has come from rest v/a ago and v²/2a away, and goes on as if it had begun there."""
+    """A motion at velocity v continues like one that began at rest v/a earlier, at a distance of v²/2a."""
     initial = share * velocity
     behind = initial**2 / (2 * acceleration)
     target = math.ceil(behind) + spare  # far enough to stop there
@@ -100,10 +100,10 @@ def test_in_motion_it_is_a_part_of_a_motion_from_rest(
 
 @MOTION
 @given(st.integers(-(10**6), -1), VELOCITIES, st.floats(1000, 5e7), st.floats(0.01, 1))
-def test_who_cannot_stop_in_time_goes_beyond_and_comes_back(
+def test_a_motion_that_cannot_stop_in_time_overshoots_and_returns(
     beyond: int, velocity: float, acceleration: float, share: float
 ) -> None:
-    """Also whoever moves away from the target: it stops first, and begins anew from there."""
+    """This includes a motion away from the target, which stops first."""
     initial = share * velocity
     way = initial**2 / (2 * acceleration)
     target = math.floor(way) + beyond
@@ -111,7 +111,7 @@ def test_who_cannot_stop_in_time_goes_beyond_and_comes_back(
         0, target, velocity=velocity, acceleration=acceleration, initial_velocity=initial
     )
     _, back = rest_to_rest(way - target, velocity, acceleration)
-    # To a microsecond: the way back is a small difference of large numbers.
+    # Within a microsecond: the way back is a small difference of large numbers.
     assert profile.duration == pytest.approx((initial / acceleration + back) * SECOND, abs=1000)
     assert profile.position(round(initial / acceleration * SECOND)) == pytest.approx(way, abs=1)
     for time in moments(profile):
@@ -123,7 +123,7 @@ def test_who_cannot_stop_in_time_goes_beyond_and_comes_back(
         assert abs(profile.position(time) - expected) < 1
 
 
-def test_who_is_too_fast_slows_down_to_the_top_velocity() -> None:
+def test_a_motion_that_is_too_fast_slows_down_to_the_top_velocity() -> None:
     profile = trapezoid(0, 10_000, velocity=100, acceleration=1000, initial_velocity=500)
     slowing = (500**2 - 100**2) / 2000
     assert profile.velocity(0) == 500
@@ -146,7 +146,7 @@ def test_a_stop_takes_v_by_a_and_v_squared_by_2a(
 
 @MOTION
 @given(st.floats(-1e5, 1e5), st.floats(1, 1e5), st.sampled_from((1, -1)), ACCELERATIONS)
-def test_who_runs_on_gets_faster_by_a_and_stays_there(
+def test_a_motion_without_end_accelerates_and_keeps_its_velocity(
     initial: float, velocity: float, direction: int, acceleration: float
 ) -> None:
     profile = run_on(0, direction * velocity, acceleration=acceleration, initial_velocity=initial)
@@ -162,7 +162,7 @@ def test_who_runs_on_gets_faster_by_a_and_stays_there(
 
 @MOTION
 @given(PLACES, PLACES, VELOCITIES, ACCELERATIONS, st.floats(0.01, 0.99))
-def test_a_bound_is_reached_at_the_first_nanosecond_beyond(
+def test_a_bound_is_reached_at_the_first_nanosecond_beyond_it(
     begin: int, end: int, velocity: float, acceleration: float, share: float
 ) -> None:
     profile = trapezoid(begin, end, velocity=velocity, acceleration=acceleration)
@@ -177,10 +177,12 @@ def test_a_bound_is_reached_at_the_first_nanosecond_beyond(
     assert (profile.position(time - 1) - bound) * direction <= 1e-6
     assert profile.reaches(bound, -direction) is None
     assert profile.reaches(end + direction, direction) is None
-    assert profile.reaches(begin - direction, direction) == 0  # it is beyond, and moves on
+    assert (
+        profile.reaches(begin - direction, direction) == 0
+    )  # it starts beyond the bound and moves on
 
 
-def test_a_bound_of_a_motion_that_runs_on_is_reached_or_never() -> None:
+def test_a_motion_without_end_reaches_a_bound_or_never_does() -> None:
     profile = run_on(0, 10, acceleration=100)
     time = profile.reaches(1000, 1)
     assert time is not None

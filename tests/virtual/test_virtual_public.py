@@ -1,4 +1,4 @@
-"""What ``import stagewire_virtual`` offers, and what it costs."""
+"""The public names of ``stagewire_virtual``, their options, and the cost of the import."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from stagewire_virtual.instrument import all_units
 from stagewire_virtual.options import Options, Settings
 
 
-def test_every_public_name_is_there_and_from_where_it_is_said_to_be() -> None:
+def test_every_public_name_comes_from_its_listed_module() -> None:
     assert sorted(virtual.__all__) == virtual.__all__
     assert set(virtual.__all__) == set(virtual._MODULES)
     for name, module in virtual._MODULES.items():
@@ -71,9 +71,9 @@ def test_units_can_be_imported() -> None:
 
 
 @pytest.mark.parametrize("name", ["TDC01", "tdc001", "BSC104"])
-def test_an_unknown_unit_names_its_neighbours(name: str) -> None:
+def test_an_unknown_unit_suggests_similar_names(name: str) -> None:
     with pytest.raises(
-        AttributeError, match=rf"no unit {name}; did you mean (TDC001|BSC10)"
+        AttributeError, match=rf"unknown unit {name}; did you mean (TDC001|BSC10)"
     ) as caught:
         getattr(virtual, name)
     assert caught.value.name == name
@@ -81,7 +81,7 @@ def test_an_unknown_unit_names_its_neighbours(name: str) -> None:
     assert not hasattr(virtual, "_private")
 
 
-def test_a_factory_takes_all_options_and_says_so() -> None:
+def test_a_factory_accepts_all_options_by_keyword() -> None:
     signature = inspect.signature(Factory.__call__)
     short = {field.name for field in dataclasses.fields(Settings)}
     options = {field.name for field in dataclasses.fields(Options)}
@@ -100,7 +100,7 @@ def test_a_factory_takes_all_options_and_says_so() -> None:
         assert told.instrument.rows() == untold.instrument.rows()
 
 
-def test_settings_of_channels() -> None:
+def test_channels_can_have_different_settings() -> None:
     with virtual.BSC103(channels=[Settings(position=1), Settings(position=2)]) as controller:
         assert len(controller.instrument.rows()) >= 3
     with pytest.raises(BadOptionError, match="not both"):
@@ -110,11 +110,11 @@ def test_settings_of_channels() -> None:
 @pytest.mark.parametrize(
     ("options", "what"),
     [
-        ({"line": "rs485"}, "usb or rs232"),
+        ({"line": "rs485"}, r"unknown line type 'rs485' \(choose usb or rs232\)"),
         ({"quirks": ["haste"]}, "no quirk haste"),
         ({"faults": ["to_host explode"]}, "explode"),
         ({"empty_bays": [1]}, "no bay"),
-        ({"stage": stages.MLS203}, "the scales of MLS203 on TDC001 are not known"),
+        ({"stage": stages.MLS203}, "the scales of MLS203 on TDC001 are unknown"),
         ({"stage": "Z8"}, r"stage: expected .*stagewire_apt\.stages\.Z8.* not 'Z8'"),
         ({"travel": "1 mm"}, "travel: expected a whole number, not '1 mm'"),
         ({"travel": True}, "travel: expected a whole number, not True"),
@@ -124,19 +124,19 @@ def test_settings_of_channels() -> None:
         ({"serial_number": "1"}, "serial_number: expected a whole number of eight digits, not '1'"),
         ({"answer_unsupported": 1}, "answer_unsupported: expected True or False, not 1"),
         ({"channels": [{"position": 1}]}, "expected a tuple of Settings, not .*'position': 1"),
-        ({"channels": Settings()}, r"channels are several; .* write channels=\[Settings"),
+        ({"channels": Settings()}, r"channels must be a list; .* write channels=\[Settings"),
         ({"quirks": [1]}, "quirks: expected a set of names"),
         ({"empty_bays": 1}, r"write empty_bays=\[1\]"),
         ({"empty_bays": ["1"]}, "empty_bays: expected a set of whole numbers"),
         ({"strategies": "low"}, "strategies: expected a mapping .* not 'low'"),
         ({"strategies": {"power_on_mode": 1}}, "strategies: expected a mapping"),
-        ({"faults": [3]}, "a fault is a text or a Fault, not 3"),
-        # A type checker takes a text for a list of texts, which are its letters.
+        ({"faults": [3]}, "a fault must be a string or a Fault, not 3"),
+        # Type checkers accept a string as a list of strings.
         ({"quirks": "long_status"}, r"write quirks=\['long_status'\]"),
         ({"faults": "to_host drop frame"}, r"write faults=\['to_host drop frame'\]"),
     ],
 )
-def test_what_a_unit_cannot_have_is_refused_when_it_is_made(
+def test_making_a_unit_with_an_unsupported_option_raises(
     options: dict[str, object], what: str
 ) -> None:
     with pytest.raises(VirtualError, match=what):
@@ -146,38 +146,41 @@ def test_what_a_unit_cannot_have_is_refused_when_it_is_made(
 @pytest.mark.parametrize(
     "options", [{"line": "usb"}, {"quirks": "long_status"}, {"quirks": ["long_status"]}]
 )
-def test_options_check_themselves(options: dict[str, Any]) -> None:
+def test_options_check_their_types(options: dict[str, Any]) -> None:
     (name,) = options
     with pytest.raises(BadOptionError, match=f"^{name}: expected"):
         Options(**options)
 
 
 @pytest.mark.parametrize("name", ["travel", "position"])
-def test_what_moves_nothing_has_no_travel(name: str) -> None:
+def test_a_unit_that_moves_nothing_accepts_no_travel(name: str) -> None:
     with pytest.raises(BadOptionError, match="TSC001 moves nothing"):
         virtual.TSC001(**{name: 5})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("name", ["TSC001", "TSG001"])
-def test_what_moves_nothing_cannot_stick(name: str) -> None:
+def test_a_unit_that_moves_nothing_cannot_stick(name: str) -> None:
     make = getattr(virtual, name)
-    with make() as controller, pytest.raises(UnknownPartError, match="nothing of that kind"):
+    with (
+        make() as controller,
+        pytest.raises(UnknownPartError, match=r"no channel 1 that can stick \(none available\)"),
+    ):
         controller.instrument.stick("channel 1", True)
-    with pytest.raises(FaultError, match="no channel 1 that could stick"):
+    with pytest.raises(FaultError, match="no channel 1 that can stick"):
         make(faults=["stick channel=1"])
 
 
 @pytest.mark.parametrize("seconds", ["x", None, -1, float("nan"), float("inf")])
-def test_a_time_that_cannot_pass(seconds: Any) -> None:
+def test_an_invalid_time_is_refused(seconds: Any) -> None:
     with virtual.TDC001() as tdc:
         for wait in (tdc.advance, lambda time: tdc.read(timeout=time), tdc.read_frames):
             with pytest.raises(BadValueError, match="seconds"):
                 wait(seconds)
-        with pytest.raises(BadValueError, match="not 'x', 0"):
+        with pytest.raises(BadValueError, match="not 'x' and 0"):
             tdc.read("x")  # type: ignore[arg-type]
 
 
-def test_a_rack_of_modules() -> None:
+def test_a_rack_has_the_given_modules() -> None:
     with virtual.rack("MST601", None, "MPZ601") as rack:
         used = {}
         for bay in range(3):
@@ -187,11 +190,11 @@ def test_a_rack_of_modules() -> None:
         assert used == {0: 1, 1: 2, 2: 1}  # 1 is occupied, 2 is empty
     with pytest.raises(UnknownUnitError, match="MST602"):
         virtual.rack("MST602")
-    with pytest.raises(BadOptionError, match="no module of a rack"):
+    with pytest.raises(BadOptionError, match="not a module of a rack"):
         virtual.rack("TDC001")
 
 
-def test_frames_of_modules_are_read_with_the_status_that_they_send() -> None:
+def test_frames_of_modules_are_decoded_with_their_own_status() -> None:
     with virtual.rack(None, "MST601") as rack:
         rack.write(m.MotMoveStop(1, 1).pack(dest=0x22, source=0x01))
         (event,) = rack.read_frames()
@@ -200,23 +203,23 @@ def test_frames_of_modules_are_read_with_the_status_that_they_send() -> None:
         )
 
 
-def test_a_rack_of_modules_takes_the_options_of_a_unit() -> None:
+def test_a_rack_of_modules_accepts_the_options_of_a_unit() -> None:
     options: dict[str, Any] = {"serial_number": 99000007, "answer_unsupported": True}
     with virtual.rack("MST601", None, line="rs232", quirks=["zero_addresses"], **options) as rack:
         rack.write(bytes.fromhex("05 00 00 00 11 01"))  # HW_REQ_INFO
         (event,) = rack.read_frames()
         assert int.from_bytes(event.raw[6:10], "little") == 99000007
-        rack.write(
-            bytes.fromhex("60 00 0a 00 11 01")
-        )  # RACK_REQ_BAYUSED of a bay that is not there
+        rack.write(bytes.fromhex("60 00 0a 00 11 01"))  # RACK_REQ_BAYUSED of a missing bay
         assert rack.read() == bytes.fromhex("80 00 00 00 00 00")  # HW_RESPONSE
     with pytest.raises(BadOptionError, match="usb or rs232"):
         virtual.rack("MST601", line="rs485")
 
 
 @pytest.mark.parametrize("bay", [["MST601"], 1, virtual.MST601])
-def test_a_bay_has_the_name_of_a_module(bay: Any) -> None:
-    with pytest.raises(BadOptionError, match=r'a bay has the name .* rack\("MST601", None\); not '):
+def test_a_bay_must_be_the_name_of_a_module(bay: Any) -> None:
+    with pytest.raises(
+        BadOptionError, match=r'a bay must be the name .* rack\("MST601", None\), not '
+    ):
         virtual.rack("MST601", bay)
 
 
@@ -234,7 +237,7 @@ def test_a_recorded_session_is_played_back(tmp_path: Path) -> None:
         assert tdc.clock.now == 10_000_000
 
 
-def test_the_import_brings_nothing_else() -> None:
+def test_the_import_loads_only_the_package() -> None:
     program = (
         "import json, sys, stagewire\n"
         "before = set(sys.modules)\n"
@@ -248,7 +251,7 @@ def test_the_import_brings_nothing_else() -> None:
 
 
 @pytest.mark.matrix
-def test_strict_type_checking_of_a_test_of_a_user(tmp_path: Path) -> None:
+def test_a_typical_test_passes_strict_type_checking(tmp_path: Path) -> None:
     source = tmp_path / "users.py"
     source.write_text(
         "import stagewire_virtual as virtual\n"
@@ -266,7 +269,7 @@ def test_strict_type_checking_of_a_test_of_a_user(tmp_path: Path) -> None:
         "    url: str = rack.tcp(4001).url\n"
         "virtual.TDC001(stage='Z8')\n"
     )
-    done = subprocess.run(  # as the project is checked, so that its cache serves
+    done = subprocess.run(  # with the settings of the project, so that its cache is used
         [sys.executable, "-m", "mypy", "--strict", str(source)],
         capture_output=True,
         text=True,

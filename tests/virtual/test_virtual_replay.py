@@ -1,9 +1,9 @@
-"""A recorded session played back: what followed a request follows it again, and what differs is noted."""
+"""Replays of recorded sessions: answers follow their requests as recorded, and differences are noted."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import pytest
@@ -23,7 +23,7 @@ from stagewire_virtual.replay import Replay, load_replay
 
 HEADING = "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001\n"
 SESSION = f"""{HEADING}# 0.000000 connected
-10.000000 < 44 04 01 00 01 50  # MOT_MOVE_HOMED, of a session before
+10.000000 < 44 04 01 00 01 50  # MOT_MOVE_HOMED of an earlier session
 10.500000 > 23 02 00 00 50 01  # MOD_IDENTIFY
 11.000000 > 14 04 01 00 50 01  # MOT_REQ_VELPARAMS
 11.010000 < 15 04 0e 00 81 50 01 00 00 00 00 00 01 00 00 00 02 00 00 00
@@ -43,7 +43,7 @@ VELPARAMS = bytes.fromhex("15040e00815001000000000001000000") + bytes.fromhex("0
 
 
 class Host:
-    """What is at the other end of a replay."""
+    """The host of a replay."""
 
     def __init__(self, text: str = SESSION, *, lenient: bool = False) -> None:
         reader = CaptureReader()
@@ -56,7 +56,7 @@ class Host:
         self.replay.on_send = lambda data: self.came.append((self.clock.now / SECOND, data))
 
     def send(self, *requests: bytes) -> list[tuple[float, bytes]]:
-        """Send requests; return what came since this was asked last, with the time since now."""
+        """Send requests; return what arrived since the last call, with the times in seconds."""
         for request in requests:
             self.replay.receive(request)
         found, self.came = self.came, []
@@ -67,7 +67,7 @@ class Host:
         return self.send()
 
 
-def test_what_followed_a_request_follows_it_after_the_same_time() -> None:
+def test_an_answer_follows_its_request_after_the_same_time() -> None:
     host = Host()
     host.replay.host_came()
     assert host.send() == [(0.0, HOMED)]
@@ -84,15 +84,15 @@ def test_what_followed_a_request_follows_it_after_the_same_time() -> None:
     ]
     assert host.replay.ok
     host.replay.check()
-    assert host.replay.summary == "4 of 4 requests came as they were recorded"
+    assert host.replay.summary == "4 of 4 recorded requests were received"
     assert not host.replay.missing
     (row,) = host.replay.rows()
-    assert (row.position, row.state) == ("4 of 4 requests", "at its end")
+    assert (row.position, row.state) == ("4 of 4 requests", "at the end")
 
 
 @given(st.lists(st.integers(1, 7), max_size=12), st.sets(st.integers(0, 30), max_size=5))
 def test_chunks_and_acknowledgements_make_no_difference(sizes: list[int], acks: set[int]) -> None:
-    """Acknowledgements come whenever they come, and between any two frames."""
+    """Acknowledgements may come at any time, between any two frames."""
     frames = [IDENTIFY, ASK, HOME, ASK]
     for place in sorted(acks, reverse=True):
         frames.insert(place % 5, ACK)
@@ -106,14 +106,14 @@ def test_chunks_and_acknowledgements_make_no_difference(sizes: list[int], acks: 
     assert not host.replay.mismatches
 
 
-def test_without_a_connection_the_beginning_is_said_at_the_first_request() -> None:
+def test_without_a_connection_the_first_request_starts_the_replay() -> None:
     host = Host()
     assert host.send(IDENTIFY) == [(0.0, HOMED)]
-    host.replay.host_came()  # too late
+    host.replay.host_came()  # has no effect after the first request
     assert host.send() == []
 
 
-def test_what_is_said_keeps_the_order_of_the_recording() -> None:
+def test_answers_keep_the_order_of_the_recording() -> None:
     text = f"""{HEADING}0 > {ASK.hex()}
 1 < 01
 1 > {HOME.hex()}
@@ -135,7 +135,7 @@ ANSWERS = [VELPARAMS[:5] + bytes((dest,)) + VELPARAMS[6:] for dest in (0x21, 0x2
 
 
 def steps(text: str, host: Host) -> list[str]:
-    """Return what comes after each request of a recording to a host that waits for long after each."""
+    """Return what a host receives after each request of a recording if it waits long after each."""
     found: list[str] = []
     for line in text.splitlines():
         _, mark, *data = line.split()
@@ -146,7 +146,7 @@ def steps(text: str, host: Host) -> list[str]:
 
 
 def test_each_of_several_requests_gets_its_own_answer() -> None:
-    """A host that sent three and waits for the first answer now would wait for ever."""
+    """Otherwise a host that waits for each answer would wait forever."""
     text = f"""\
 1.0 > {BAYS[0].hex()}
 1.1 > {BAYS[1].hex()}
@@ -159,7 +159,7 @@ def test_each_of_several_requests_gets_its_own_answer() -> None:
     assert [came[1].hex() for came in host.send(BAYS[0]) + host.wait(1.1)] == [ANSWERS[0].hex()]
     assert host.send(BAYS[1]) == []
     assert host.wait(1) == [(2.0, ANSWERS[1][:7]), (2.1, ANSWERS[1][7:])]
-    assert host.send(HOME) + host.wait(9) == []  # what answers no request follows the last
+    assert host.send(HOME) + host.wait(9) == []  # bytes that answer no request follow the last one
     assert [data for _, data in host.send(BAYS[2]) + host.wait(1)] == [HOMED, ANSWERS[2], b"D"]
     assert host.replay.ok
 
@@ -174,7 +174,7 @@ def test_each_of_several_requests_gets_its_own_answer() -> None:
         ([BAYS[0], ASK], [VELPARAMS, VELPARAMS], [[], [VELPARAMS, VELPARAMS]]),
     ],
 )
-def test_what_a_recording_tells_of_several_requests(
+def test_answers_are_assigned_to_one_of_several_requests(
     requests: list[bytes], said: list[bytes], expected: list[list[bytes]]
 ) -> None:
     text = "".join(f"0 > {data.hex()}\n" for data in requests)
@@ -188,11 +188,11 @@ def test_what_a_recording_tells_of_several_requests(
         ("1861033a 183f3a", "01020342", ["010203", "42"]),
         ("1861033a 18473a 183f3a", "01020342", ["010203", "", "42"]),  # a start has no reply
         ("1861033a 183f3a", "42", ["", "42"]),  # the first was lost
-        ("1861033a 183f3a", "020342", ["", "020342"]),  # nearly
+        ("1861033a 183f3a", "020342", ["", "020342"]),  # too short for both
         ("183f3a 1861033a", "ff42010203", ["42", "ff010203"]),  # noise
     ],
 )
-def test_replies_without_a_frame_are_told_by_their_length(
+def test_replies_without_frames_are_assigned_by_their_length(
     requests: str, said: str, expected: list[str]
 ) -> None:
     text = "".join(f"0 > {data}\n" for data in requests.split())
@@ -210,8 +210,14 @@ def test_replies_without_a_frame_are_told_by_their_length(
         max_size=20,
     )
 )
-def test_who_sends_as_was_recorded_gets_what_was_recorded(said: list[tuple[int, bytes]]) -> None:
-    """Every byte at its instant, whichever request it was found to answer."""
+def test_a_host_that_repeats_the_recording_gets_the_same_bytes(
+    said: list[tuple[int, bytes]],
+) -> None:
+    """Every byte arrives at its instant, whichever request it was assigned to.
+
+    Bytes of one instant are in the order of the recording, unless a request arrives at the same instant: the
+    answer to an earlier request may then precede those bytes that the recording has before it.
+    """
     lines, sent, came, now = [], [], [], 0
     for seconds, data in said:
         now += seconds
@@ -225,17 +231,23 @@ def test_who_sends_as_was_recorded_gets_what_was_recorded(said: list[tuple[int, 
         host.clock.run_until((when - start) * SECOND)
         host.replay.receive(data)
     host.clock.run_until(now * SECOND)
-    assert by_instant(host.came, start) == by_instant(came, 0)
+    requested = {float(when) for when, _ in sent}
+    assert by_instant(host.came, start, requested) == by_instant(came, 0, requested)
 
 
-def by_instant(said: Sequence[tuple[float, bytes]], start: float) -> dict[float, bytes]:
+def by_instant(
+    said: Sequence[tuple[float, bytes]], start: float, unordered: Collection[float]
+) -> dict[float, bytes]:
+    """Return the bytes of each instant; those of ``unordered`` instants are sorted."""
     found: dict[float, bytes] = {}
     for when, data in said:
         found[when + start] = found.get(when + start, b"") + data
-    return found
+    return {
+        when: bytes(sorted(data)) if when in unordered else data for when, data in found.items()
+    }
 
 
-def test_a_strict_replay_waits_for_what_was_recorded() -> None:
+def test_a_strict_replay_waits_for_the_recorded_request() -> None:
     host = Host()
     assert host.send(HOME) == [(0.0, HOMED)]  # the beginning, and no answer
     assert host.wait(10) == []
@@ -254,8 +266,8 @@ def test_a_strict_replay_waits_for_what_was_recorded() -> None:
     with pytest.raises(ReplayError) as caught:
         host.replay.check()
     assert str(caught.value).splitlines() == [
-        "2 of 4 requests came as they were recorded",
-        "1 not due:",
+        "2 of 4 recorded requests were received",
+        "1 different:",
         "  line 4: expected MOD_IDENTIFY (23 02 00 00 50 01), got MOT_MOVE_HOME (43 04 01 00 50 01)",
         "2 missing:",
         "  line 9: MOT_MOVE_HOME (43 04 01 00 50 01)",
@@ -263,11 +275,11 @@ def test_a_strict_replay_waits_for_what_was_recorded() -> None:
     ]
 
 
-def test_a_lenient_replay_goes_on_from_the_next_equal_request() -> None:
+def test_a_lenient_replay_continues_at_the_next_equal_request() -> None:
     host = Host(lenient=True)
     host.send(HOME)  # IDENTIFY and ASK were left out
     assert [mismatch.line for mismatch in host.replay.mismatches] == [4]
-    host.send(IDENTIFY)  # not in what is left
+    host.send(IDENTIFY)  # not in the rest of the recording
     host.send(ASK)
     assert [data for _, data in host.wait(5)] == [VELPARAMS[:6], VELPARAMS[6:], HOMED]
     assert not host.replay.ok
@@ -279,11 +291,11 @@ def test_a_lenient_replay_goes_on_from_the_next_equal_request() -> None:
     assert (host.replay.seen, host.replay.requests) == (2, 4)
 
 
-def test_behind_the_end() -> None:
+def test_a_request_after_the_end_is_a_difference() -> None:
     host = Host(f"{HEADING}0 > {ASK.hex()}\n")
     host.send(ASK, bytes.fromhex("ffff00005001"))
     assert [str(mismatch) for mismatch in host.replay.mismatches] == [
-        "behind the end of the recording: got unknown (ff ff 00 00 50 01)"
+        "after the end of the recording: got unknown (ff ff 00 00 50 01)"
     ]
     assert not host.replay.ok
 
@@ -293,22 +305,22 @@ def test_differences_are_bounded_and_counted() -> None:
     for _ in range(3):
         host.send(HOME * 1000)
     assert len(host.replay.mismatches) == 1000
-    assert "3000 not due:" in host.replay.summary
+    assert "3000 different:" in host.replay.summary
     assert len(host.replay.summary.splitlines()) < 30
 
 
 @pytest.mark.parametrize("text", [HEADING, f"{HEADING}3 < 00\n"])
-def test_a_recording_without_requests(text: str) -> None:
+def test_a_recording_may_have_no_requests(text: str) -> None:
     host = Host(text)
     assert host.replay.ok
     host.replay.host_came()
     assert [data.hex() for _, data in host.wait(0)] == (["00"] if "<" in text else [])
-    assert [row.state for row in host.replay.rows()] == ["at its end"]
+    assert [row.state for row in host.replay.rows()] == ["at the end"]
     host.send(ASK)
     assert not host.replay.ok
 
 
-def test_a_damaged_length_is_given_up_now_as_then() -> None:
+def test_a_damaged_length_is_given_up_as_in_the_recording() -> None:
     huge = "53 04 00 80 d0 01"  # declares a packet of 32 KiB
     host = Host(f"{HEADING}0 > {huge}\n3 > {ASK.hex()}\n3.1 < 01\n")
     assert host.replay.requests == 1
@@ -319,14 +331,14 @@ def test_a_damaged_length_is_given_up_now_as_then() -> None:
     assert host.replay.ok
 
 
-def test_garbage_is_no_request() -> None:
+def test_garbage_is_not_a_request() -> None:
     host = Host(f"{HEADING}0 > ff ff ff ff ff ff ff {ASK.hex()}\n0.1 < 01\n")
     host.send(ASK)
     assert host.wait(1) == [(0.1, b"\x01")]
     assert host.replay.ok
 
 
-def test_a_recording_of_an_ms2000() -> None:
+def test_commands_of_an_ms2000_are_replayed() -> None:
     text = """# stagewire capture 1 protocol=asi_ms2000 unit=MS2000
 0.0 > 18 61 03 3a 18 3f 3a
 0.1 < 01 02 03 42
@@ -359,7 +371,7 @@ def test_the_text_of_an_ms2000_is_compared_and_answered() -> None:
     assert (host.replay.seen, host.replay.requests, host.replay.missing) == (3, 3, [])
 
 
-def test_lines_of_text_get_each_its_own_line() -> None:
+def test_each_line_of_text_gets_its_own_answer() -> None:
     host = Host("""# stagewire capture 1 protocol=asi_ms2000 unit=MS2000
 0.0 > 57 20 58 0d 0d 2f 0d ff 42 18 3f 3a
 0.1 < 3a 41 20 30 0d 0a 4e 0d 0a 62
@@ -371,7 +383,7 @@ def test_lines_of_text_get_each_its_own_line() -> None:
     assert host.replay.ok
 
 
-def test_a_unit_that_the_registry_has_not() -> None:
+def test_a_recording_may_name_an_unknown_unit() -> None:
     host = Host("# stagewire capture 1 protocol=thorlabs_apt unit=KDC101\n0 > 140401005001\n")
     assert host.replay.unit.name == "KDC101"
     host.send(ASK)
@@ -380,7 +392,7 @@ def test_a_unit_that_the_registry_has_not() -> None:
     assert nameless.replay.unit.name == "recorded"
 
 
-def test_through_a_line_with_faults_it_hears_that_a_host_has_come() -> None:
+def test_a_replay_notices_a_host_through_a_line_with_faults() -> None:
     came: list[bytes] = []
     line = FaultyLink(Host().replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
     line.on_send = came.append
@@ -388,7 +400,7 @@ def test_through_a_line_with_faults_it_hears_that_a_host_has_come() -> None:
     assert came == [HOMED]
 
 
-def test_faults_on_the_line_of_a_replay() -> None:
+def test_faults_apply_to_a_replay() -> None:
     host = Host()
     line = FaultyLink(host.replay, ["to_host drop frame message=MOT_GET_VELPARAMS"])
     came: list[bytes] = []
@@ -398,13 +410,13 @@ def test_faults_on_the_line_of_a_replay() -> None:
         host.clock.advance(1)
     host.clock.advance(5)
     assert came == [HOMED, VELPARAMS[:6], VELPARAMS[6:], HOMED]
-    with pytest.raises(FaultError, match="no channel 1 in a recording that could stick"):
+    with pytest.raises(FaultError, match="no channel 1 in a recording"):
         FaultyLink(host.replay, ["stick channel=1"])
     with pytest.raises(FaultError, match="give hex=BYTES"):
         FaultyLink(Host("# stagewire capture 1 protocol=thorlabs_apt\n").replay, ["to_host flood"])
 
 
-def test_files(tmp_path: Path) -> None:
+def test_a_replay_is_loaded_from_a_file(tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     path.write_text(SESSION, encoding="utf-8")
     assert load_replay(path, SteppedClock()).requests == 4
@@ -419,27 +431,30 @@ def test_files(tmp_path: Path) -> None:
 
 
 REQUEST, ANSWER = "43 04 01 00", "15 04 0e 00 81 50 01"
-CUT_OFF = "line {}: the recording ends in the midst of {}, which {} ({} …)"
+CUT_OFF = "line {}: the recording ends in the middle of {}, {} ({} …)"
 
 
 @pytest.mark.parametrize(
     ("rest", "said"),
     [
-        ([f"15 > {REQUEST}"], [(14, "a request", "is left out", REQUEST)]),
+        ([f"15 > {REQUEST}"], [(14, "a request", "which is left out", REQUEST)]),
         ([f"15 > {REQUEST}", "15 > 50 01"], []),
         (["15 > 53 04 06 00 d0 01 01 00", "17 > 92 04 00 00 50 01"], []),  # given up before the end
-        ([f"15 < {ANSWER}"], [(14, "an answer", "stays so", ANSWER)]),
+        ([f"15 < {ANSWER}"], [(14, "an answer", "sent as recorded", ANSWER)]),
         (
             [f"15 < {ANSWER}", "16 > 43"],
-            [(15, "a request", "is left out", "43"), (14, "an answer", "stays so", ANSWER)],
+            [
+                (15, "a request", "which is left out", "43"),
+                (14, "an answer", "sent as recorded", ANSWER),
+            ],
         ),
     ],
 )
-def test_what_is_cut_off_at_the_end_is_told(
+def test_an_incomplete_frame_at_the_end_is_reported(
     rest: list[str], said: list[tuple[int, str, str, str]]
 ) -> None:
     summary = Host(SESSION + "\n".join(rest)).replay.summary.splitlines()
-    told = [line for line in summary if "ends in the midst" in line]
+    told = [line for line in summary if "ends in the middle" in line]
     assert told == [CUT_OFF.format(*each) for each in said]
 
 

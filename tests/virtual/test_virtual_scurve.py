@@ -1,4 +1,4 @@
-"""S-curves against the closed formula: eight steps of the jerk, each integrated three times."""
+"""S-curves follow the closed formula: eight steps of the jerk, each integrated three times."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from stagewire_virtual.profiles import s_curve
 
 
 def ramp(velocity: float, acceleration: float, jerk: float) -> tuple[float, float]:
-    """How long the acceleration rises, and how long it stays, on the way to a velocity."""
+    """Return how long the acceleration rises and how long it stays constant on the way to a velocity."""
     if velocity * jerk >= acceleration**2:
         return acceleration / jerk, velocity / acceleration - acceleration / jerk
     return (velocity / jerk) ** 0.5, 0.0
 
 
 def way(velocity: float, acceleration: float, jerk: float) -> float:
-    """How far it is to a velocity and back to rest."""
+    """Return the distance covered on the way to a velocity and back to rest."""
     rise, stay = ramp(velocity, acceleration, jerk)
     return velocity * (2 * rise + stay)
 
 
 def highest(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
-    """The velocity that a distance allows, found by halving and not by a formula."""
+    """Return the highest velocity that a distance allows, found by bisection instead of a formula."""
     if way(velocity, acceleration, jerk) <= distance:
         return velocity
     low, high = 0.0, velocity
@@ -41,7 +41,7 @@ def highest(distance: float, velocity: float, acceleration: float, jerk: float) 
 
 
 class Expected:
-    """The motion over a distance by the closed formula."""
+    """The closed formula of a motion over a distance."""
 
     def __init__(self, distance: float, velocity: float, acceleration: float, jerk: float) -> None:
         # In fractions, because large cubes cancel in the sum.
@@ -68,7 +68,7 @@ class Expected:
 @example(10**6, 1e5, 1e7, 1e7)  # reaches the velocity only
 @example(10**4, 1e6, 1e5, 1e8)  # reaches the acceleration only
 @example(10**4, 1e6, 1e7, 1e6)  # reaches neither
-def test_from_rest_to_rest_it_follows_the_closed_formula(
+def test_an_s_curve_follows_the_closed_formula(
     distance: int, velocity: float, acceleration: float, jerk: float
 ) -> None:
     expected = Expected(distance, velocity, acceleration, jerk)
@@ -91,14 +91,14 @@ def test_from_rest_to_rest_it_follows_the_closed_formula(
         assert profile.velocity(profile.duration) == 0
 
 
-def test_no_distance_takes_no_time() -> None:
+def test_a_move_of_zero_distance_takes_no_time() -> None:
     profile = s_curve(5, 5, velocity=1, acceleration=1, jerk=1)
     assert profile.duration == 0
     assert profile.position(0) == 5
 
 
-def test_a_brushless_motor_moves_in_s_curves_when_told() -> None:
-    """Velocity, acceleration and jerk of the document's own factors (page 14), 10 mm away."""
+def test_a_brushless_motor_moves_in_s_curves_in_that_mode() -> None:
+    """A move of 10 mm with velocity, acceleration and jerk by the document's factors (page 14)."""
     host = MotorHost("BBD102", stage=stages.MLS203, position=200_000)
     scale = {name: stages.MLS203.scale(name, "BBD102") for name in ("velocity", "jerk")}
     host.say(m.MotSetVelParams(1, 0, 13744, scale["velocity"].to_counts(100)))
@@ -121,8 +121,8 @@ def test_a_brushless_motor_moves_in_s_curves_when_told() -> None:
     assert message.position == 200_000
 
 
-def test_a_new_target_in_an_s_curve_goes_on_from_its_velocity() -> None:
-    """Page 69 has S-curves from rest only."""
+def test_a_new_target_during_an_s_curve_continues_at_its_velocity() -> None:
+    """Page 69 has S-curves only from rest."""
     host = MotorHost("BBD102", stage=stages.MLS203, position=200_000)
     host.say(m.MotSetPmdProfileModeParams(1, ProfileMode.S_CURVE, 922_337))
     host.say(m.MotMoveRelative(1, 1_000_000))
@@ -135,7 +135,7 @@ def test_a_new_target_in_an_s_curve_goes_on_from_its_velocity() -> None:
     assert [type(message) for _, message in host.said] == [m.MotMoveCompletedDc]
 
 
-def test_a_jerk_of_zero_never_gets_anywhere() -> None:
+def test_a_move_with_a_jerk_of_zero_is_refused() -> None:
     host = MotorHost("BBD102", answer_unsupported=True)
     host.say(m.MotSetPmdProfileModeParams(1, ProfileMode.S_CURVE, 0))
     host.say(m.MotMoveRelative(1, 1000))

@@ -1,26 +1,26 @@
-"""Controllers made of software: every unit of the installed protocols, as something that speaks its bytes.
+"""Virtual controllers: every unit of the installed protocols, simulated down to the bytes on the line.
 
 .. code-block:: python
 
     import stagewire_virtual as virtual
     from stagewire_apt import stages
 
-    with virtual.TDC001(stage=stages.Z8) as tdc:        # in memory, its time stepped by the test
+    with virtual.TDC001(stage=stages.Z8) as tdc:        # in memory, the test advances the clock
         tdc.write(bytes.fromhex("43 04 01 00 50 01"))   # MOT_MOVE_HOME
         tdc.advance(60)
         tdc.read_frames()
     with virtual.TDC001(stage=stages.Z8).tcp() as tdc:  # in real time, for other programs
         print(tdc.url)
 
-Each unit is a :class:`Factory` under its name (``dir(stagewire_virtual)`` lists them). A call gives a
-:class:`VirtualController`, whose ``tcp()`` and ``pty()`` give a :class:`ServedController`. ``rack`` makes a
-rack of modules, ``replay_of`` plays the controller's side of a recorded session, ``load_bench`` reads a file
-that describes several units.
+Each unit is a :class:`Factory` under its name (``dir(stagewire_virtual)`` lists them). Calling a factory
+returns a :class:`VirtualController`, whose ``tcp()`` and ``pty()`` return a :class:`ServedController`.
+``rack`` makes a rack of modules, ``replay_of`` plays back the controller's side of a recorded session, and
+``load_bench`` reads a file that describes several units.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # typing would take half of the time of an import
+TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any
 
@@ -71,17 +71,17 @@ _MODULES = {
     "replay_of": "factory",
 }
 
-_RENAMED = {"Line": "LinkKind"}  # the old names go with the next release
+_RENAMED = {"Line": "LinkKind"}  # the next release removes the old names
 
 
-if TYPE_CHECKING:  # whatever is not imported above is a unit
+if TYPE_CHECKING:  # every name that is not imported above is a unit
 
     def __getattr__(name: str) -> Factory: ...
 
 else:
 
     def __getattr__(name: str) -> Any:
-        """Import what is asked for, or return the factory of the unit of that name."""
+        """Import a public name, or return the factory of the unit with that name."""
         from importlib import import_module
 
         if name.startswith("_"):

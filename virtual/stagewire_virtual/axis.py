@@ -1,4 +1,4 @@
-"""Something that moves between two ends: a stage, as its motor and its switches see it."""
+"""A simulated axis that moves between the two ends of its travel."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from collections.abc import Callable
 from stagewire_virtual.clock import Clock, Timer
 from stagewire_virtual.profiles import Profile
 
-_HALF = 0.5  # a count: what ends at a bound is not beyond it for being rounded
+_HALF = 0.5  # a count: a profile that ends at a bound must not cross it through rounding
 
 
 class SimulatedAxis:
-    """A stage that follows one profile at a time, and stops hard at either end of its travel.
+    """A stage that follows one profile at a time and stops hard at either end of its travel.
 
-    Places are counted from the lower end of the travel. At rest it stands on a whole count.
+    Positions are counts from the lower end of the travel, and whole numbers at rest.
 
-    :param clock: the time.
-    :param travel: how far apart its ends are.
-    :param place: where it stands at the beginning, held within its travel.
-    :param below: how far it can be driven beyond the lower end before it stops hard.
+    :param clock: the clock.
+    :param travel: the distance between its ends.
+    :param place: its first position, limited to the travel.
+    :param below: how far it can move below the lower end before it stops hard.
     """
 
     def __init__(self, clock: Clock, travel: int, place: int, *, below: int = 0) -> None:
         self._clock = clock
         self.travel = travel
         self.below = below
-        self._place: float = min(max(place, 0), travel)  # at rest, and while it is held
+        self._place: float = min(max(place, 0), travel)  # valid at rest and while it is held
         self._held = False
         self._profile: Profile | None = None
         self._began = 0
@@ -39,7 +39,7 @@ class SimulatedAxis:
 
     @property
     def place(self) -> float:
-        """Where it is at this instant, in counts; between them while it moves."""
+        """Its present position in counts; a fraction while it moves."""
         if self._profile is None or self._held:
             return self._place
         place = self._profile.position(self._clock.now - self._began)
@@ -47,23 +47,23 @@ class SimulatedAxis:
 
     @property
     def velocity(self) -> float:
-        """How fast it is at this instant, in counts/s, with its sign."""
+        """Its present velocity in counts/s, with a sign."""
         if self._profile is None or self._held:
             return 0.0
         return self._profile.velocity(self._clock.now - self._began)
 
     @property
     def acceleration(self) -> float:
-        """How its velocity changes at this instant, in counts/s², with its sign."""
+        """Its present acceleration in counts/s², with a sign."""
         if self._profile is None or self._held:
             return 0.0
         return self._profile.acceleration(self._clock.now - self._began)
 
     @property
     def direction(self) -> int:
-        """1 while its place rises, or would if it were not held, -1 while it falls, 0 at rest.
+        """1 while its position rises, or would rise if it were not held; -1 while it falls; 0 at rest.
 
-        At the instant at which it begins to move or turns, it is the direction of what follows.
+        At the instant at which it starts or turns, the direction of the motion that follows.
         """
         if self._profile is None:
             return 0
@@ -77,14 +77,14 @@ class SimulatedAxis:
 
     @property
     def error(self) -> float:
-        """How far the profile is ahead of the place; 0 unless it is held."""
+        """How far the profile is ahead of the position; 0 unless the axis is held."""
         if self._profile is None or not self._held:
             return 0.0
         return self._profile.position(self._clock.now - self._began) - self._place
 
     @property
     def held(self) -> bool:
-        """Whether something holds it: its profile goes on without it, and never comes to its end."""
+        """Whether the axis is held. Its profile then continues without it and never ends."""
         return self._held
 
     @held.setter
@@ -95,9 +95,9 @@ class SimulatedAxis:
         self._held = held
 
     def follow(self, profile: Profile, then: Callable[[], None]) -> None:
-        """Move by a profile, instead of whatever it did; at rest again, call ``then``.
+        """Replace the present motion by a profile, and call ``then`` when the axis is at rest again.
 
-        It is at rest at the end of the profile, or where the profile would leave the travel.
+        The axis comes to rest at the end of the profile, or where the profile would leave the travel.
         """
         self.halt()
         self._profile = profile
@@ -114,7 +114,7 @@ class SimulatedAxis:
         self.watch(-self.below, -1, arrive)
 
     def watch(self, bound: float, direction: int, callback: Callable[[], None]) -> None:
-        """Call ``callback`` when the profile that it follows goes beyond a place, seen in a direction."""
+        """Call ``callback`` when the present profile crosses ``bound`` in a direction."""
         if self._profile is not None:
             slack = _HALF if self._profile.end == bound else 0
             time = self._profile.reaches(bound + direction * slack, direction)
@@ -122,9 +122,9 @@ class SimulatedAxis:
                 self._at(time, callback)
 
     def halt(self, near: int | None = None) -> None:
-        """Stand where it is, at once; nothing that waits for the motion is called any more.
+        """Stop immediately, and cancel the callbacks that wait for the motion.
 
-        :param near: where it stands if it is no farther than a count from there.
+        :param near: the position to stop at, if it is at most one count away.
         """
         for timer in self._timers:
             timer.cancel()

@@ -1,7 +1,7 @@
-"""A bench: virtual controllers that are served together, as a file or a command line describes them.
+"""Benches: virtual controllers that are served together, described by a file or a command line.
 
-It is read from tables of TOML; all mistakes are reported at once. The functions at the top give values their
-meaning: names of units and stages, endpoints, faults.
+A bench is read from TOML tables; all errors are reported together. The functions at the top convert values:
+names of units and stages, endpoints, and faults.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ from stagewire_virtual.toml_tables import (
 class BenchUnit:
     """One controller of a bench.
 
-    :param blueprint: what to make.
-    :param place: where to serve it.
-    :param label: for people.
+    :param blueprint: the controller to make.
+    :param place: the endpoint to serve it at.
+    :param label: a name for people.
     """
 
     blueprint: Blueprint
@@ -53,23 +53,23 @@ class BenchUnit:
     label: str
 
     def link(self, clock: Clock, observer: Observer | None = None) -> ServedLink:
-        """Make the controller and its link, to be opened by a server."""
+        """Make the controller and return its link, which a server then opens."""
         return self.place.link(self.blueprint.make(clock), label=self.label, observer=observer)
 
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """Controllers that are served together, in the order of their description."""
+    """Controllers that are served together, in the order of the description."""
 
     units: tuple[BenchUnit, ...]
 
 
 _ONE_OF_TWO: Final = 0.5
-"""How alike names of stages are that may be mistaken: of two letters, one."""
+"""How similar a stage name must be to be suggested: one of two letters."""
 
 
 def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
-    """Return a stage of the protocol of the units, by name; None where none of them is known."""
+    """Return the stage with this name of the protocol of the units; None if no unit is known."""
     name = text(value)
     if not units:
         return None
@@ -78,8 +78,8 @@ def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
     if name.upper() not in known:
         close = difflib.get_close_matches(name.upper()[:40], known, n=1, cutoff=_ONE_OF_TWO)
         hint = f"; did you mean {known[close[0]]}?" if close else ""
-        there = f"there are: {', '.join(sorted(known.values()))}" if known else "there is none"
-        raise BadOptionError(f"{protocol.title} has no stage {name}{hint} ({there})")
+        choices = f"available: {', '.join(sorted(known.values()))}" if known else "none available"
+        raise BadOptionError(f"{protocol.title} has no stage {name}{hint} ({choices})")
     stages = importlib.import_module(f"{protocol.package}.stages")
     stage: Stage = getattr(stages, known[name.upper()])
     check_stage(stage, [unit.name for unit in units])
@@ -87,21 +87,21 @@ def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
 
 
 def tcp_endpoint(bind: str | None, value: Any) -> TcpEndpoint:
-    """Return a port: ``4001`` or ``"127.0.0.1:4001"``."""
+    """Return the endpoint of a port: ``4001`` or ``"127.0.0.1:4001"``."""
     return parse_tcp(str(value), bind)
 
 
 def pty_endpoint(value: Any) -> PtyEndpoint | None:
-    """Return a pseudo-terminal, with a link to it if one is named; None where none is wanted."""
+    """Return the endpoint of a pseudo-terminal, for True or the name of a symbolic link; None for False."""
     if isinstance(value, bool):
         return PtyEndpoint() if value else None
     if not isinstance(value, str) or not value:
-        raise BadOptionError("expected true, or the name of a symbolic link to be made")
+        raise BadOptionError("expected true, or the name of a symbolic link to create")
     return PtyEndpoint(Path(value))
 
 
 def unit_named(value: Any) -> Unit:
-    """Return a unit by name; where there is none, a rack is among those that there are."""
+    """Return a unit by name; the error for an unknown name also lists RACK."""
     try:
         return find_unit(text(value))
     except UnknownUnitError as error:
@@ -109,47 +109,47 @@ def unit_named(value: Any) -> Unit:
 
 
 def module_named(value: Any) -> Unit | None:
-    """Return the module in a bay; an empty name is an empty bay."""
+    """Return a module by name; None for an empty name, which is an empty bay."""
     name = text(value)
     return find_unit(name) if name else None
 
 
 def link_kind(value: Any) -> LinkKind:
-    """Return the line of a name."""
+    """Return a kind of line by name."""
     return parse_link_kind(text(value))
 
 
 def fault_of(value: Any) -> Fault:
-    """Return the fault of a text."""
+    """Return the fault that a string describes."""
     return parse_fault(text(value))
 
 
 _SHORT: Final = ("stage", "travel", "position")
-"""Keys of a unit that stand for a channel with them."""
+"""Keys of a unit that apply to every channel."""
 
 
 def load_bench(path: str | Path, bind: str | None = None) -> Bench:
     """Read a bench from a TOML file.
 
-    :param bind: the address of the network that its TCP ports may be on; see
+    :param bind: the network address on which its TCP ports may listen; see
         :func:`~stagewire_virtual.serving.endpoints.parse_tcp`.
 
-    Raises :class:`~stagewire_virtual.errors.BenchError` with everything that is wrong with it.
+    Raises :class:`~stagewire_virtual.errors.BenchError` with all problems of the file.
     """
     try:
         contents = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise BenchError([f"{path}: cannot be read: {error.strerror or error}"]) from error
     except RecursionError as error:
-        raise BenchError([f"{path}: is nested too deeply"]) from error
+        raise BenchError([f"{path}: nested too deeply"]) from error
     except ValueError as error:  # of TOML or of UTF-8
-        raise BenchError([f"{path}: is no TOML file: {error}"]) from error
+        raise BenchError([f"{path}: not a valid TOML file: {error}"]) from error
     problems: list[str] = []
     top = Table(contents, str(path), problems)
     tables = top.take("unit", tables_of("unit"), ())
     top.refuse_others()
     if not tables and not problems:
-        top.wrong("unit", "there is no unit; each begins with a line [[unit]]")
+        top.wrong("unit", "missing; each unit begins with a line [[unit]]")
     return _bench(tables, str(path), bind, problems, key_label)
 
 
@@ -159,12 +159,12 @@ def make_bench(
     bind: str | None = None,
     called: Callable[[str], str] = key_label,
 ) -> Bench:
-    """Make a bench of tables with the keys of a TOML file: ``[{"name": "TDC001", "tcp": "4001"}]``.
+    """Make a bench from tables with the keys of a TOML file: ``[{"name": "TDC001", "tcp": "4001"}]``.
 
-    :param source: where they come from; begins each line of an error.
-    :param called: gives a key the name by which an error calls it.
+    :param source: the origin of the tables, with which each problem begins.
+    :param called: returns the name of a key in a problem.
 
-    Raises :class:`~stagewire_virtual.errors.BenchError` with everything that is wrong with it.
+    Raises :class:`~stagewire_virtual.errors.BenchError` with all problems of the tables.
     """
     return _bench(tables, source, bind, [], called)
 
@@ -192,15 +192,15 @@ def _bench(
 
 
 def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
-    """Return the unit that a table describes; None where it cannot be told what it is."""
+    """Return the unit that a table describes; None if its kind is unknown."""
     name = table.take("name", text, "")
     if "name" not in table:
-        table.wrong("name", f"missing; it is a unit such as TDC001, or {RACK} for modules in bays")
+        table.wrong("name", f"missing; give a unit such as TDC001, or {RACK} for modules in bays")
     is_rack = name.upper() == RACK
     unit = None if is_rack else table.take("name", unit_named, None) if name else None
     bays = table.take("bays", list_of(module_named), None) if is_rack else _no_bays(table)
     if is_rack and "bays" not in table:
-        table.wrong("bays", 'missing; it lists the modules, such as ["MST601", "", "MPZ601"]')
+        table.wrong("bays", 'missing; list the modules, for example ["MST601", "", "MPZ601"]')
     channels = _channels(table, [known for known in (unit, *(bays or ())) if known is not None])
     label = table.take("label", text, "") or name
     place = _place(table, bind)
@@ -227,7 +227,10 @@ def _unit(table: Table, index: int, bind: str | None) -> BenchUnit | None:
 
 
 def _check_options(table: Table, blueprint: Blueprint) -> None:
-    """Note what the unit refuses: each option by itself, lest one hide another; all of them; each fault."""
+    """Add a problem for each option and each fault that the unit refuses.
+
+    Options are tried one at a time, so that one error does not hide another, and then all together.
+    """
 
     def refused(key: str | Sequence[str], attempt: Blueprint) -> bool:
         try:
@@ -250,7 +253,7 @@ def _check_options(table: Table, blueprint: Blueprint) -> None:
         for option in (field.name for field in fields(Options))
         if (value := getattr(blueprint.options, option)) != getattr(bare.options, option)
     ]
-    # What is refused only then is more channels than are left by the bays that are empty.
+    # All together can still be refused: empty bays may leave fewer channels than have settings.
     if any(alone) or refused(channels, replace(blueprint, faults=())):
         return
     for fault in blueprint.faults:
@@ -258,7 +261,7 @@ def _check_options(table: Table, blueprint: Blueprint) -> None:
 
 
 def _channels(table: Table, units: Sequence[Unit]) -> tuple[Settings, ...]:
-    """Return the settings of the channels, of the short form or one by one."""
+    """Return the settings of the channels, from the keys of the unit or of each channel."""
     stage = functools.partial(stage_of, units)
     short = _settings(table, stage)
     channels = tuple(
@@ -267,7 +270,7 @@ def _channels(table: Table, units: Sequence[Unit]) -> tuple[Settings, ...]:
     )
     if short != Settings() and channels:
         table.wrong(
-            "channel", "give stage, travel and position of the unit, or of each channel; not both"
+            "channel", "give stage, travel and position for the unit or for each channel, not both"
         )
     return channels or (() if short == Settings() else (short,))
 
@@ -295,7 +298,7 @@ def _place(table: Table, bind: str | None) -> Endpoint:
 
 
 def _check_place(table: Table, place: Endpoint, taken: dict[str, str]) -> None:
-    """Note a port or a symbolic link that another unit has."""
+    """Add a problem for a port or a symbolic link that another unit already has."""
     match place:
         case TcpEndpoint(port=port, host=host) if port:
             key, spot = "tcp", f"port {port} of {host}"
@@ -309,8 +312,8 @@ def _check_place(table: Table, place: Endpoint, taken: dict[str, str]) -> None:
 
 
 def _no_bays(table: Table) -> tuple[Unit | None, ...]:
-    """Return the bays that can be told of a unit that is no rack of modules: none."""
+    """Return no bays for a unit that is not a rack of modules, and add a problem if some are given."""
     if "bays" in table:
         table.take("bays", lambda value: value, None)
-        table.wrong("bays", f'only name = "{RACK}", a rack of modules, has bays with names')
+        table.wrong("bays", f'only a rack of modules (name = "{RACK}") has named bays')
     return ()

@@ -1,11 +1,11 @@
-"""Time for virtual controllers: a clock that is passed in, with the timers that hang on it.
+"""Clocks with timers for virtual controllers.
 
-A clock knows the time, in whole nanoseconds since it was made, and what is due when. Nothing in this
-package asks the machine for the time or sleeps but :class:`RealClock` and who serves it.
+A clock has the time, in whole nanoseconds since it was created, and a list of timers. In this package only
+:class:`RealClock` and the servers that run it read the system clock or sleep.
 
-While a timer runs, :attr:`Clock.now` is the instant that it was set for, not that at which somebody came
-round to running it. A controller that is looked at late therefore has said and done the same things, with
-the same times, as one that was looked at at every instant.
+While a timer runs, :attr:`Clock.now` is the instant for which the timer was set, not the instant at which it
+actually runs. A controller that is run late therefore does the same things at the same times as one that is
+run continuously.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from stagewire.errors import BadValueError
 SECOND: Final = 1_000_000_000
 """Nanoseconds in a second."""
 
-_CANCELLED_AT_LEAST: Final = 64  # fewer are not worth the clearing
+_CANCELLED_AT_LEAST: Final = 64  # fewer are not worth clearing
 
 
 def nanoseconds(seconds: float) -> int:
-    """Return ``seconds`` as whole nanoseconds, to the nearest."""
+    """Return ``seconds`` rounded to whole nanoseconds."""
     return round(seconds * SECOND)
 
 
 def passes(seconds: float) -> bool:
-    """Say whether a time can pass: a number that is not negative and has an end."""
+    """Return whether ``seconds`` is a valid duration: a finite number, not negative."""
     return isinstance(seconds, numbers.Real) and 0 <= seconds * SECOND < math.inf
 
 
 class Timer:
-    """Something that is due at an instant; made by :meth:`Clock.call_at`."""
+    """A callback that is due at an instant; created by :meth:`Clock.call_at`."""
 
     __slots__ = ("_clock", "callback", "cancelled", "when")
 
@@ -47,22 +47,22 @@ class Timer:
         self.cancelled = False
 
     def cancel(self) -> None:
-        """See to it that the timer does not run; harmless when it has."""
+        """Cancel the timer; safe after it has run."""
         if not self.cancelled:
             self.cancelled = True
             self._clock._forget_cancelled()
 
 
 class Clock:
-    """The time and what is due; the base of both clocks."""
+    """The time and its timers; the base of both clocks."""
 
     def __init__(self) -> None:
         self._now = 0
-        self._count = 0  # timers of one instant run in the order in which they were set
+        self._count = 0  # timers with the same instant run in the order in which they were set
         self._due: list[tuple[int, int, Timer]] = []
-        self._cancelled = 0  # since the heap was last cleared of them
+        self._cancelled = 0  # timers cancelled since the heap was last cleared
         self.on_earlier: Callable[[], None] | None = None
-        """Called when a timer becomes the next one that is due; for who sleeps until then."""
+        """Called when a new timer becomes the next one, so that a sleeping server wakes up earlier."""
 
     @property
     def now(self) -> int:
@@ -70,7 +70,7 @@ class Clock:
         return self._now
 
     def call_at(self, when: int, callback: Callable[[], None]) -> Timer:
-        """Run ``callback`` at the instant ``when``, or as soon as time goes on if that has passed."""
+        """Run ``callback`` at the instant ``when``, or at the next :meth:`run_until` if that has passed."""
         timer = Timer(self, max(when, self._now), callback)
         self._count += 1
         entry = (timer.when, self._count, timer)
@@ -85,13 +85,13 @@ class Clock:
 
     @property
     def next_due(self) -> int | None:
-        """The instant of the next timer, or None when nothing is due."""
+        """The instant of the next timer; None without timers."""
         while self._due and self._due[0][2].cancelled:
             heapq.heappop(self._due)
         return self._due[0][0] if self._due else None
 
     def _forget_cancelled(self) -> None:
-        """Clear the heap when most of it may be cancelled: a host may cancel far-away timers for ever."""
+        """Clear the heap when most timers may be cancelled, so that hosts cannot make it grow without end."""
         self._cancelled += 1
         if self._cancelled > len(self._due) // 2 + _CANCELLED_AT_LEAST:
             self._due = [entry for entry in self._due if not entry[2].cancelled]
@@ -99,7 +99,7 @@ class Clock:
             self._cancelled = 0
 
     def run_until(self, when: int) -> None:
-        """Let time go on to the instant ``when``, running what is due on the way, in order."""
+        """Advance to the instant ``when`` and run the timers that are due until then, in order."""
         while (due := self.next_due) is not None and due <= when:
             timer = heapq.heappop(self._due)[2]
             self._now = max(self._now, due)
@@ -108,18 +108,18 @@ class Clock:
 
 
 class SteppedClock(Clock):
-    """A clock that stands still until it is told to go on; for tests."""
+    """A clock that only runs when :meth:`advance` is called; for tests."""
 
     call: Callable[..., None] | None = None
-    """Calls a function in the thread where the controllers live, if who serves them has one of its own."""
+    """Calls a function in the thread that runs the controllers; None if they run in the caller's thread."""
 
     def advance(self, seconds: float) -> None:
-        """Let ``seconds`` pass.
+        """Advance the clock by ``seconds``.
 
-        Raises :class:`~stagewire.errors.BadValueError` for a time that is negative or has no end.
+        Raises :class:`~stagewire.errors.BadValueError` if that is negative, infinite or not a number.
         """
         if not passes(seconds):
-            raise BadValueError(f"time goes forward by a number of seconds, not by {seconds!r}")
+            raise BadValueError(f"seconds must be a finite number of at least 0, not {seconds!r}")
         if self.call is None:
             self._pass(seconds)
         else:
@@ -132,7 +132,7 @@ class SteppedClock(Clock):
 class RealClock(Clock):
     """The machine's monotonic clock. Timers run when :meth:`run_until` is called.
 
-    :param reading: tells the time in nanoseconds since whenever; another one may go by an event loop.
+    :param reading: returns the time in nanoseconds from any origin, such as the time of an event loop.
     """
 
     def __init__(self, reading: Callable[[], int] = time.monotonic_ns) -> None:
@@ -143,11 +143,11 @@ class RealClock(Clock):
 
     @property
     def now(self) -> int:
-        """The time in nanoseconds; while a timer runs, the instant that it was set for."""
+        """The time in nanoseconds; while a timer runs, the instant for which it was set."""
         return self._now if self._running else max(self._now, self._reading() - self._start)
 
     def run_until(self, when: int) -> None:
-        """Let time go on to the instant ``when``, running what is due on the way, in order."""
+        """Advance to the instant ``when`` and run the timers that are due until then, in order."""
         self._running = True
         try:
             super().run_until(when)

@@ -1,4 +1,4 @@
-"""A virtual controller in memory, as users hold it."""
+"""The virtual controller in memory that users work with."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from stagewire_virtual.serving.server import ServedController
 
 
 class VirtualController(Closing):
-    """A virtual controller in memory, whose time is stepped by who holds it; a context manager.
+    """A virtual controller in memory; a context manager.
 
-    ``write`` and ``read`` are what a serial port has. What is written is taken at once; nothing else happens
-    until :meth:`advance` lets time go on, or a ``read`` that waits. Made by ``stagewire_virtual.TDC001(...)``
-    and its like; not for several threads.
+    ``write`` and ``read`` work like those of a serial port. The controller processes written bytes
+    immediately. Its clock runs only during :meth:`advance` and during a ``read`` that waits. Create one with
+    ``stagewire_virtual.TDC001(...)`` or another factory. Not thread-safe.
 
     :param make: makes the controller.
-    :param clock: its time; several controllers may share one. By default one of its own.
-    :param label: for people.
+    :param clock: the clock, which several controllers may share; a new one by default.
+    :param label: a name for people.
     """
 
     def __init__(self, make: Maker, clock: SteppedClock | None = None, label: str = "") -> None:
         if not isinstance(clock, SteppedClock | None):
             raise VirtualError(
-                f"in memory time is stepped: clock is a SteppedClock, not {type(clock).__name__}; "
-                "tcp() and pty() serve in real time"
+                f"clock must be a SteppedClock, not {type(clock).__name__}: a controller in memory "
+                "has stepped time; tcp() and pty() serve in real time"
             )
         self.label = label
         self._make = make
@@ -48,78 +48,82 @@ class VirtualController(Closing):
 
     @property
     def instrument(self) -> Instrument:
-        """The controller itself, for what does not go over a line, such as an axis that sticks."""
+        """The controller itself, for everything beyond the line, such as a stuck axis."""
         return self.link.instrument
 
     def close(self) -> None:
-        """Unplug it, and end the serving of all that was served from it; harmless when done twice."""
+        """Unplug it, and close all controllers served from it; safe to call twice."""
         self.unplug()
         self._served.close()
 
     # The line
 
     def write(self, data: bytes) -> int:
-        """Send bytes to it, and return how many; see :meth:`.MemoryLink.write`."""
+        """Send bytes to the controller and return their number; see :meth:`.MemoryLink.write`."""
         written = self.link.write(data)
         self._reader.wrote(data)
         return written
 
     def read(self, size: int | None = None, timeout: float = 0) -> bytes:
-        """Return what it said: all, or ``size`` bytes; lets ``timeout`` seconds pass at most.
+        """Return the bytes that the controller sent: all, or ``size`` of them.
 
-        See :meth:`.MemoryLink.read`. Without ``size`` it waits for the first byte, with it for all of them.
-        :meth:`read_frames` does not give out again what this completes.
+        Wait at most ``timeout`` seconds of the controller's time: for ``size`` bytes, or without ``size`` for
+        the first byte. See :meth:`.MemoryLink.read`. :meth:`read_frames` does not return frames that this
+        method completed.
         """
         data = self.link.read(size, timeout)
-        self._reader.read(data)  # so that read_frames knows what has been answered
+        self._reader.read(data)  # so that read_frames knows which commands have been answered
         return data
 
     def read_frames(self, timeout: float = 0) -> list[Event]:
-        """Return what it said as events, decoded by ``event.frame``, of commands by ``event.reply``.
+        """Return what the controller sent as events; ``event.frame`` and ``event.reply`` decode them.
 
-        Without anything to read, waits like :meth:`read` until something comes. The beginning of a frame
-        waits for its rest. Replies of commands have no frame: they are told by the commands that were
-        written since the last reading, in order.
+        Wait like :meth:`read` if nothing has arrived. An incomplete frame is kept until its rest arrives.
+        Replies to commands have no frame: they are matched, in order, to the commands written since the last
+        call.
         """
         return self._reader.read(self.link.read(timeout=timeout))
 
     def unplug(self) -> None:
-        """Pull the plug: :meth:`read` gives what came before, then it and :meth:`write` raise."""
+        """Unplug the line. :meth:`read` returns what arrived before; then it and :meth:`write` raise."""
         self.link.disconnect()
 
     def plug_in(self) -> None:
-        """Connect it again; it has gone on meanwhile, and what it said is lost."""
+        """Plug the line in again. The controller has continued; what it sent meanwhile is lost."""
         self.link.connect()
         self._reader = _reader_of(self.instrument)
 
     # The controller
 
     def advance(self, seconds: float) -> None:
-        """Let time go on, for all that have the same clock."""
+        """Advance the clock, for all controllers that share it."""
         self.clock.advance(seconds)
 
     def power_cycle(self) -> None:
-        """Switch it off and on; the line stays plugged in."""
+        """Switch the controller off and on; the line stays plugged in."""
         at_this_instant(self.clock, self.instrument.power_cycle)
 
     # Served to other programs
 
     def tcp(self, address: str | int = 0, *, bind: str | None = None) -> ServedController:
-        """Serve another controller like this one by TCP, in real time, until it is closed.
+        """Serve a new controller with the same options by TCP, in real time, until it is closed.
 
-        :param address: a port, 0 for one that the system chooses; or ``127.0.0.1:4001``.
-        :param bind: an address of the network to listen on; otherwise this machine alone can reach it.
+        :param address: a port such as 4001, an address and a port such as ``127.0.0.1:4001``, or 0 for a free
+            port.
+        :param bind: a network address to listen on; by default only this machine can connect.
 
-        Raises :class:`~stagewire_virtual.errors.ServingError` where that cannot be.
+        Raises :class:`~stagewire_virtual.errors.ServingError` if it cannot listen there.
         """
         return self._serve(parse_tcp(str(address), bind))
 
     def pty(self, symlink: str | Path | None = None) -> ServedController:
-        """Serve another one like this on a pseudo-terminal, in real time, until it is closed.
+        """Serve a new controller with the same options on a pseudo-terminal, in real time.
 
-        :param symlink: a symbolic link to be made for as long.
+        It is served until it is closed.
 
-        Raises :class:`~stagewire_virtual.errors.ServingError` where that cannot be, as on Windows.
+        :param symlink: a symbolic link to create for that time.
+
+        Raises :class:`~stagewire_virtual.errors.ServingError` if that is impossible, as on Windows.
         """
         return self._serve(PtyEndpoint(None if symlink is None else Path(symlink)))
 
@@ -129,6 +133,6 @@ class VirtualController(Closing):
 
 
 def _reader_of(instrument: Instrument) -> ReplyReader:
-    """Return what reads the replies of an instrument."""
+    """Return a reader for the replies of an instrument."""
     statuses = {unit.facts.get("status") for unit in instrument.units}
     return framing_of(instrument.unit.protocol).reply_reader(statuses)

@@ -1,4 +1,4 @@
-"""What can be wrong with what is asked of virtual controllers; all are a ``StagewireError``."""
+"""Errors of virtual controllers; every class derives from ``StagewireError``."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ __all__ = [
 
 
 class VirtualError(StagewireError):
-    """The base of the errors of this package."""
+    """Base class of the errors of this package."""
 
 
 class UnknownUnitError(VirtualError):
-    """There is no unit of that name in any installed protocol.
+    """No installed protocol has a unit with this name.
 
-    :param name: what was asked for.
-    :param known: what there is.
+    :param name: the unknown name.
+    :param known: the names of all units.
     """
 
     def __init__(self, name: str, known: Sequence[str]) -> None:
@@ -40,17 +40,17 @@ class UnknownUnitError(VirtualError):
 
 
 class ServingError(VirtualError):
-    """A virtual controller cannot be reached where it was asked for, such as on a port that is taken."""
+    """A virtual controller cannot be served at the requested address, for example because a port is taken."""
 
 
 class UnpluggedError(VirtualError):
-    """The line to a virtual controller is unplugged, by a fault or by ``unplug()``."""
+    """The line to a virtual controller was unplugged, by a fault or by ``unplug()``."""
 
 
 class BenchError(VirtualError):
-    """What is wrong with the description of a bench, all of it.
+    """All problems in the description of a bench.
 
-    :param problems: one line each: the file, the key, what was wrong and what was expected.
+    :param problems: one line per problem: the file, the key, what is wrong and what was expected.
     """
 
     def __init__(self, problems: Sequence[str]) -> None:
@@ -59,20 +59,20 @@ class BenchError(VirtualError):
 
 
 class UnknownPartError(VirtualError):
-    """A controller has no part of that name; its parts are those of its rows."""
+    """A controller has no part with this name; its rows name its parts."""
 
     def __init__(self, part: str, known: Sequence[str]) -> None:
-        there = f"there are: {', '.join(known)}" if known else "there is nothing of that kind"
-        super().__init__(f"there is no {part} ({there})")
+        choices = f"available: {', '.join(known)}" if known else "none available"
+        super().__init__(f"no {part} ({choices})")
 
 
 class BadOptionError(VirtualError):
-    """A unit was asked for with an option that it cannot have; the message lists what there is."""
+    """An option that the unit does not support, or an invalid value; the message lists the valid ones."""
 
 
 class FaultError(VirtualError):
-    """A fault that makes no sense, or that a controller cannot have."""
+    """An invalid fault, or one that the controller cannot have."""
 
 
 class ReplayError(VirtualError):
-    """A session did not go as it was recorded."""
+    """A session differed from its recording."""

@@ -1,7 +1,7 @@
-"""Factories: ``stagewire_virtual.TDC001`` is a unit by name, to be called with its options.
+"""Factories of virtual controllers: ``stagewire_virtual.TDC001`` is called with the options of the unit.
 
-A :class:`Blueprint` is everything that makes a virtual controller, but its clock. Each protocol that has
-virtual controllers has a row in the table of instruments.
+A :class:`Blueprint` has everything that a virtual controller is made from, except its clock. ``_KINDS`` has
+the instrument class of each protocol that supports virtual controllers.
 """
 
 from __future__ import annotations
@@ -38,26 +38,26 @@ _DEFAULT: Final = Options()
 def make_instrument(unit: Unit, clock: Clock, options: Options = _DEFAULT) -> Instrument:
     """Make the virtual controller of a unit.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that the unit cannot have, and
-    :class:`~stagewire_virtual.errors.VirtualError` for a unit of a protocol without virtual controllers.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that the unit does not support, and
+    :class:`~stagewire_virtual.errors.VirtualError` if the protocol of the unit has no virtual controllers.
     """
     kind = _KINDS.get(unit.protocol.name)
     if kind is None:
         raise VirtualError(
-            f"{unit.name} speaks {unit.protocol.name}, for which there are no virtual controllers "
-            f"(there are for {', '.join(_KINDS)})"
+            f"{unit.name} uses {unit.protocol.name}, which has no virtual controllers "
+            f"(supported protocols: {', '.join(_KINDS)})"
         )
     return kind(unit, clock, options)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """A unit, or a rack of modules, and all that was told of it.
+    """A unit or a rack of modules, with its options.
 
-    :param unit: what to make; None for a rack of modules.
-    :param bays: of a rack of modules, the module in each bay; None is an empty one.
-    :param options: of the unit.
-    :param faults: what goes wrong on its line.
+    :param unit: the unit to make; None for a rack of modules.
+    :param bays: the module in each bay of a rack of modules; None is an empty bay.
+    :param options: the options of the unit.
+    :param faults: the faults on its line.
     """
 
     unit: Unit | None
@@ -66,9 +66,9 @@ class Blueprint:
     faults: tuple[Fault, ...] = ()
 
     def make(self, clock: Clock) -> Instrument | FaultyLink:
-        """Make a controller, behind its faults if there are some.
+        """Make a controller; with faults, wrapped in a :class:`FaultyLink`.
 
-        Raises :class:`~stagewire_virtual.errors.VirtualError` for what the unit cannot have.
+        Raises :class:`~stagewire_virtual.errors.VirtualError` for an option that the unit does not support.
         """
         instrument: Instrument
         if self.unit is None:
@@ -82,7 +82,7 @@ class Blueprint:
 
 @dataclass(frozen=True, slots=True)
 class Factory:
-    """Makes virtual controllers of one unit."""
+    """A callable that makes virtual controllers of one unit."""
 
     unit: Unit
 
@@ -106,22 +106,22 @@ class Factory:
         clock: SteppedClock | None = None,
         faults: Iterable[Fault | str] = (),
     ) -> VirtualController:
-        """Make a virtual controller, in memory.
+        """Make a virtual controller in memory.
 
-        :param stage: the stage on every channel; ``travel`` and ``position`` belong to it. See
+        :param stage: the stage on every channel. ``travel`` and ``position`` also apply to every channel; see
             :class:`~stagewire_virtual.options.Settings`.
-        :param channels: where channels differ, the settings of each.
-        :param clock: time that is stepped by the test; by default one of its own.
-        :param faults: what goes wrong on the line; see :func:`~stagewire_virtual.faults.parse_fault`.
+        :param channels: the settings of each channel, if the channels differ.
+        :param clock: the clock, which the test advances; a new one by default.
+        :param faults: the faults on the line; see :func:`~stagewire_virtual.faults.fault.parse_fault`.
 
-        All others: see :class:`~stagewire_virtual.options.Options`. Raises
-        :class:`~stagewire_virtual.errors.VirtualError` for what the unit cannot have.
+        :class:`~stagewire_virtual.options.Options` describes all other parameters. Raises
+        :class:`~stagewire_virtual.errors.VirtualError` for an option that the unit does not support.
         """
         settings = Settings(stage=stage, travel=travel, position=position)
         if settings != Settings():
             if channels:
                 raise BadOptionError(
-                    "give stage, travel and position, which hold for every channel, or channels; not both"
+                    "give either stage, travel and position for every channel, or channels; not both"
                 )
             channels = (settings,)
         options = Options(
@@ -142,9 +142,9 @@ class Factory:
 
 
 def factory_of(name: str) -> Factory:
-    """Return the factory of a unit, by its name as it is printed; what an attribute of a module looks up.
+    """Return the factory of a unit by its exact name, for the attribute lookup of a module.
 
-    Raises :class:`AttributeError` when there is none.
+    Raises :class:`AttributeError` for an unknown unit.
     """
     units = all_units()
     if name not in units:
@@ -166,19 +166,19 @@ def rack(
     clock: SteppedClock | None = None,
     faults: Iterable[Fault | str] = (),
 ) -> VirtualController:
-    """Make a rack of modules, in memory: ``rack("MST601", None, "MPZ601")``.
+    """Make a rack of modules in memory: ``rack("MST601", None, "MPZ601")``.
 
-    :param bays: the module in each bay, by name; None is an empty one.
-    :param channels: the settings of all their channels, bay by bay; the last one stands for those that
-        follow.
+    :param bays: the name of the module in each bay; None is an empty bay.
+    :param channels: the settings of all channels, bay by bay; the last entry also applies to all further
+        channels.
 
-    All others: see :class:`Factory`. Raises :class:`~stagewire_virtual.errors.VirtualError` for a unit
-    that is no module, and for what the rack cannot have.
+    :class:`Factory` describes all other parameters. Raises :class:`~stagewire_virtual.errors.VirtualError`
+    for a unit that is not a module, and for an option that the rack does not support.
     """
     for bay in bays:
         if not isinstance(bay, str | None):
             raise BadOptionError(
-                f'a bay has the name of its module or None, as in rack("MST601", None); not {bay!r}'
+                f'a bay must be the name of a module or None, as in rack("MST601", None), not {bay!r}'
             )
     modules = tuple(find_unit(name) if name else None for name in bays)
     options = Options(
@@ -199,12 +199,13 @@ def rack(
 def replay_of(
     capture: str | Path, *, lenient: bool = False, clock: SteppedClock | None = None
 ) -> VirtualController:
-    """Play the controller's side of a recorded session, in memory; see :mod:`stagewire_virtual.replay`.
+    """Play back the controller's side of a recorded session in memory; see :mod:`stagewire_virtual.replay`.
 
-    :param lenient: after a request that was not recorded next, go on with the next one like it.
+    :param lenient: if a request differs from the next recorded one, continue at its next occurrence in the
+        recording.
 
-    Raises :class:`~stagewire.errors.StagewireError` for a file that is no capture, and :class:`OSError` for
-    one that cannot be read.
+    Raises :class:`~stagewire.errors.StagewireError` if the file is not a capture, and :class:`OSError` if it
+    cannot be read.
     """
     path = Path(capture)
     return VirtualController(

@@ -1,6 +1,6 @@
-"""A virtual controller without a link: bytes in, bytes out, and a clock.
+"""The base of virtual controllers: bytes in, bytes out, and a clock.
 
-A :class:`Unit` is what the registry says of one, as virtual controllers need it.
+A :class:`Unit` is the registry's description of a unit, in the form that virtual controllers need.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from stagewire_virtual.errors import UnknownUnitError
 class Unit:
     """A unit of a protocol's registry; equal only to itself.
 
-    :param name: such as ``TDC001``.
-    :param protocol: the protocol that it speaks.
+    :param name: its name, such as ``TDC001``.
+    :param protocol: its protocol.
     :param facts: its entry in the registry's JSON.
-    :param family: the entry of its family; empty where it has none.
-    :param registry: the whole registry; shared, not to be modified.
+    :param family: the entry of its family; empty without one.
+    :param registry: the whole registry; shared, do not modify it.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Unit:
 
     @functools.cached_property
     def messages(self) -> frozenset[str]:
-        """The names of the messages that it takes and gives."""
+        """The names of the messages that it accepts and sends."""
         return frozenset(self.facts["messages"])
 
     @functools.cached_property
@@ -42,16 +42,16 @@ class Unit:
         return {entry["name"]: entry for entry in self.registry["messages"]}
 
     def message(self, name: str) -> Mapping[str, Any]:
-        """Return the registry's entry of a message; raises :class:`KeyError` for a name that it has not."""
+        """Return the registry's entry of a message; raise :class:`KeyError` for an unknown name."""
         return self._entries[name]
 
 
 def units_of(protocol: Protocol, registry: Mapping[str, Any] | None = None) -> dict[str, Unit]:
-    """Return the units of a protocol by name; of ``registry`` if one is given instead of its own."""
+    """Return the units of a protocol by name, from ``registry`` instead of its own if one is given."""
     return dict(_own_units(protocol) if registry is None else _units(protocol, registry))
 
 
-@functools.cache  # what is looked up once for a unit then serves all its controllers
+@functools.cache  # so that all controllers of a unit share the values that it caches
 def _own_units(protocol: Protocol) -> Mapping[str, Unit]:
     return _units(protocol, protocol.registry())
 
@@ -67,11 +67,11 @@ def _units(protocol: Protocol, registry: Mapping[str, Any]) -> dict[str, Unit]:
 
 
 def all_units() -> dict[str, Unit]:
-    """Return the units of all protocols that are installed, by name; packages are looked for once."""
+    """Return the units of all installed protocols by name; packages are searched only once."""
     return dict(_installed_units())
 
 
-@functools.cache  # to look through what is installed takes longer than to make a controller
+@functools.cache  # searching the installed packages takes longer than making a controller
 def _installed_units() -> Mapping[str, Unit]:
     found: dict[str, Unit] = {}
     for name in available_protocols():
@@ -80,9 +80,9 @@ def _installed_units() -> Mapping[str, Unit]:
 
 
 def find_unit(name: str) -> Unit:
-    """Return a unit of an installed protocol, by its name in any case.
+    """Return the unit of an installed protocol with this name, in any case.
 
-    Raises :class:`~stagewire_virtual.errors.UnknownUnitError` when there is none.
+    Raises :class:`~stagewire_virtual.errors.UnknownUnitError` if no unit has this name.
     """
     units = _installed_units()
     unit = units.get(name.upper())
@@ -93,11 +93,11 @@ def find_unit(name: str) -> Unit:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of the live table: a channel or axis, and what it does at this instant.
+    """One line of the live table: a channel or axis and its present state.
 
-    :param part: such as ``bay 1, channel 1`` or ``axis X``.
-    :param position: where it is, with its unit, such as ``1.2500 mm`` or ``34304 counts``.
-    :param state: what it does, in words: ``moving forward``, ``homed``.
+    :param part: the channel or axis, such as ``bay 1, channel 1`` or ``axis X``.
+    :param position: its position with the unit, such as ``1.2500 mm`` or ``34304 counts``.
+    :param state: its state in words: ``moving forward``, ``homed``.
     """
 
     part: str
@@ -106,14 +106,13 @@ class Row:
 
 
 class Instrument:
-    """A virtual controller without a line: the base of all of them, and of what is played in place of one.
+    """Base class of virtual controllers and of replays, without a line.
 
-    Whoever serves it feeds what the host sends to :meth:`receive`, sets :attr:`on_send` to take what the
-    controller says, one call for each frame, and lets the clock go on. Nothing that a host sends makes it
-    raise.
+    A server passes the bytes of the host to :meth:`receive`, sets :attr:`on_send` to a callback that is
+    called with each frame of the controller, and runs the clock. No bytes of a host make an instrument raise.
 
-    :param unit: what the registry says of it.
-    :param clock: its time; several may share one.
+    :param unit: its unit in the registry.
+    :param clock: its clock, which several instruments may share.
     """
 
     def __init__(self, unit: Unit, clock: Clock) -> None:
@@ -121,36 +120,36 @@ class Instrument:
         self.clock = clock
         self.on_send: Callable[[bytes], None] = ignore
         self.on_refusal: Callable[[str], None] = ignore
-        """Told in a sentence why something that the host sent was not done; for logs."""
+        """Called with a sentence that says why a request of the host was refused; for logs."""
 
     @property
     def units(self) -> Sequence[Unit]:
-        """All that speak here: the unit, and what is in its bays."""
+        """The unit, and the units in its bays."""
         return [self.unit]
 
     def host_came(self) -> None:
-        """Hear that a host has come; what has no wire for that does not notice."""
+        """Note that a host has connected. By default this has no effect."""
 
     def receive(self, data: bytes) -> None:
-        """Take what the host sends, cut at any byte."""
+        """Process bytes from the host, in any chunks."""
         raise NotImplementedError
 
     def power_cycle(self) -> None:
-        """Switch it off and on: all is forgotten but what is in its EEPROM and where its stages stand."""
+        """Switch off and on. Only the EEPROM and the positions of the stages are kept."""
         raise NotImplementedError
 
     def rows(self) -> Sequence[Row]:
-        """Return what the live table shows."""
+        """Return the rows of the live table."""
         raise NotImplementedError
 
     def stick(self, part: str, stuck: bool) -> None:
-        """Let an axis stick, or free it; ``part`` is named as in :class:`Row`.
+        """Block an axis, or release it; ``part`` is named as in :class:`Row`.
 
-        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not, and for one
-        that moves nothing.
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that does not exist or does not
+        move.
         """
         raise NotImplementedError
 
 
 def ignore(*_: object) -> None:
-    """Take a callback, such as of bytes that are said, while nothing is connected to it."""
+    """Do nothing; the default callback."""

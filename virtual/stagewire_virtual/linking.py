@@ -1,20 +1,20 @@
-"""``virtual://``: links to controllers in this process, in memory and in real time.
+"""``virtual://`` URLs: links to controllers in this process, in memory and in real time.
 
-:func:`stagewire.links.open_link` opens ``virtual://TDC001?stage=Z8&seed=1`` here, by the entry point
-``virtual`` of ``stagewire.links``. Each opening makes a new controller, which ends with its link. A
-controller here lives when somebody looks: what it did meanwhile, it has done at the right times.
+:func:`stagewire.links.open_link` opens ``virtual://TDC001?stage=Z8&seed=1`` with this module, through the
+entry point ``virtual`` of ``stagewire.links``. Each call makes a new controller, which ends with its link.
+The controller runs only when its link is used; what was due in between then happens at its own instants.
 
 ============================================  ==========================================================
-``virtual://TDC001``                          a unit by its name
+``virtual://TDC001``                          a unit by name
 ``virtual://TDC001?stage=Z8&travel=512000``   with options
-``virtual://rack?bays=MST601,,MPZ601``        a rack of modules, a name for each bay, none for an empty one
-``virtual://bench.toml#focus``                a unit of a bench file by its label (or its number from 1)
+``virtual://rack?bays=MST601,,MPZ601``        a rack of modules: one name per bay, empty for an empty bay
+``virtual://bench.toml#focus``                a unit of a bench file by label (or by number, from 1)
 ============================================  ==========================================================
 
-Options are the keys of a unit in a bench file, but for the endpoints, and channels one by one: ``stage``,
-``travel`` and ``position`` hold for every channel. A list is written with commas (``quirks=a,b``), except
-that each fault is an option of its own:
-``faults=to_host drop frame every=10&faults=to_host lose byte p=0.01``.
+The options are the keys of a unit in a bench file, without the endpoints and the settings of single channels:
+``stage``, ``travel`` and ``position`` apply to every channel. Separate the items of a list by commas
+(``quirks=a,b``), but give each fault its own option:
+``faults=to_host drop frame every=10&faults=to_host drop byte p=0.01``.
 A strategy of the MS-2000 is ``strategies=name:value``.
 """
 
@@ -38,11 +38,11 @@ _Read = Callable[[list[str]], Any]
 
 
 def _one(read: Callable[[str], Any]) -> _Read:
-    """Return what reads an option that may be given once."""
+    """Return a reader for an option that may be given only once."""
 
     def read_one(values: list[str]) -> Any:
         if len(values) > 1:
-            raise ValueError("it is there twice")
+            raise ValueError("given more than once")
         return read(values[0])
 
     return read_one
@@ -91,18 +91,18 @@ _OPTIONS: Final[Mapping[str, _Read]] = {
     "faults": list,
     "bays": _names,
 }
-"""How the options of a URL are read; what they mean is said by who reads bench files."""
+"""The reader of each option of a URL; the bench reader then interprets the values."""
 
 
 _SOURCE: Final = "URL"
 _WHERE: Final = re.compile(rf"{_SOURCE}: unit 1( \([^)]*\))?, ")
-"""Where a bench file would have a problem; of a URL that is no news."""
+"""The position that a bench problem begins with, which is useless for a URL."""
 
 
 def blueprint_of(url: str) -> Blueprint:
     """Return the controller that a URL describes.
 
-    Raises :class:`~stagewire.errors.LinkOpenError` with everything that is wrong with it.
+    Raises :class:`~stagewire.errors.LinkOpenError` with all problems of the URL.
     """
     try:
         parts = urlsplit(url)
@@ -110,7 +110,7 @@ def blueprint_of(url: str) -> Blueprint:
         if name.lower().endswith(".toml"):
             return _of_bench(name, unquote(parts.fragment))
         if not name:
-            raise ValueError("it names no unit; write virtual://TDC001")
+            raise ValueError("the URL names no unit; write for example virtual://TDC001")
         table = {**_table(parts.query), "name": name}
         return make_bench([table], source=_SOURCE, called=_option_name).units[0].blueprint
     except BenchError as error:
@@ -121,7 +121,7 @@ def blueprint_of(url: str) -> Blueprint:
 
 
 def _table(query: str) -> dict[str, Any]:
-    """Return the options as a table of a bench file has them."""
+    """Return the options of a query as a table in the form of a bench file."""
     given: dict[str, list[str]] = {}
     for key, value in parse_qsl(query, keep_blank_values=True, separator="&"):
         given.setdefault(key, []).append(value)
@@ -149,10 +149,10 @@ def _of_bench(path: str, label: str) -> Blueprint:
 def _unit_of_fragment(label: str, units: tuple[BenchUnit, ...], found: int) -> str:
     labels = ", ".join(f"{number} {unit.label}" for number, unit in enumerate(units, 1))
     if not label:
-        what = "it has several units; say which one by #LABEL or #NUMBER"
+        what = "it has several units; choose one with #LABEL or #NUMBER"
     else:
-        what = f"{'no unit' if not found else 'more than one unit'} is called {label!r}"
-    return f"{what} (there are: {labels})"
+        what = f"{'no unit has' if not found else 'several units have'} the label {label!r}"
+    return f"{what} (units: {labels})"
 
 
 def _option_name(key: str) -> str:
@@ -160,13 +160,13 @@ def _option_name(key: str) -> str:
 
 
 def open_link(url: str, settings: LinkSettings) -> VirtualLink:
-    """Make the controller of a URL, and a line to it; ``settings`` are those of wires, and not looked at.
+    """Make the controller of a URL and return a link to it; the serial ``settings`` are ignored.
 
-    Raises :class:`~stagewire.errors.LinkOpenError` with all that is wrong with the URL.
+    Raises :class:`~stagewire.errors.LinkOpenError` with all problems of the URL.
     """
     return VirtualLink(url, blueprint_of(url).make)
 
 
 async def open_async_link(url: str, settings: LinkSettings) -> AsyncVirtualLink:
-    """Do as :func:`open_link` does, for the event loop that is running."""
+    """Make the controller of a URL and return a link for the running event loop; see :func:`open_link`."""
     return await AsyncVirtualLink.open(url, blueprint_of(url).make)

@@ -1,9 +1,9 @@
-"""Links in memory to a controller, as sessions use them.
+"""Links in memory from a session to a virtual controller.
 
 ========================  ==============================================================================
-:class:`VirtualLink`      to a controller that lives in real time, for threads
-:class:`SteppedLink`      whose time goes on when its host waits; for tests without a thread
-:class:`AsyncVirtualLink` to a controller that lives in the time of an event loop
+:class:`VirtualLink`      a controller in real time, for threads
+:class:`SteppedLink`      a controller whose clock runs while the host waits; for tests without a thread
+:class:`AsyncVirtualLink` a controller that uses the time of an event loop
 ========================  ==============================================================================
 """
 
@@ -26,12 +26,12 @@ from stagewire_virtual.serving.server import Server
 
 
 class VirtualLink(Link):
-    """A line whose host is a thread that reads, and others that write.
+    """A link in real time that one thread reads, and any thread may write.
 
-    The controller has no thread: a read that waits sleeps until something is due on its clock, and lets time
-    go on. What a controller does while nobody reads, it has done when somebody does.
+    The controller has no thread. A read that waits sleeps until the next timer of the controller's clock and
+    runs it. Timers that fall due between two reads run in the second read, at their own instants.
 
-    :param url: for people.
+    :param url: a name for people.
     :param make: makes the controller.
     """
 
@@ -39,12 +39,12 @@ class VirtualLink(Link):
         self.url = url
         self._clock = RealClock()
         self._line = MemoryLink(make(self._clock), label=url)
-        self._changed = threading.Condition()  # something was written, or the reader is to wake
+        self._changed = threading.Condition()  # notified after a write, and to wake the reader
         self._woken = False
         self._closed = False
 
     def read(self, timeout: float) -> bytes:
-        """Return what the controller said; see :meth:`.Link.read`."""
+        """Return bytes from the controller; see :meth:`.Link.read`."""
         end = time.monotonic() + timeout
         with self._changed:
             while True:
@@ -62,7 +62,7 @@ class VirtualLink(Link):
                 self._changed.wait(min(left, threading.TIMEOUT_MAX))
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the controller, which takes them at once."""
+        """Send bytes to the controller, which processes them immediately."""
         with self._changed:
             self._check_open()
             try:
@@ -72,18 +72,18 @@ class VirtualLink(Link):
             self._changed.notify()
 
     def write_now(self, data: bytes) -> None:
-        """Send bytes if that can be done; see :meth:`.Link.write_now`."""
+        """Send bytes if the line is open; see :meth:`.Link.write_now`."""
         with contextlib.suppress(TransportLostError):
             self.write(data)
 
     def wake(self) -> None:
-        """Let the read that waits, or the next one, return without anything."""
+        """Make the present or the next read return immediately without data."""
         with self._changed:
             self._woken = True
             self._changed.notify()
 
     def close(self) -> None:
-        """Unplug the controller, which is no more."""
+        """Unplug the controller, which ends with its link."""
         with self._changed:
             self._closed = True
             self._line.disconnect()
@@ -102,16 +102,16 @@ class VirtualLink(Link):
             raise TransportLostError(f"{self.url}: the line was closed")
 
 
-_LEAST = 1 / SECOND  # what is shorter than the clock can tell would never pass
+_LEAST = 1 / SECOND  # the clock rounds a shorter time to 0, which would never pass
 
 
 class SteppedLink(Link):
-    """A line to a :class:`.VirtualController`, for a session that waits in one thread.
+    """A link to a :class:`.VirtualController`, for a session that waits in one thread.
 
-    A read that waits lets just as much time pass as it takes until something comes; a move of a minute takes
-    none. A session takes its time from :attr:`clock`, and starts no thread that would read.
+    A read that waits advances the controller's clock until data arrives, so a move of a minute takes no real
+    time. The session uses :attr:`clock` as its time and starts no reader thread.
 
-    :param controller: made by the test, which may look at it, and close it, as it likes.
+    :param controller: a controller made by the test, which can inspect and close it.
     """
 
     def __init__(self, controller: VirtualController) -> None:
@@ -122,7 +122,7 @@ class SteppedLink(Link):
         self._closed = False
 
     def read(self, timeout: float) -> bytes:
-        """Return what the controller said, and let ``timeout`` seconds pass at most."""
+        """Return bytes from the controller; advance its clock by at most ``timeout`` seconds."""
         self._check_open()
         if self._woken:
             self._woken, timeout = False, 0
@@ -134,7 +134,7 @@ class SteppedLink(Link):
             ) from None
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the controller, which takes them at this instant."""
+        """Send bytes to the controller, which processes them at this instant."""
         self._check_open()
         try:
             self._line.write(data)
@@ -142,16 +142,16 @@ class SteppedLink(Link):
             raise TransportLostError(f"{self.url}: {error}") from None
 
     def write_now(self, data: bytes) -> None:
-        """Send bytes if that can be done; see :meth:`.Link.write_now`."""
+        """Send bytes if the line is open; see :meth:`.Link.write_now`."""
         with contextlib.suppress(TransportLostError):
             self.write(data)
 
     def wake(self) -> None:
-        """Let the next read return without letting time pass."""
+        """Make the next read return without advancing the clock."""
         self._woken = True
 
     def close(self) -> None:
-        """Use the line no more; the controller stays as it is."""
+        """Close the link; the controller stays as it is."""
         self._closed = True
 
     def _check_open(self) -> None:
@@ -160,10 +160,10 @@ class SteppedLink(Link):
 
 
 class AsyncVirtualLink(AsyncLink):
-    """A line whose host is in the same event loop; made by :meth:`open`.
+    """A link whose host is in the same event loop; made by :meth:`open`.
 
-    No thread, and no tick: the loop wakes when something is due. The controller's time is that of the loop;
-    so it jumps where the loop's does.
+    It uses no thread and does not poll: the loop wakes up for the next timer of the controller. Both use the
+    time of the loop, so they jump together.
     """
 
     def __init__(self, url: str, make: Maker, loop: asyncio.AbstractEventLoop) -> None:
@@ -174,7 +174,7 @@ class AsyncVirtualLink(AsyncLink):
 
     @classmethod
     async def open(cls, url: str, make: Maker) -> Self:
-        """Make a controller, and a line to it."""
+        """Make a controller and return a link to it."""
         link = cls(url, make, asyncio.get_running_loop())
         await link._server.open(link._line)
         return link
@@ -182,12 +182,12 @@ class AsyncVirtualLink(AsyncLink):
     def start(
         self, received: Callable[[bytes], None], lost: Callable[[TransportLostError], None]
     ) -> None:
-        """Call back from now on; see :meth:`.AsyncLink.start`."""
+        """Start calling back; see :meth:`.AsyncLink.start`."""
         unplugged = f"{self.url}: the line to the controller was unplugged"
         self._line.start(received, lambda: lost(TransportLostError(unplugged)))
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the controller, which takes them at once and answers when this has returned."""
+        """Send bytes to the controller, which processes them immediately; answers follow after the return."""
         if not self._line.connected:
             raise TransportLostError(
                 f"{self.url}: the line to the controller is closed or unplugged"
@@ -195,30 +195,30 @@ class AsyncVirtualLink(AsyncLink):
         self._line.take(data)
 
     def write_now(self, data: bytes) -> None:
-        """Send bytes if that can be done; see :meth:`.AsyncLink.write_now`."""
+        """Send bytes if the line is open; see :meth:`.AsyncLink.write_now`."""
         with contextlib.suppress(TransportLostError):
             self.write(data)
 
     async def close(self) -> None:
-        """Unplug the controller, which is no more."""
+        """Unplug the controller, which ends with its link."""
         self._line.leave()
         if self._line in self._server.links:
             await self._server.close()
 
 
 class _LoopLink(ServedLink):
-    """The far end of the line: keeps what the controller says until the loop comes round to it."""
+    """The controller's end of the line: buffers its bytes until the loop delivers them."""
 
     def __init__(self, far_end: FarEnd, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(far_end)
         self._loop = loop
         self._waiting = bytearray()
-        self._called = False  # the loop will come round to it
+        self._called = False  # whether a delivery is scheduled
         self._connected = True
         self._received: Callable[[bytes], None] | None = None
         self._lost: Callable[[], None] | None = None
 
-    # As its server sees it
+    # For the server
 
     @property
     def connected(self) -> bool:
@@ -226,17 +226,17 @@ class _LoopLink(ServedLink):
         return self._connected
 
     def disconnect(self) -> None:
-        """Pull the plug: what was said before still comes, then the host hears of it."""
+        """Unplug the line: bytes sent before still arrive, then the host is notified."""
         self._connected = False
         self._call_soon()
 
     async def open(self, run: Run) -> None:
-        """Be served."""
+        """Start serving."""
         self._run = run
         self._greet()
 
     async def close(self) -> None:
-        """Be served no more."""
+        """Stop serving."""
         self._connected = False
 
     def _backlog(self) -> int:
@@ -246,24 +246,24 @@ class _LoopLink(ServedLink):
         self._waiting += data
         self._call_soon()
 
-    # As the host sees it
+    # For the host
 
     def start(self, received: Callable[[bytes], None], lost: Callable[[], None]) -> None:
-        """Begin to call back, with what was said until now first."""
+        """Start calling back, first with the bytes buffered so far."""
         self._received, self._lost = received, lost
         self._call_soon()
 
     def take(self, data: bytes) -> None:
-        """Take bytes of the host."""
+        """Pass bytes from the host to the controller."""
         self._take(data)
 
     def leave(self) -> None:
-        """Call back no more."""
+        """Stop calling back."""
         self._connected = False
         self._received = self._lost = None
 
     def _call_soon(self) -> None:
-        # Not at once: the host may be in the midst of writing, and the controller in that of something.
+        # Not immediately: the host may still be in write(), and the controller in a callback.
         if not self._called and self._received is not None:
             self._called = True
             self._loop.call_soon(self._deliver)

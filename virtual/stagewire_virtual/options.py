@@ -1,4 +1,4 @@
-"""What a user may tell of a virtual unit when it is made."""
+"""The options of virtual units."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _T = TypeVar("_T")
 
 
 class LinkKind(enum.StrEnum):
-    """What a controller believes to be connected by; it decides whether it wants to be kept alive."""
+    """The kind of line that a controller assumes; only on USB does it require keep-alive messages."""
 
     USB = "usb"
     RS232 = "rs232"
@@ -24,12 +24,12 @@ class LinkKind(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What is told of one channel or axis; what is None, its behaviour chooses.
+    """The settings of one channel or axis; None leaves the choice to its behaviour.
 
-    :param stage: the stage on it, which gives the scales; without one everything moves in counts.
-    :param travel: of a stage in counts, of a piezo actuator in steps of 100 nm, of an axis of an MS-2000 in
-        tenths of a micrometre.
-    :param position: where it is at the beginning, in the same unit, from the lower end of its travel.
+    :param stage: its stage, which determines the scales; without one, values are in counts.
+    :param travel: its travel: counts for a stage, steps of 100 nm for a piezo actuator, tenths of a
+        micrometre for an axis of an MS-2000.
+    :param position: its first position, in the same unit, from the lower end of the travel.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a value of another type.
     """
@@ -44,21 +44,26 @@ class Settings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """All that may be told of a unit; what does not concern it is refused when it is made.
+    """The options of a unit; making a unit raises for options that it does not support.
 
-    :param seed: decides whatever is left to chance.
+    The model, serial number, hardware type and stage id describe the unit itself: for a rack or a module, the
+    motherboard. Cards and modules in bays keep their own.
+
+    :param seed: seed of all random choices.
     :param model: model in HW_GET_INFO, 1 to 8 printable ASCII characters; None: that of the unit.
-    :param serial_number: serial number in HW_GET_INFO; None: made of the prefix of the unit and the seed.
+    :param serial_number: serial number in HW_GET_INFO; None: the prefix of the unit and six digits from the
+        seed.
     :param hardware_type: type in HW_GET_INFO, 0 to 65535; None: that of the unit.
-    :param stage_id: bytes 76 and 77 of the payload of HW_GET_INFO, 0 to 65535, by which later controllers say
-        what stage they drive; None: 0. These four describe the unit itself, of a rack or a module its
-        motherboard; cards and modules in bays keep their own.
-    :param line: USB, or RS-232, where a controller does not ask for a keep-alive.
-    :param quirks: deviations of real controllers, by name; see :mod:`stagewire_virtual.thorlabs_apt.quirks`.
-    :param answer_unsupported: answer HW_RESPONSE to what is refused or not understood, instead of silence.
-    :param channels: settings channel by channel, of a rack bay by bay; the last one stands for those
-        that follow; () is the default for all.
-    :param empty_bays: bays of a rack without a card, counted from 0.
+    :param stage_id: bytes 76 and 77 of the payload of HW_GET_INFO, 0 to 65535, in which later controllers
+        report the stage that they drive; None: 0.
+    :param line: USB or RS-232; on RS-232 a controller requires no keep-alive messages.
+    :param quirks: names of deviations of real controllers; see
+        :mod:`stagewire_virtual.thorlabs_apt.quirks`.
+    :param answer_unsupported: whether refused and unknown messages are answered with HW_RESPONSE instead of
+        silence.
+    :param channels: the settings of each channel, for a rack bay by bay; the last entry also applies to all
+        further channels; () is the default for all.
+    :param empty_bays: the bays of a rack without a card, counted from 0.
     :param strategies: readings of the MS-2000's document, name -> value.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for a value of another type.
@@ -80,16 +85,16 @@ class Options:
         _check(self, _OPTIONS)
 
     def settings(self, index: int) -> Settings:
-        """Return the settings of the channel that is ``index``-th, counted from 0."""
+        """Return the settings of the channel with this index, counted from 0."""
         if not self.channels:
             return Settings()
         return self.channels[min(index, len(self.channels) - 1)]
 
 
 def parse_link_kind(name: LinkKind | str) -> LinkKind:
-    """Return the line of a name in any case: ``usb`` or ``rs232``.
+    """Return the kind of line with this name, in any case: ``usb`` or ``rs232``.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for another one.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for any other name.
     """
     try:
         return LinkKind(name.lower())
@@ -99,37 +104,37 @@ def parse_link_kind(name: LinkKind | str) -> LinkKind:
 
 
 def check_stage(stage: Stage, units: Collection[str]) -> None:
-    """Refuse a stage whose scales are known on none of the units, which are given by name.
+    """Raise for a stage whose scales are not known on any of the named units.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError`, which lists those where they are known.
+    The :class:`~stagewire_virtual.errors.BadOptionError` lists the units for which they are known.
     """
     known = sorted({name for names in stage.controllers.values() for name in names})
     if units and not set(units) & set(known):
         raise BadOptionError(
-            f"the scales of {stage.name} on {' or '.join(units)} are not known "
-            f"(they are on: {', '.join(known)}); without a stage everything is in counts"
+            f"the scales of {stage.name} on {' or '.join(units)} are unknown "
+            f"(known on: {', '.join(known)}); without a stage, values are in counts"
         )
 
 
 def known_only(what: str, given: Iterable[str], known: Iterable[str], unit: str) -> None:
-    """Refuse names of some kind of option that the unit does not know.
+    """Raise for names that are not among the known ones; ``what`` is the kind of option, for the message.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError`, which lists those that it knows.
+    The :class:`~stagewire_virtual.errors.BadOptionError` lists the known names.
     """
     names = sorted(known)
     for name in sorted(given):
         if name not in names:
-            there = f"there are: {', '.join(names)}" if names else "there is none"
-            raise BadOptionError(f"{unit} has no {what} {name} ({there})")
+            choices = f"available: {', '.join(names)}" if names else "none available"
+            raise BadOptionError(f"{unit} has no {what} {name} ({choices})")
 
 
 def several(what: str, given: Iterable[_T]) -> Iterable[_T]:
-    """Return what was given as it is; raise for one alone.
+    """Return ``given`` unchanged; raise for a single item.
 
-    Type checkers pass a text for a list of texts, which are its letters.
+    Type checkers accept a string as an iterable of strings, namely of its letters.
     """
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise BadOptionError(f"{what} are several; for one alone write {what}=[{given!r}]")
+        raise BadOptionError(f"{what} must be a list; for a single one write {what}=[{given!r}]")
     return given
 
 
@@ -137,7 +142,7 @@ _Fits = Callable[[Any], bool]
 
 
 def _whole(value: Any) -> bool:
-    return type(value) is int  # True is none
+    return type(value) is int  # excludes True and False
 
 
 def _none_or(fits: _Fits) -> _Fits:
@@ -159,16 +164,16 @@ def _texts_by_name(value: Any) -> bool:
 _SETTINGS: Final[Mapping[str, tuple[_Fits, str]]] = {
     "stage": (
         _none_or(_is(Stage)),
-        "a stage such as stagewire_apt.stages.Z8 (its name is for bench files and the command line)",
+        "a stage such as stagewire_apt.stages.Z8 (bench files and the command line accept its name)",
     ),
     "travel": (_none_or(_whole), "a whole number"),
     "position": (_none_or(_whole), "a whole number"),
 }
-"""Whether a value is of the right type, and what is expected; by its name."""
+"""For each setting, a check of its type and a description of the expected value."""
 
 _OPTIONS: Final[Mapping[str, tuple[_Fits, str]]] = {
     "seed": (_whole, "a whole number"),
-    "model": (_none_or(_is(str)), "a text such as 'KDC101'"),
+    "model": (_none_or(_is(str)), "a string such as 'KDC101'"),
     "serial_number": (_none_or(_whole), "a whole number of eight digits"),
     "hardware_type": (_none_or(_whole), "a whole number"),
     "stage_id": (_none_or(_whole), "a whole number"),
@@ -176,10 +181,10 @@ _OPTIONS: Final[Mapping[str, tuple[_Fits, str]]] = {
     "quirks": (_all(AbstractSet, _is(str)), "a set of names"),
     "answer_unsupported": (_is(bool), "True or False"),
     "channels": (_all(tuple, _is(Settings)), "a tuple of Settings"),
-    "empty_bays": (_all(AbstractSet, _whole), "a set of whole numbers, the bays from 0"),
+    "empty_bays": (_all(AbstractSet, _whole), "a set of whole numbers, which count bays from 0"),
     "strategies": (_texts_by_name, "a mapping such as {'power_on_mode': 'low'}"),
 }
-"""As :data:`_SETTINGS`."""
+"""The same for each option."""
 
 
 def _check(given: object, kinds: Mapping[str, tuple[_Fits, str]]) -> None:

@@ -1,10 +1,10 @@
-"""Motion profiles: a motion from its first to its last instant, as a function of time.
+"""Motion profiles: whole motions as functions of time.
 
-Planners make profiles of two kinds: of constant acceleration (to a target, on and on, and to a stop), and of
-limited jerk (seven segments, from rest to rest).
+The planners make two kinds of profiles: with constant acceleration (to a target, without end, and to a stop),
+and with limited jerk (seven segments, from rest to rest).
 
-Knows no protocol, no message and no unit of length: positions are counts, velocities counts/s, accelerations
-counts/s², jerks counts/s³, and times whole nanoseconds.
+The module is independent of protocols, messages and units of length. Positions are counts, velocities
+counts/s, accelerations counts/s², jerks counts/s³, and times whole nanoseconds.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from dataclasses import dataclass
 
 from stagewire_virtual.clock import SECOND
 
-_FOREVER = 1 << 62  # nanoseconds, 146 years: what comes later does not come
+_FOREVER = 1 << 62  # nanoseconds, 146 years: a later time counts as never
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A stretch of constant jerk; position, velocity and acceleration are those of its beginning.
+    """A part of a profile with constant jerk; position, velocity and acceleration are those at its beginning.
 
-    :param begin: when it begins, in seconds since the profile began.
-    :param duration: how long it lasts, in seconds; infinite in the last one of a motion that runs on.
+    :param begin: its beginning, in seconds since the profile began.
+    :param duration: its duration in seconds; infinite for the last segment of a motion without end.
     """
 
     begin: float
@@ -35,22 +35,22 @@ class Segment:
     jerk: float = 0.0
 
     def position_after(self, seconds: float) -> float:
-        """Return the position, ``seconds`` after the segment began."""
+        """Return the position ``seconds`` after the beginning of the segment."""
         slope = self.acceleration / 2 + self.jerk * seconds / 6
         return self.position + (self.velocity + slope * seconds) * seconds
 
     def velocity_after(self, seconds: float) -> float:
-        """Return the velocity, ``seconds`` after the segment began."""
+        """Return the velocity ``seconds`` after the beginning of the segment."""
         return self.velocity + (self.acceleration + self.jerk * seconds / 2) * seconds
 
 
 class Profile:
-    """A planned motion: segments, one after the other. Immutable.
+    """A planned motion of consecutive segments. Immutable.
 
-    Time is counted in nanoseconds from its beginning. No segment has a velocity of both signs.
+    Times are nanoseconds from its beginning. The velocity does not change its sign within a segment.
 
-    :param segments: its stretches; none for a motion that is over when it begins.
-    :param end: where it comes to rest, exactly; None for a motion that runs on.
+    :param segments: its segments; empty for a motion of no duration.
+    :param end: the exact position at which it comes to rest; None for a motion without end.
     """
 
     __slots__ = ("_begins", "_last", "duration", "end", "segments")
@@ -60,36 +60,36 @@ class Profile:
         self.end = end
         self._begins = [segment.begin for segment in self.segments]
         self.duration: int | None = None
-        """How long it lasts, to the nearest nanosecond; None when it runs on."""
+        """Its duration, to the nearest nanosecond; None for a motion without end."""
         if end is not None:
             last = self.segments[-1] if self.segments else Segment(0.0, 0.0, end, 0.0)
             self.duration = round((last.begin + last.duration) * SECOND)
 
     def position(self, time: int) -> float:
-        """Return the position at a time; after its duration the very end."""
+        """Return the position at a time; after the duration, exactly the end."""
         if self.duration is not None and time >= self.duration:
-            return self.end  # type: ignore[return-value]  # it has one, because it has a duration
+            return self.end  # type: ignore[return-value]  # a profile with a duration has an end
         segment, seconds = self._segment(time)
         return segment.position_after(seconds)
 
     def velocity(self, time: int) -> float:
-        """Return the velocity at a time; zero after its duration."""
+        """Return the velocity at a time; zero after the duration."""
         if self.duration is not None and time >= self.duration:
             return 0.0
         segment, seconds = self._segment(time)
         return segment.velocity_after(seconds)
 
     def acceleration(self, time: int) -> float:
-        """Return the acceleration at a time; zero after its duration."""
+        """Return the acceleration at a time; zero after the duration."""
         if self.duration is not None and time >= self.duration:
             return 0.0
         segment, seconds = self._segment(time)
         return segment.acceleration + segment.jerk * seconds
 
     def reaches(self, bound: float, direction: int) -> int | None:
-        """Return the first time at which it moves on from ``bound`` or beyond; None if it never does.
+        """Return the first time at which it moves in ``direction`` at ``bound`` or beyond; None if never.
 
-        :param direction: of the motion that counts: 1 for upwards, with what is beyond above it, or -1.
+        :param direction: 1 for upwards, where beyond means above, or -1 for downwards.
         """
         for segment in self.segments:
             if math.isinf(segment.duration):
@@ -110,13 +110,13 @@ class Profile:
         return None
 
     def _segment(self, time: int) -> tuple[Segment, float]:
-        """Return the segment that a time lies in, and the seconds since it began."""
+        """Return the segment at a time, and the seconds since the segment began."""
         seconds = time / SECOND
         segment = self.segments[bisect_right(self._begins, seconds) - 1]
         return segment, seconds - segment.begin
 
     def _crossing(self, segment: Segment, bound: float, direction: int) -> int:
-        """Return the first nanosecond of a segment that crosses ``bound`` at which it has been crossed."""
+        """Return the first nanosecond at which a segment has crossed ``bound``."""
         before = math.floor(segment.begin * SECOND)
         beyond = math.ceil((segment.begin + segment.duration) * SECOND)
         while beyond - before > 1:
@@ -130,7 +130,7 @@ class Profile:
 
 
 class Route:
-    """Segments that are laid one behind the other, each beginning where the last one ended."""
+    """A builder of profiles: each segment that is added begins where the previous one ended."""
 
     def __init__(self, position: float, velocity: float = 0.0) -> None:
         self.time = 0.0
@@ -139,7 +139,7 @@ class Route:
         self._segments: list[Segment] = []
 
     def add(self, duration: float, acceleration: float = 0.0, jerk: float = 0.0) -> None:
-        """Go on for ``duration`` seconds; nothing is added for none."""
+        """Add a segment of ``duration`` seconds, if that is above 0."""
         if duration <= 0:
             return
         segment = Segment(self.time, duration, self.position, self.velocity, acceleration, jerk)
@@ -149,27 +149,28 @@ class Route:
         self.velocity = segment.velocity_after(duration)
 
     def profile(self, end: float | None) -> Profile:
-        """Return what has been laid; ``end`` is where it comes to rest, without the rounding on the way."""
+        """Return the profile; ``end`` is its exact final position, free of accumulated rounding."""
         return Profile(self._segments, end)
 
 
 def s_curve(
     position: float, target: float, *, velocity: float, acceleration: float, jerk: float
 ) -> Profile:
-    """Plan the way from rest to rest at ``target`` with an acceleration that changes by ``jerk`` only.
+    """Plan a move from rest to rest at ``target`` with limited jerk.
 
-    Three segments to the top velocity, or to what the distance allows, one at it, three to rest.
+    Three segments lead to the top velocity, or to the highest velocity that the distance allows. One segment
+    keeps it, and three lead to rest.
 
     :param velocity: the top velocity, above zero.
-    :param acceleration: the greatest acceleration, above zero; small changes of velocity do not reach it.
-    :param jerk: the change of acceleration by time, above zero.
+    :param acceleration: the greatest acceleration, above zero; short moves do not reach it.
+    :param jerk: the rate at which the acceleration changes, above zero.
     """
     distance = abs(target - position)
     direction = math.copysign(1.0, target - position)
     route = Route(position)
     if distance:
         peak = min(velocity, _peak(distance, acceleration, jerk))
-        # The jerk lasts until the top acceleration is reached, or for half of a ramp that never reaches it.
+        # The jerk lasts until the greatest acceleration, or for half of a ramp that does not reach it.
         rise = min(acceleration / jerk, math.sqrt(peak / jerk))
         top = jerk * rise
         constant = max(peak / top - rise, 0.0)
@@ -186,10 +187,10 @@ def s_curve(
 
 
 def _peak(distance: float, acceleration: float, jerk: float) -> float:
-    """Return the velocity that is reached over a distance when nothing else limits it.
+    """Return the highest velocity over a distance that acceleration and jerk allow.
 
-    A ramp to v lasts v/a + a/j, and 2√(v/j) when it never reaches a, which is so below a²/j. Both ramps
-    together cover v times the time of one.
+    A ramp to v lasts v/a + a/j. If v is below a²/j, it never reaches a and lasts 2√(v/j). Both ramps together
+    cover v times the duration of one.
     """
     knee = acceleration**2 / jerk
     peak = (math.sqrt(knee**2 + 4 * acceleration * distance) - knee) / 2
@@ -204,14 +205,14 @@ def trapezoid(
     acceleration: float,
     initial_velocity: float = 0.0,
 ) -> Profile:
-    """Plan the way to ``target``, there to rest: accelerate, go on at the top velocity, decelerate.
+    """Plan a move to rest at ``target``: accelerate, continue at the top velocity, decelerate.
 
-    Whoever cannot stop in time goes beyond the target and comes back, whoever moves away stops first, and
-    whoever is too fast slows down to the top velocity.
+    A motion that is too close to stop in time overshoots the target and returns. A motion away from the
+    target stops first. A motion above the top velocity slows down to it.
 
     :param velocity: the top velocity, above zero.
-    :param acceleration: of speeding up and of slowing down, above zero.
-    :param initial_velocity: at the beginning, with its sign.
+    :param acceleration: the acceleration and deceleration, above zero.
+    :param initial_velocity: the velocity at the beginning, with a sign.
     """
     route = Route(position, initial_velocity)
     beyond = target - _at_rest(route, acceleration)
@@ -224,7 +225,7 @@ def trapezoid(
         peak = math.sqrt(acceleration * distance + first**2 / 2)
         peak = min(max(peak, first), velocity)
         ramps = (abs(peak**2 - first**2) + peak**2) / (2 * acceleration)
-        change = direction * (peak - first)  # downwards for who is too fast
+        change = direction * (peak - first)  # against the direction if it is too fast
         route.add(abs(change) / acceleration, math.copysign(acceleration, change))
         route.velocity = direction * peak
         route.add(max(distance - ramps, 0.0) / peak)
@@ -235,7 +236,7 @@ def trapezoid(
 def run_on(
     position: float, velocity: float, *, acceleration: float, initial_velocity: float = 0.0
 ) -> Profile:
-    """Plan a motion that changes to ``velocity``, which has a sign, and goes on for ever."""
+    """Plan a motion that changes to ``velocity``, which has a sign, and has no end."""
     route = Route(position, initial_velocity)
     if route.velocity * velocity < 0:
         _brake(route, acceleration)
@@ -247,20 +248,20 @@ def run_on(
 
 
 def stop(position: float, *, acceleration: float, initial_velocity: float) -> Profile:
-    """Plan to slow down to rest."""
+    """Plan a deceleration to rest."""
     route = Route(position, initial_velocity)
     _brake(route, acceleration)
     return route.profile(route.position)
 
 
 def _at_rest(route: Route, acceleration: float) -> float:
-    """Return where it would come to rest if it slowed down from now on."""
+    """Return the position at which a deceleration from now on would end."""
     way = route.velocity**2 / (2 * acceleration)
     return route.position + math.copysign(way, route.velocity)
 
 
 def _brake(route: Route, acceleration: float) -> None:
-    """Slow down, and stand."""
+    """Add a deceleration to rest."""
     duration = abs(route.velocity) / acceleration
     route.add(duration, -math.copysign(acceleration, route.velocity))
     route.velocity = 0.0

@@ -1,9 +1,9 @@
-"""The fixture ``virtual`` for the tests of users.
+"""The pytest fixture ``virtual``.
 
-One line in the outermost ``conftest.py`` asks for it:
-``pytest_plugins = ["stagewire_virtual.pytest_plugin"]``. It is not announced to pytest for every run: an
-announced plugin has all of its distribution rewritten for assertions, at each start, also in the tests of
-those who never use it, and claims the name ``virtual`` in all of them.
+Enable it with one line in the outermost ``conftest.py``:
+``pytest_plugins = ["stagewire_virtual.pytest_plugin"]``. It is not registered as an entry point of pytest:
+then pytest would rewrite the assertions of the whole distribution at each start, and the name ``virtual``
+would be taken, in the tests of every project.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ __all__ = ["Controllers", "virtual"]
 
 
 class Controllers:
-    """What ``stagewire_virtual`` offers, with everything that is made closed at the end of the test.
+    """The contents of ``stagewire_virtual``; controllers that it makes are closed at the end of the test.
 
-    Whoever annotates a test writes ``virtual: Controllers``.
+    Annotate a test with ``virtual: Controllers``.
     """
 
     def __init__(self, stack: ExitStack) -> None:
@@ -43,7 +43,7 @@ class Controllers:
     else:
 
         def __getattr__(self, name: str) -> Any:
-            """Return what the package has under a name; a controller that it makes is closed at the end."""
+            """Return an attribute of the package; controllers that it makes are closed at the end."""
             import stagewire_virtual
 
             found = getattr(stagewire_virtual, name)

@@ -1,7 +1,7 @@
-"""A recorded session as steps: each request of the host, and what the controller said until the next.
+"""A recorded session as a list of steps: a request of the host, and the controller's answers to it.
 
-Hosts send several requests before the first is answered. Then the framing and the registry say which of them
-an answer belongs to (:func:`share_out`).
+Hosts may send several requests before the first is answered. :func:`share_out` then uses the framing and the
+registry to find the request that each answer belongs to.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from stagewire_virtual.instrument import Unit, units_of
 
 
 class RecordedReply(NamedTuple):
-    """Bytes that the controller said.
+    """Bytes from the controller.
 
-    :param place: of their first byte, among all that it said.
-    :param delay: how long after the request, in nanoseconds.
+    :param place: the position of their first byte in everything that the controller sent.
+    :param delay: the time since the request, in nanoseconds.
     :param data: the bytes.
     """
 
@@ -34,12 +34,12 @@ class RecordedReply(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A request, and what followed it.
+    """A request and its answers.
 
-    :param request: the bytes of its frame; none for what came before any request.
-    :param line: where it stands in the recording.
-    :param time: when it came, in nanoseconds since the recording began.
-    :param said: what the controller said to it.
+    :param request: the bytes of its frame; empty for the step before the first request.
+    :param line: its line in the recording.
+    :param time: its instant, in nanoseconds since the recording began.
+    :param said: the answers of the controller.
     """
 
     request: bytes
@@ -49,15 +49,14 @@ class Step:
 
 
 class Requests:
-    """Cuts what a host sends into requests, however its bytes come.
+    """Cuts the bytes of a host into requests, in whatever chunks they arrive.
 
-    A line of text, of a controller that takes text, too, is a request like a frame.
-    Acknowledgements that keep a controller talking come when a clock of the host says so; they are no
-    requests, and neither are bytes that belong to no frame.
+    A request is a frame or, for a controller that accepts text, a line of text. Keep-alive messages, whose
+    times depend on a clock of the host, and bytes outside a frame do not count.
 
-    :param unit: whose host it is.
-    :param clock: the time.
-    :param take: takes each request.
+    :param unit: the unit that the host talks to.
+    :param clock: the clock.
+    :param take: called with each request.
     """
 
     def __init__(self, unit: Unit, clock: Clock, take: Callable[[bytes], None]) -> None:
@@ -71,11 +70,11 @@ class Requests:
         )
 
     def receive(self, data: bytes) -> None:
-        """Take what the host sends, cut at any byte."""
+        """Process bytes from the host, in any chunks."""
         self._reader.feed(data)
 
     def clear(self) -> None:
-        """Forget what has come of a request."""
+        """Discard an incomplete request."""
         self._reader.clear()
 
     def _read(self, event: Event) -> None:
@@ -86,12 +85,12 @@ class Requests:
 
 
 def steps_of(capture: Capture, unit: Unit) -> list[Step]:
-    """Return the steps of a recording; the first one, without a request, begins with the first line.
+    """Return the steps of a recording; the first step has no request and begins with the first line.
 
-    What the controller said stands with the last request before it. Who wants it with the request that it
-    answers calls :func:`share_out`.
+    Each answer is in the step of the last request before it; :func:`share_out` moves it to the request that
+    it answers.
     """
-    clock = SteppedClock()  # on which the recording happens again
+    clock = SteppedClock()  # set to the times of the recording
     line = place = 0
     steps: list[Step] = []
 
@@ -114,9 +113,9 @@ def steps_of(capture: Capture, unit: Unit) -> list[Step]:
 
 
 def loose_ends(capture: Capture, unit: Unit) -> list[str]:
-    """Return a sentence for each direction that ends in the midst of a frame, as in a file that was cut off.
+    """Return a sentence for each direction that ends in the middle of a frame, as in a truncated file.
 
-    Replies without a frame do not show it.
+    This cannot be detected for replies without a frame.
     """
     clock, framing = SteppedClock(), framing_of(unit.protocol)
     host = RequestReader(framing, clock, lambda event: None)
@@ -131,19 +130,23 @@ def loose_ends(capture: Capture, unit: Unit) -> list[str]:
             controller.feed(recorded.data)
     rests = (
         (Direction.TO_CONTROLLER, host.pending, "a request, which is left out"),
-        (Direction.TO_HOST, controller.pending if controller else b"", "an answer, which stays so"),
+        (
+            Direction.TO_HOST,
+            controller.pending if controller else b"",
+            "an answer, sent as recorded",
+        ),
     )
     return [
-        f"line {last[direction]}: the recording ends in the midst of {what} ({rest[:8].hex(' ')} …)"
+        f"line {last[direction]}: the recording ends in the middle of {what} ({rest[:8].hex(' ')} …)"
         for direction, rest, what in rests
         if rest
     ]
 
 
 def unit_of(heading: Heading) -> Unit:
-    """Return the unit of a recording; one that the registry has not stands for itself, with all messages.
+    """Return the unit of a recording; for a unit that is not in the registry, a new one with all messages.
 
-    Raises :class:`~stagewire.errors.UnknownProtocolError` for a protocol that is not installed.
+    Raises :class:`~stagewire.errors.UnknownProtocolError` if its protocol is not installed.
     """
     protocol = load_protocol(heading.protocol)
     name = heading.unit or "recorded"
@@ -156,13 +159,14 @@ def unit_of(heading: Heading) -> Unit:
 
 
 def share_out(steps: Sequence[Step], unit: Unit) -> None:
-    """Move what answers a request to it, where more requests came before the answer.
+    """Move each answer to the step of its request, where several requests came before the first answer.
 
-    It is told from the end: the last answer belongs to the last request that it can answer, so that one
-    which was never answered, and asked again, stays without. What answers none stays with the last.
+    The search starts at the end: the last answer belongs to the last request that it can answer. A request
+    that was repeated because it got no answer therefore stays without one. Bytes that answer no request stay
+    with the last request.
     """
     burst: list[Step] = []
-    for step in steps[1:]:  # nobody asked for what the first one has
+    for step in steps[1:]:  # the first step has no request
         burst.append(step)
         if step.said:
             if len(burst) > 1:

@@ -1,8 +1,8 @@
-"""The controller's side of a recorded session, played back in step with the requests.
+"""Play back the controller's side of a recorded session, in step with the requests of the host.
 
-So somebody's bug report becomes a test. What followed a request in the recording follows it now, after
-the same time; of several requests that were under way, each is followed by its own answer. A host that
-asks something else gets no answer, and the difference is noted, with the line of the recording.
+A replay turns a bug report into a test. Each request gets the answer that it got in the recording, after the
+same time. If several requests were sent before the first answer, each still gets its own. A request that
+differs from the recorded one gets no answer; the difference is noted with the line of the recording.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from stagewire_virtual.framings import framing_of
 from stagewire_virtual.instrument import Instrument, Row
 from stagewire_virtual.recording import Requests, Step, loose_ends, share_out, steps_of, unit_of
 
-_REMEMBERED: Final = 1000  # differences; the others are counted
-_SHOWN: Final = 10  # of them in a summary
-_WIDTH: Final = 32  # bytes of a request
+_REMEMBERED: Final = 1000  # differences that are kept; further ones are only counted
+_SHOWN: Final = 10  # differences in a summary
+_WIDTH: Final = 32  # bytes of a request in a message
 
 
 @dataclass(frozen=True, slots=True)
 class Mismatch:
-    """A request that is not the one that was recorded.
+    """A request that differs from the recorded one.
 
-    :param line: where the recording has another one; None behind its end.
-    :param expected: the request that was recorded, in words; None behind the end.
-    :param got: the request that came, in words.
+    :param line: the line of the recorded request; None after the end of the recording.
+    :param expected: a description of the recorded request; None after the end.
+    :param got: a description of the request that was received.
     """
 
     line: int | None
@@ -42,26 +42,26 @@ class Mismatch:
 
     def __str__(self) -> str:
         if self.line is None:
-            return f"behind the end of the recording: got {self.got}"
+            return f"after the end of the recording: got {self.got}"
         return f"line {self.line}: expected {self.expected}, got {self.got}"
 
 
 class Replay(Instrument):
-    """What was recorded of a controller; it is served like any other.
+    """A controller that plays back a recording; it can be served like any other.
 
-    Requests are compared frame by frame, however the host cuts its bytes; what is no request is said in
-    :class:`~stagewire_virtual.recording.Requests`. What is still to be said keeps its order.
+    Requests are compared frame by frame, in whatever chunks they arrive;
+    :class:`~stagewire_virtual.recording.Requests` defines which bytes count. Answers that are still due keep
+    the order of the recording.
 
-    A strict replay, the default, waits for the request that was recorded, whatever else comes. A lenient
-    one looks for the same request further on in the recording, and goes on from there; what it skips
-    counts as missing.
+    A strict replay, the default, waits for the next recorded request and ignores all others. A lenient replay
+    searches the rest of the recording for the same request and continues there; the requests that it skips
+    count as missing.
 
     :param capture: the recording.
-    :param clock: the time.
-    :param lenient: whether requests may be left out.
+    :param clock: the clock.
+    :param lenient: whether recorded requests may be skipped.
 
-    Raises :class:`~stagewire.errors.UnknownProtocolError` for a recording of a protocol that is not
-    installed.
+    Raises :class:`~stagewire.errors.UnknownProtocolError` if the protocol of the recording is not installed.
     """
 
     def __init__(self, capture: Capture, clock: Clock, *, lenient: bool = False) -> None:
@@ -76,68 +76,68 @@ class Replay(Instrument):
         self.power_cycle()
 
     def power_cycle(self) -> None:
-        """Begin again at the beginning of the recording."""
+        """Return to the beginning of the recording."""
         if self._timer is not None:
             self._timer.cancel()
         self._timer = None
         self._requests.clear()
-        # What is still to be said, the first of the recording first: its place there, when, the bytes.
+        # Bytes that are still to be sent, in the order of the recording: position there, instant, bytes.
         self._due: list[tuple[int, int, bytes]] = []
-        self._next = 0  # the step that is waited for; 0 is what was said before any request
+        self._next = 0  # the next step; step 0 has the bytes that were sent before any request
         self._skipped: list[Step] = []
         self._differences = 0
         self.mismatches: list[Mismatch] = []
-        """The requests that were not those of the recording; the first thousand of them."""
+        """The first thousand requests that differed from the recording."""
 
     def host_came(self) -> None:
-        """Hear that a host has come: what was recorded before any request is said now."""
+        """Note that a host has connected, and send what was recorded before the first request."""
         if not self._next:
             self._play(0)
 
     def receive(self, data: bytes) -> None:
-        """Take what the host sends, cut at any byte."""
+        """Process bytes from the host, in any chunks."""
         self._requests.receive(data)
 
     def rows(self) -> Sequence[Row]:
-        """Return what the live table shows."""
+        """Return the rows of the live table."""
         due = max(self._next, 1)
         waits = (
-            f"waits for line {self._steps[due].line}" if due < len(self._steps) else "at its end"
+            f"waits for line {self._steps[due].line}" if due < len(self._steps) else "at the end"
         )
         return [Row("replay", f"{self.seen} of {self.requests} requests", waits)]
 
     def stick(self, part: str, stuck: bool) -> None:
-        """Refuse: raises :class:`~stagewire_virtual.errors.UnknownPartError`."""
-        raise UnknownPartError(f"{part} in a recording that could stick", [])
+        """Raise :class:`~stagewire_virtual.errors.UnknownPartError`: a recording has no axes."""
+        raise UnknownPartError(f"{part} in a recording", [])
 
-    # How it went
+    # Results
 
     @property
     def requests(self) -> int:
-        """How many requests were recorded."""
+        """The number of recorded requests."""
         return len(self._steps) - 1
 
     @property
     def seen(self) -> int:
-        """How many of them have come."""
+        """The number of recorded requests that have been received."""
         return max(self._next - 1, 0) - len(self._skipped)
 
     @property
     def missing(self) -> list[str]:
-        """The requests that have not come, in words."""
+        """Descriptions of the recorded requests that have not been received."""
         return list(self._missing())
 
     @property
     def ok(self) -> bool:
-        """Whether all requests came as they were recorded, and no others."""
+        """Whether exactly the recorded requests were received."""
         return not self._differences and self.seen == self.requests
 
     @property
     def summary(self) -> str:
-        """How it went, for people: one line, one for each of the first differences, and what is cut off."""
-        lines = [f"{self.seen} of {self.requests} requests came as they were recorded"]
+        """The result for people: totals, the first differences, and incomplete frames at the end."""
+        lines = [f"{self.seen} of {self.requests} recorded requests were received"]
         for what, count, found in (
-            ("not due", self._differences, map(str, self.mismatches)),
+            ("different", self._differences, map(str, self.mismatches)),
             ("missing", self.requests - self.seen, self._missing()),
         ):
             if count:
@@ -147,7 +147,7 @@ class Replay(Instrument):
         return "\n".join(lines + self._loose_ends)
 
     def check(self) -> None:
-        """Raise :class:`~stagewire_virtual.errors.ReplayError` with the summary unless all is well."""
+        """Raise :class:`~stagewire_virtual.errors.ReplayError` with the summary unless :attr:`ok`."""
         if not self.ok:
             raise ReplayError(self.summary)
 
@@ -156,11 +156,11 @@ class Replay(Instrument):
         for step in chain(self._skipped, left):
             yield f"line {step.line}: {self._words(step.request)}"
 
-    # In step
+    # Playing back
 
     def _take(self, request: bytes) -> None:
-        """Answer a request as it was answered, or note that it is another one."""
-        self.host_came()  # if nobody has said so
+        """Answer a request as recorded, or note that it differs."""
+        self.host_came()  # has no effect if it has been called before
         steps, place = self._steps, self._next
         if place < len(steps) and steps[place].request == request:
             self._play(place)
@@ -174,7 +174,7 @@ class Replay(Instrument):
                 self._play(found)
 
     def _differ(self, request: bytes) -> None:
-        """Note a request that is not the one that is due."""
+        """Note a request that differs from the next recorded one."""
         self._differences += 1
         if len(self.mismatches) == _REMEMBERED:
             return
@@ -185,14 +185,14 @@ class Replay(Instrument):
         self.mismatches.append(Mismatch(line, expected, self._words(request)))
 
     def _play(self, place: int) -> None:
-        """Say what followed a step, each in its time, behind what was said before it in the recording."""
+        """Send the answers of a step, each after its delay and after all earlier ones of the recording."""
         self._next = place + 1
         for said in self._steps[place].said:
             heapq.heappush(self._due, (said.place, self.clock.now + said.delay, said.data))
         self._say()
 
     def _say(self) -> None:
-        """Say what is due, and wait for what is due next."""
+        """Send the bytes that are due, and set the timer for the next ones."""
         while self._due and self._due[0][1] <= self.clock.now:
             self.on_send(heapq.heappop(self._due)[2])
         if self._timer is not None:
@@ -200,7 +200,7 @@ class Replay(Instrument):
         self._timer = self.clock.call_at(self._due[0][1], self._say) if self._due else None
 
     def _words(self, request: bytes) -> str:
-        """Name a request, for people."""
+        """Return a description of a request for people."""
         if self._framing.is_text(request):
             return repr(request[:_WIDTH].decode("latin-1"))
         name = self._framing.message_name(request) or "unknown"
@@ -208,10 +208,10 @@ class Replay(Instrument):
 
 
 def load_replay(path: Path | str, clock: Clock, *, lenient: bool = False) -> Replay:
-    """Return the replay of a capture in a file.
+    """Return the replay of a capture file.
 
-    Raises :class:`~stagewire.errors.CaptureError` for what is none, and for one of a protocol that is not
-    installed, and :class:`OSError` for a file that cannot be read.
+    Raises :class:`~stagewire.errors.CaptureError` if the file is not a capture or its protocol is not
+    installed, and :class:`OSError` if it cannot be read.
     """
     try:
         return Replay(read_capture(path), clock, lenient=lenient)

@@ -1,4 +1,4 @@
-"""An event loop whose time is stepped: it jumps to the next timer whenever nothing is left to do.
+"""An event loop with stepped time: it jumps to the next timer whenever no task can run.
 
 ::
 
@@ -6,10 +6,10 @@
         async with TDC001.open("virtual://TDC001?stage=Z8") as tdc:
             await tdc.home()
 
-    stepped.run(main())         # a minute of homing, in no time
+    stepped.run(main())         # a minute of homing, without waiting
 
-Sessions, ``virtual://`` and ``asyncio.sleep`` go by the loop's time. What comes from outside (a real port, a
-thread) comes at its own time, while here hours may have passed.
+Sessions, ``virtual://`` and ``asyncio.sleep`` use the loop's time. Data from outside the loop (a real port, a
+thread) arrives in real time, while hours of the loop's time may pass.
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ _T = TypeVar("_T")
 
 
 def run(main: Coroutine[Any, Any, _T]) -> _T:
-    """Run a coroutine as :func:`asyncio.run` does, in stepped time, and return what it returns."""
+    """Run a coroutine like :func:`asyncio.run`, in stepped time, and return its result."""
     with asyncio.Runner(loop_factory=SteppedEventLoop) as runner:
         return runner.run(main)
 
 
 class SteppedEventLoop(asyncio.SelectorEventLoop):
-    """An event loop that waits for no timer; its time begins at 0."""
+    """An event loop that jumps to timers instead of waiting for them; its time begins at 0."""
 
     def __init__(self) -> None:
         self._seconds = 0.0
         super().__init__(_NoWaiting(self))
 
     def time(self) -> float:
-        """Return the time in seconds since the loop was made."""
+        """Return the loop's time in seconds, which began at 0."""
         return self._seconds
 
     def pass_time(self, seconds: float) -> None:
-        """Let time jump; what is due then runs next."""
+        """Advance the time; timers that are due by then run next."""
         self._seconds += seconds
 
 
 class _NoWaiting(selectors.DefaultSelector):
-    """Looks what has come; where nothing has, lets time jump to the end of the waiting."""
+    """A selector that advances the loop's time instead of waiting for a timer."""
 
     def __init__(self, loop: SteppedEventLoop) -> None:
         super().__init__()
         self._loop = loop
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        if timeout is None:  # no timer is set: only from outside can something come
+        if timeout is None:  # without timers, only an event from outside can end the wait
             return super().select(None)
         ready = super().select(0)
         if not ready:

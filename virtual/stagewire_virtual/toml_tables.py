@@ -1,4 +1,4 @@
-"""Tables of TOML that are read key by key, with everything that is wrong with them."""
+"""Readers for TOML tables that report all problems together."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ _T = TypeVar("_T")
 _D = TypeVar("_D")
 
 Convert = Callable[[Any], _T]
-"""Makes something of a value of TOML; a :class:`~stagewire.errors.StagewireError` says what is wrong."""
+"""Converts a TOML value; raises :class:`~stagewire.errors.StagewireError` if the value is invalid."""
 
 _KINDS: Final[dict[type, str]] = {
     bool: "true or false",
     int: "an integer",
     float: "a number",
-    str: "a text",
+    str: "a string",
 }
 
 
 class _WrongKindError(StagewireError):
-    """A value of another type than expected."""
+    """A value has an unexpected type."""
 
     def __init__(self, expected: str, value: Any) -> None:
         came = (
@@ -37,21 +37,21 @@ class _WrongKindError(StagewireError):
 
 
 class _WrongValuesError(StagewireError):
-    """Values in a list that are wrong."""
+    """Values in a list are invalid."""
 
 
 def key_label(key: str) -> str:
-    """Return what a problem calls the key that it is about."""
+    """Return the default name of a key in a problem."""
     return f"key {key}"
 
 
 class Table:
     """A table that is read key by key.
 
-    :param values: by key.
-    :param where: where it stands, such as ``bench.toml: unit 2``; begins each problem.
-    :param problems: where problems are added.
-    :param called: gives a key the name that it has for who wrote it.
+    :param values: the values by key.
+    :param where: the position of the table, such as ``bench.toml: unit 2``, with which each problem begins.
+    :param problems: the list to which problems are added.
+    :param called: returns the name of a key as the user wrote it.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Table:
         called: Callable[[str], str] = key_label,
     ) -> None:
         self._values = values
-        self._known: dict[str, None] = {}  # in the order in which they were asked for
+        self._known: dict[str, None] = {}  # in the order in which they were read
         self._problems = problems
         self._called = called
         self.where = where
@@ -71,7 +71,7 @@ class Table:
         return key in self._values
 
     def take(self, key: str, convert: Convert[_T], otherwise: _D) -> _T | _D:
-        """Return the value of a key as ``convert`` makes it, ``otherwise`` without one that is right."""
+        """Return the converted value of a key, or ``otherwise`` if it is missing or invalid."""
         self._known[key] = None
         if key not in self._values:
             return otherwise
@@ -82,29 +82,31 @@ class Table:
             return otherwise
 
     def inner(self, values: Mapping[str, Any], what: str) -> Table:
-        """Return a table inside of this one; its problems are added to the same ones."""
+        """Return a table inside this one, which adds its problems to the same list."""
         return Table(values, f"{self.where}, {what}", self._problems, self._called)
 
     def wrong(self, keys: str | Sequence[str], what: str) -> None:
-        """Note that something is wrong with a key, or with several together."""
+        """Add a problem with a key, or with several keys together."""
         names = [keys] if isinstance(keys, str) else keys
         called = ", ".join(map(self._called, names))
         self._problems.append(f"{self.where}, {called}: {what}")
 
     def refuse_others(self) -> None:
-        """Note each key that nobody has asked for."""
+        """Add a problem for each key that was not read."""
         for key in self._values:
             if key not in self._known:
                 close = difflib.get_close_matches(key[:40], self._known, n=1)
                 hint = (
-                    f"did you mean {close[0]}?" if close else f"there are: {', '.join(self._known)}"
+                    f"did you mean {close[0]}?"
+                    if close
+                    else f"known keys: {', '.join(self._known)}"
                 )
-                self.wrong(key, f"there is no such key; {hint}")
+                self.wrong(key, f"unknown key; {hint}")
 
 
 def _of_type(kind: type[_T]) -> Convert[_T]:
     def convert(value: Any) -> _T:
-        if type(value) is not kind:  # True is no integer here
+        if type(value) is not kind:  # True is not an integer in TOML
             raise _WrongKindError(_KINDS[kind], value)
         return value
 
@@ -117,7 +119,7 @@ flag: Final = _of_type(bool)
 
 
 def list_of(convert: Convert[_T]) -> Convert[tuple[_T, ...]]:
-    """Return what makes a tuple of a list, value by value, and says of each that is wrong what is."""
+    """Return a converter from a list to a tuple, which reports every invalid value."""
 
     def convert_all(value: Any) -> tuple[_T, ...]:
         if not isinstance(value, list | tuple):
@@ -137,7 +139,7 @@ def list_of(convert: Convert[_T]) -> Convert[tuple[_T, ...]]:
 
 
 def table_of(convert: Convert[_T]) -> Convert[dict[str, _T]]:
-    """Return what makes a mapping of a table, value by value."""
+    """Return a converter from a table to a mapping."""
 
     def convert_all(value: Any) -> dict[str, _T]:
         if not isinstance(value, Mapping):
@@ -148,7 +150,7 @@ def table_of(convert: Convert[_T]) -> Convert[dict[str, _T]]:
 
 
 def tables_of(header: str) -> Convert[tuple[Mapping[str, Any], ...]]:
-    """Return what takes a list of tables as they are; each begins with a line ``[[header]]``."""
+    """Return a converter that accepts a list of tables; each begins with a line ``[[header]]``."""
     convert_all = list_of(_table)
 
     def convert(value: Any) -> tuple[Mapping[str, Any], ...]:

@@ -1,6 +1,6 @@
-"""``stagewire conformance``: whether codecs and controllers do what the documents say.
+"""``stagewire conformance``: check codecs and controllers against the documents.
 
-A module has the options of a command or two; what they decide is in ``stagewire_conformance``.
+Each module has the options of one or two commands; the checks are in ``stagewire_conformance``.
 """
 
 from __future__ import annotations

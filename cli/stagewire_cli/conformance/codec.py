@@ -1,4 +1,4 @@
-"""``stagewire conformance codec``: whether a codec in any language does what the documents say."""
+"""``stagewire conformance codec``: check a codec in any language against the documents."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ from stagewire_conformance.testees import (
 from stagewire_conformance.testees.runner import Progress
 
 _EVERY = 2.0
-"""Seconds between two lines that say how far it is, where there is no terminal."""
+"""Seconds between two lines of progress without a terminal."""
 
 _LONGEST = 86_400
-"""Seconds, at most."""
+"""The longest timeout in seconds."""
 
 EXAMPLE = """\b
 Examples:
@@ -85,14 +85,14 @@ def codec(
         typer.Option(
             "--only",
             metavar="NAME",
-            help="Only cases of this id or group (with * and ?), or about this message.",
+            help="Only cases with this id or group (* and ? match), or about this message.",
         ),
     ] = None,
     list_cases: Annotated[
-        bool, typer.Option("--list", help="Print the cases; start no testee.")
+        bool, typer.Option("--list", help="Print the cases without starting a testee.")
     ] = False,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="NUMBER", help="The same seed sends the same lines.")
+        int, typer.Option("--seed", metavar="NUMBER", help="Seed of random choices.")
     ] = 1,
     junit: Junit = None,
     json: Json = None,
@@ -109,7 +109,7 @@ def codec(
     files.check()
     if not 0 < timeout <= _LONGEST:
         raise CalledWronglyError(
-            f"--timeout is a number of seconds above 0, at most {_LONGEST}, not {timeout:g}"
+            f"--timeout must be above 0 and at most {_LONGEST} seconds, not {timeout:g}"
         )
     names: list[str | None] = [*dict.fromkeys(protocol or [])]
     protocols = [one for name in names or [None] for one in one_or_all(name, whole=True)]
@@ -134,12 +134,12 @@ def codec(
 
 
 def _show_list(plan: Plan) -> None:
-    """Print the cases that would be asked."""
+    """Print the cases that would be run."""
     try:
         cases = plan.cases()
     except (NothingToAskError, ExpectedFileError) as error:
         raise CalledWronglyError(str(error)) from None
-    shown = table("case", "lines", "what it looks at", right=("lines",))
+    shown = table("case", "lines", "description", right=("lines",))
     for case in cases:
         shown.add_row(case.id, str(len(case.steps)), printable(case.about))
     console().print(shown)
@@ -147,7 +147,7 @@ def _show_list(plan: Plan) -> None:
 
 
 def _run(plan: Plan, files: ReportFiles) -> int:
-    """Run the cases, print what was found, write the reports, and return the exit status."""
+    """Run the cases, print the results, write the reports, and return the exit status."""
     try:
         with _progress_display() as progress:
             report = plan.run(progress)
@@ -161,7 +161,7 @@ def _run(plan: Plan, files: ReportFiles) -> int:
     sheet = sheet_of(report, plan.protocols, plan.repeat, whole=not plan.only)
     show_results(sheet)
     if len([*sheet.cases(Grade.FAILED)]) > 1:
-        typer.echo(printable(f"any of them again, with what was said: {plan.repeat('ID')}"))
+        typer.echo(printable(f"to repeat a case and show its lines: {plan.repeat('ID')}"))
     if report.unfinished:
         typer.echo(printable(f"not finished: {report.unfinished}"), err=True)
     show_end(sheet, files.write(sheet))
@@ -170,7 +170,7 @@ def _run(plan: Plan, files: ReportFiles) -> int:
 
 @contextmanager
 def _progress_display() -> Iterator[Progress]:
-    """Give what hears of each case: a bar on a terminal, a line from time to time elsewhere."""
+    """Yield a callback that shows progress: a bar on a terminal, else a line every few seconds."""
     if not sys.stderr.isatty():
         yield _Lines()
         return
@@ -186,14 +186,14 @@ def _progress_display() -> Iterator[Progress]:
 
 
 class _Lines:
-    """Says from time to time how far it is."""
+    """Prints a line of progress every few seconds."""
 
     def __init__(self) -> None:
         self._next = time.monotonic() + _EVERY
         self._failed = 0
 
     def __call__(self, done: int, total: int, result: Result) -> None:
-        """Hear of a case."""
+        """Note the result of a case."""
         self._failed += result.failed
         if time.monotonic() >= self._next:
             self._next = time.monotonic() + _EVERY

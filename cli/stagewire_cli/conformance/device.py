@@ -52,26 +52,26 @@ def device(
         ),
     ] = None,
     allow_settings: Annotated[
-        bool, typer.Option("--allow-settings", help="Change settings, and restore them.")
+        bool, typer.Option("--allow-settings", help="Allow changing settings, which are restored.")
     ] = False,
     allow_motion: Annotated[
         str | None,
         typer.Option(
             "--allow-motion",
             metavar="MIN..MAX",
-            help="Move within this range, such as 0..5mm, 0..20V or 0..100000counts; switch outputs.",
+            help="Allow motion in this range, such as 0..5mm, 0..20V or 0..100000counts, and outputs.",
         ),
     ] = None,
     allow_eeprom: Annotated[
         bool,
-        typer.Option("--allow-eeprom", help="Allow the current settings to be saved to EEPROM."),
+        typer.Option("--allow-eeprom", help="Allow saving the current settings to EEPROM."),
     ] = False,
     only: Annotated[
         list[str] | None,
         typer.Option(
             "--only",
             metavar="NAME",
-            help="Only checks of this id (with * and ?), this kind or this message.",
+            help="Only checks with this id (* and ? match) or kind, or about this message.",
         ),
     ] = None,
     list_checks: Annotated[
@@ -81,7 +81,7 @@ def device(
         ),
     ] = False,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="NUMBER", help="The same seed sends the same bytes.")
+        int, typer.Option("--seed", metavar="NUMBER", help="Seed of random choices.")
     ] = 1,
     junit: Junit = None,
     json: Json = None,
@@ -93,8 +93,8 @@ def device(
 ) -> None:
     """Test a controller against the rules of its document.
 
-    By default it only reads. Each --allow option permits more, and the plan is printed before the run. When
-    the run ends, also by Ctrl-C, stops are sent first; then settings are restored.
+    By default the run only reads. Each --allow option permits more, and the plan is printed before the run.
+    At the end, also after Ctrl-C, stops are sent first; then settings are restored.
     """
     from stagewire_cli.conformance.device_run import plan_of, run_session, show_list
 
@@ -116,7 +116,7 @@ def device(
             show_list(plan)
         return
     if url is None:
-        raise CalledWronglyError("which line? give a port or a URL, such as /dev/ttyUSB0 or COM3")
+        raise CalledWronglyError("missing URL: give a port or a URL, such as /dev/ttyUSB0 or COM3")
     code = run_session(url, plan, files, log)
     if code:
         raise typer.Exit(code)
@@ -167,7 +167,7 @@ def pics(
         ReportFiles.check_file(out, "--out")
         if out.exists():
             raise CalledWronglyError(
-                f"--out: {out} is there already, and may have been filled in by hand; name another file"
+                f"--out: {out} already exists and may have been edited by hand; give another name"
             )
     try:
         with progress() as say, open_link(url) as link:
@@ -183,6 +183,6 @@ def pics(
         stream.write(draft.text)
     if out is not None:
         typer.echo(
-            f"written: {printable(str(out))}; fill in the stages, then run: "
+            f"written: {printable(str(out))}; add the stages, then run: "
             "stagewire conformance device URL --pics FILE"
         )

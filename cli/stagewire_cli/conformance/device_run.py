@@ -1,4 +1,4 @@
-"""A run of ``stagewire conformance device``: plan it, announce it, show how far it is, print its results."""
+"""A run of ``stagewire conformance device``: plan, announcement, progress and results."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def plan_of(
     only: Sequence[str],
     seed: int,
 ) -> Plan:
-    """Return the run that the options ask for; raises :class:`CalledWronglyError` where there is none."""
+    """Return the plan for the options; raise :class:`CalledWronglyError` if they are invalid."""
     try:
         span = Range.parse(motion) if motion else None
     except StagewireError as error:
@@ -53,8 +53,8 @@ def plan_of(
 
 
 def show_list(plan: Plan) -> None:
-    """Print every check with what it needs, and the pages of the document about it."""
-    shown = table("check", "needs", "where", "what the controller has to do")
+    """Print every check with its needs and its pages of the document."""
+    shown = table("check", "needs", "where", "requirement")
     for check in plan.checks:
         shown.add_row(check.id, needs_text(check), pages_text(plan, check), printable(check.title))
     console().print(shown)
@@ -62,9 +62,9 @@ def show_list(plan: Plan) -> None:
 
 
 def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> int:
-    """Run the checks, write the reports, print what was found, and return the exit status.
+    """Run the checks, write the reports, print the results, and return the exit status.
 
-    Raises :class:`CalledWronglyError` where nothing could be run, and for reports that cannot be written.
+    Raises :class:`CalledWronglyError` if nothing can be run, and for reports that cannot be written.
     """
     try:
         verify(url, plan)
@@ -78,7 +78,7 @@ def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> i
     try:
         written += files.write(sheet)
     finally:
-        with suppress(BrokenPipeError):  # the reader has gone; the exit status is the same
+        with suppress(BrokenPipeError):  # a closed pipe does not change the exit status
             show_results(sheet)
             if execution.report.unfinished:
                 _show_ending(execution.report)
@@ -88,22 +88,22 @@ def run_session(url: str, plan: Plan, files: ReportFiles, log: Path | None) -> i
 
 @contextmanager
 def _progress_display() -> Iterator[Callable[[Check, int, int], None]]:
-    """Give what hears of each check: a bar on a terminal, a line for each kind elsewhere."""
+    """Yield a callback that shows progress: a bar on a terminal, else a line for each kind of check."""
     if not sys.stderr.isatty():
         yield _KindLines()
         return
-    with bar("asking what is there") as show:
+    with bar("reading the identity") as show:
         yield lambda check, before, total: show(before, total, check.id)
 
 
 class _KindLines:
-    """Says of each kind of checks that it begins."""
+    """Prints a line when a kind of checks begins."""
 
     def __init__(self) -> None:
         self._kind = ""
 
     def __call__(self, check: Check, before: int, total: int) -> None:
-        """Hear of a check."""
+        """Note a check that begins."""
         kind = check.kind.name if check.kind else check.id
         if kind != self._kind:
             self._kind = kind
@@ -111,9 +111,9 @@ class _KindLines:
 
 
 def _show_ending(report: Report) -> None:
-    """Print why a run ended early, what was sent to stop the controller, and what was put back."""
+    """Print why a run ended early, which stops were sent, and which settings were restored."""
     typer.echo(f"stagewire: {printable(report.unfinished)}", err=True)
     if report.defect is not None:
-        traceback.print_exception(report.defect)  # a defect of ours, for those who mend it
+        traceback.print_exception(report.defect)  # a bug in stagewire, which needs its traceback
     for text in ending(report):
         typer.echo(printable(text), err=True)

@@ -1,7 +1,4 @@
-"""The documents: whether the Python codec does what they print, and which checks see their rules.
-
-``stagewire conformance examples`` and ``stagewire conformance rules``.
-"""
+"""``stagewire conformance examples`` and ``rules``: worked examples and rules of the documents."""
 
 from __future__ import annotations
 
@@ -32,9 +29,11 @@ _ROOM_FOR_DETAIL = 150
 
 
 def examples(
-    protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
+    protocol: Annotated[
+        str | None, typer.Option("--protocol", metavar="NAME", help="Only this protocol.")
+    ] = None,
     summary: Annotated[
-        bool, typer.Option("--summary", help="Print one line per protocol, and every failure.")
+        bool, typer.Option("--summary", help="Print one line per protocol, and all failures.")
     ] = False,
     with_coverage: Annotated[
         bool, typer.Option("--coverage", help="Show which messages have examples instead.")
@@ -48,7 +47,7 @@ def examples(
     """
     if summary and (as_json or with_coverage):
         raise typer.BadParameter("--summary excludes --json and --coverage")
-    chosen = one_or_all(protocol, whole=True)  # half of what is installed would pass for all of it
+    chosen = one_or_all(protocol, whole=True)  # an unusable protocol must not be skipped
     if with_coverage:
         for one in chosen:
             _show_coverage(one, as_json)
@@ -72,7 +71,7 @@ def examples(
 
 
 def _verdict_table(verdicts: list[Verdict]) -> None:
-    """Print the verdicts; what there is to say of each only where there is room for it."""
+    """Print the verdicts, with details if the terminal is wide enough."""
     out = console()
     columns = ["id", "page", "kind", "message", "verdict", "result"]
     with_detail = out.width >= _ROOM_FOR_DETAIL
@@ -92,7 +91,7 @@ def _verdict_table(verdicts: list[Verdict]) -> None:
 
 
 def _failures(verdicts: list[Verdict]) -> None:
-    """Print everything that is known of each example that failed."""
+    """Print the details of each failed example."""
     for verdict in verdicts:
         if verdict.failed:
             page = "capture" if verdict.page is None else f"page {verdict.page}"
@@ -133,7 +132,9 @@ Examples:
 
 
 def rules(
-    protocol: Annotated[str | None, typer.Option("--protocol", help="Only this protocol.")] = None,
+    protocol: Annotated[
+        str | None, typer.Option("--protocol", metavar="NAME", help="Only this protocol.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
 ) -> None:
     """List the rules of the documents and the checks of each.
@@ -160,7 +161,7 @@ def rules(
 
 
 def _rule_table(rows: tuple[Coverage, ...]) -> None:
-    shown = table("rule", "where", "strength", "checks, or the reason for none")
+    shown = table("rule", "where", "strength", "checks or waiver")
     for row in rows:
         seen = ", ".join(row.checks) or printable(row.waiver) or "nothing"
         shown.add_row(row.rule, row.where, row.strength, seen, style="red" if row.problem else None)

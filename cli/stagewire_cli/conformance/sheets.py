@@ -1,7 +1,7 @@
-"""Sheets: the files of a report, their options, and what a terminal shows.
+"""Sheets: report files with their options, and the results on a terminal.
 
-Files are checked before a run, and written after it. The terminal has a table by kind, everything that is not
-right with its bytes, and one line at the end.
+Files are checked before a run and written after it. The terminal shows a table by kind, all problems with
+their bytes, and one line at the end.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ Html = Annotated[
 ]
 
 _NEEDED = {"--junit": "junitparser", "--html": "jinja2"}
-"""Of an option the module that it needs beyond what is always there."""
+"""The optional module that an option requires."""
 
 
 @dataclass(frozen=True)
 class ReportFiles:
-    """The files that were asked for.
+    """The requested report files.
 
-    :param others: further files of the call, by their options, that must not be written over.
+    :param others: further files of the command by their options, which must not be overwritten.
     """
 
     junit: Path | None = None
@@ -59,10 +59,10 @@ class ReportFiles:
     others: tuple[tuple[str, Path | None], ...] = ()
 
     def check(self) -> None:
-        """Refuse before a run what could not be written after it.
+        """Check before a run that the reports can be written after it.
 
-        Raises :class:`CalledWronglyError` for a file that cannot be made, for one that is named twice, and
-        where what writes it is not installed.
+        Raises :class:`CalledWronglyError` for a file that cannot be created, for two options with the same
+        file, and for a missing module.
         """
         seen: dict[Path, str] = {}
         for option, path in (*self._wanted(), *self.others):
@@ -80,15 +80,15 @@ class ReportFiles:
 
     @staticmethod
     def check_file(path: Path, option: str) -> None:
-        """Refuse a file that cannot be made, and ``-``; raises :class:`CalledWronglyError`."""
+        """Raise :class:`CalledWronglyError` for a file that cannot be created, and for ``-``."""
         if str(path) == "-":
             raise CalledWronglyError(f"{option}: - is not a file; give a file name")
         check_output(path, None, option)
 
     def write(self, sheet: Sheet) -> list[Path]:
-        """Write every report, and return their files; each appears when it is whole.
+        """Write all reports and return their files; each file appears when it is complete.
 
-        Raises :class:`CalledWronglyError` for those that could not be written, after all others were.
+        Raises :class:`CalledWronglyError` for reports that could not be written, after writing the others.
         """
         writers = {"--junit": as_junit, "--json": as_json, "--html": as_html}
         written, failed = [], []
@@ -128,21 +128,21 @@ _VERDICT_STYLES = {
     Verdict.PASSED: "green",
 }
 _MOST_IN_FULL = 12
-"""Failures and departures that are shown with their bytes; of more there is a line each."""
+"""The number of failures and deviations shown with their bytes; further ones get a line each."""
 
 
 @contextmanager
 def listing() -> Iterator[None]:
-    """Print a list; nothing is wrong where its reader, such as ``head``, has enough of it."""
+    """Print a list; ignore a reader such as ``head`` that closes the pipe early."""
     try:
         yield
         sys.stdout.flush()
-    except (BrokenPipeError, SystemExit):  # Rich makes of the one the other
+    except (BrokenPipeError, SystemExit):  # Rich turns a broken pipe into SystemExit
         pass
 
 
 def show_results(sheet: Sheet) -> None:
-    """Print a table by kind, and below it everything that is not simply right."""
+    """Print a table by kind, and below it all problems and notes."""
     if not any(case.ran for case in sheet.cases()):
         return
     _show_kinds(sheet)
@@ -164,7 +164,7 @@ def show_results(sheet: Sheet) -> None:
 def _show_kinds(sheet: Sheet) -> None:
     grades = [grade for grade in GRADES if sheet.counts()[grade]]
     names = {grade: _heading(sheet, grade) for grade in grades}
-    shown = table("kind", "what holds if it passes", *names.values(), right=tuple(names.values()))
+    shown = table("kind", "requirement", *names.values(), right=tuple(names.values()))
     for group in sheet.groups:
         counts = group.counts()
         worst = next((grade for grade in Grade if counts[grade]), None)
@@ -175,7 +175,7 @@ def _show_kinds(sheet: Sheet) -> None:
 
 
 def _heading(sheet: Sheet, grade: Grade) -> str:
-    """Return how results of a grade are called: by their own word where all have the same."""
+    """Return the heading of a grade: the word of its cases if they share one."""
     words = {case.word for case in sheet.cases(grade)}
     return words.pop() if len(words) == 1 else GRADES[grade]
 
@@ -202,7 +202,7 @@ def _show_left_out(sheet: Sheet, grade: Grade) -> None:
 
 
 def show_end(sheet: Sheet, written: Sequence[Path]) -> None:
-    """Print what the run comes to, as the last line; before it which files there are."""
+    """Print the written files, and the result of the run as the last line."""
     for path in written:
         typer.echo(f"written: {printable(str(path))}")
     console().print(

@@ -1,6 +1,6 @@
-"""Output formats of ``stagewire decode``, with one interface; ``format`` has the table of formats.
+"""Output formats of ``stagewire decode``, with one interface; ``format`` has the list of formats.
 
-A :class:`~stagewire_cli.formats.writer.Writer` takes frames and events. Those for tables of rows
-(:mod:`~stagewire_cli.formats.rows`) hand columns to a :class:`~stagewire_cli.formats.sinks.Sink`, which
-knows nothing of frames.
+A :class:`~stagewire_cli.formats.writer.Writer` accepts frames and events. Writers of tables
+(:mod:`~stagewire_cli.formats.rows`) pass columns to a :class:`~stagewire_cli.formats.sinks.Sink`, which is
+independent of frames.
 """

@@ -32,7 +32,7 @@ def check_format(format: Format, task: Task) -> None:
     """Raise for a format that cannot be written, before anything is read.
 
     Raises :class:`~stagewire.errors.UnsupportedError` for a message that has no columns, and
-    ``CalledWronglyError`` where pyarrow is needed and not installed.
+    ``CalledWronglyError`` if pyarrow is required and not installed.
     """
     if format.has_rows and task.only is not None:
         task.typed_rows()
@@ -42,9 +42,9 @@ def check_format(format: Format, task: Task) -> None:
 
 @contextmanager
 def writing(format: Format, task: Task, out: Any) -> Iterator[Writer]:
-    """Give what writes ``format`` to ``out``: a binary stream for Parquet, else one of text.
+    """Yield a writer of ``format`` to ``out``, which is a binary stream for Parquet, else a text stream.
 
-    Rows that are still held are written when the block ends, unless it fails.
+    Buffered rows are written when the block ends, unless it fails.
     """
     made = _writer(format, task, out)
     try:

@@ -1,7 +1,7 @@
 """Formats of lines: JSON for programs, text for people.
 
-JSON lines hold one object each, in the shape of the testee's answers; events of a stream have their offset.
-People get a table for a frame, a line for each event of a stream.
+Each JSON line contains one object in the form of the testee's answers; events of a stream have their offset.
+Text is a table for a frame, and a line for each event of a stream.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ class JsonLinesWriter(TextWriter):
         self._fields = FieldsText(AS_JSON)
 
     def frame(self, offset: int, raw: bytes, name: str = "") -> bool:
-        """Write one frame that has to be right, numbered as in the input."""
+        """Write one frame that must be valid, numbered as in the input."""
         self._count += 1
         return super().frame(offset, raw, name)
 
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
-        """Write what the testee answers."""
+        """Write the testee's answer."""
         self._print({"id": self._count, "ok": True} | frame_answer(decoded))
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
-        """Write how the testee refuses."""
+        """Write the testee's refusal."""
         self._print({"id": self._count} | refusal(error))
 
     def message(self, offset: int, kind: str, decoded: Decoded) -> None:
@@ -64,7 +64,7 @@ class JsonLinesWriter(TextWriter):
             self._print(self._place(offset) | {"event": kind, "hex": raw.hex()})
 
     def _place(self, offset: int) -> dict[str, object]:
-        """Return where an event stands: its offset in a stream, or its line, time and direction."""
+        """Return the position of an event: its offset in a stream, or its line, time and direction."""
         names = (column.name for column in self.task.places)
         return dict(zip(names, (offset, *self.task.stamp), strict=True))
 
@@ -74,11 +74,11 @@ class JsonLinesWriter(TextWriter):
 
 _TEXT = EVENT_NAMES[TextReceived]
 _MARKS = {"to_controller": ">", "to_host": "<"}
-"""Directions of bytes, as captures spell them."""
+"""The marks of directions in captures."""
 
 
 class TableWriter(TextWriter):
-    """Writes text; nothing in it can steer a terminal."""
+    """Writes text that cannot control a terminal."""
 
     def __init__(self, task: Task, out: TextIO) -> None:
         super().__init__(task, out)
@@ -95,12 +95,12 @@ class TableWriter(TextWriter):
         if answer["form"] == "data:undecided":
             known = self.task.codec.contexts.items()
             options = [f"--{key} {' or '.join(values)}" for key, values in known]
-            self._say(f"the bytes do not say which layout this is; {', '.join(options)} does")
+            self._say(f"the bytes do not determine the layout; use {', '.join(options)}")
         if name:
             self._say("")
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
-        """Write which bytes are wrong, and why."""
+        """Write the wrong bytes and the error."""
         self._name(name, raw)
         for line in explain(raw, error, self.task.hints(raw, error)):
             self._say(line)
@@ -120,7 +120,7 @@ class TableWriter(TextWriter):
         self._say(f"{self._place(offset)}  {what}: {shown}")
 
     def _place(self, offset: int) -> str:
-        """Return where an event stands: its offset in a stream, or its time and direction."""
+        """Return the position of an event: its offset in a stream, or its time and direction."""
         if stamp := self.task.stamp:
             time, direction = stamp
             return f"{time:>12.6f} {_MARKS[direction]}"

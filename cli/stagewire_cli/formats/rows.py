@@ -1,4 +1,4 @@
-"""Rows of a table, in two forms: one row for whatever comes, or typed columns of one message."""
+"""Rows of a table in two forms: one row for every event, or typed columns of one message."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from stagewire_cli.formats.writer import AS_JSON, EventWriter, FieldsText, Write
 from stagewire_conformance.answers import Decoded, frame_answer, message_of
 
 _HELD: Final = 4 * 1024 * 1024
-"""Bytes of garbage that wait for a batch, at most; a row of garbage may be a whole block."""
+"""The most bytes of garbage to hold for a batch; a row of garbage may be a whole block."""
 
 
 def general_columns(task: Task) -> list[Column]:
-    """Return the columns that fit everything: what JSON lines say, with the fields of a message as JSON."""
+    """Return columns for all events, like those of JSON lines, with the fields of a message as JSON."""
     return [
         *task.places,
         *(Column(name, "string") for name in ("event", "message", "form")),
@@ -31,7 +31,7 @@ def general_columns(task: Task) -> list[Column]:
 
 
 class _RowWriter(Writer):
-    """Gathers rows and hands them to a table, a batch at a time."""
+    """Collects rows and passes them to a table in batches."""
 
     def __init__(self, task: Task, sink: Sink) -> None:
         super().__init__(task)
@@ -39,10 +39,10 @@ class _RowWriter(Writer):
 
     @abc.abstractmethod
     def _write(self) -> None:
-        """Hand the rows that were gathered to the table."""
+        """Pass the collected rows to the table."""
 
     def flush(self) -> None:
-        """Hand on what has been written so far, where the format can."""
+        """Write the rows so far, if the format can."""
         if self._sink.live:
             self._write()
             self._sink.flush()
@@ -53,12 +53,12 @@ class _RowWriter(Writer):
         self._sink.close()
 
     def abandon(self) -> None:
-        """Let go of the table; its file is thrown away."""
+        """Abandon the table; its file is discarded."""
         self._sink.abandon()
 
 
 class GeneralWriter(_RowWriter, EventWriter):
-    """Writes a row for each frame or event, whatever it is."""
+    """Writes a row for each frame or event of any kind."""
 
     def __init__(self, task: Task, sink: Sink) -> None:
         super().__init__(task, sink)
@@ -73,7 +73,7 @@ class GeneralWriter(_RowWriter, EventWriter):
         self.message(offset, "message", decoded)
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
-        """Write a frame as bytes, and why it is refused."""
+        """Write a refused frame as bytes, with the error."""
         self._add(
             (
                 offset,
@@ -121,7 +121,7 @@ class GeneralWriter(_RowWriter, EventWriter):
 class TypedWriter(_RowWriter):
     """Writes a row for each message of one kind, with typed columns.
 
-    These columns have room for this message only: a refusal is reported on standard error.
+    The columns fit only this message, so a refusal is reported on standard error.
     """
 
     def __init__(self, task: Task, rows: TypedRows, sink: Sink) -> None:
@@ -129,7 +129,7 @@ class TypedWriter(_RowWriter):
         self._rows = rows
 
     def events(self, offset: int, events: Iterable[Event]) -> None:
-        """Write the events that are the message."""
+        """Write the events with the message."""
         self._rows.take(offset, events)
         self._write_full()
 
@@ -142,7 +142,7 @@ class TypedWriter(_RowWriter):
         """Write nothing, because the bytes are not a message."""
 
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
-        """Say why bytes are refused."""
+        """Print why bytes are refused."""
         where = f"{name}: " if name else ""
         typer.echo(f"{where}{error.code}: {error}", err=True)
 

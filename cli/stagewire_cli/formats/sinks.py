@@ -25,7 +25,7 @@ class Column:
     """One column of a table.
 
     :param name: its heading.
-    :param type: ``uint8`` to ``int64``, ``string`` or ``binary``, as Parquet and NumPy say.
+    :param type: ``uint8`` to ``int64``, ``string`` or ``binary``, as in Parquet and NumPy.
     """
 
     name: str
@@ -33,10 +33,10 @@ class Column:
 
 
 class Sink(abc.ABC):
-    """A table that is written from the top down.
+    """A table that is written from top to bottom.
 
-    ``batch`` is how many rows it is given at once; ``live`` whether it takes fewer, so that what comes
-    slowly is seen as it comes.
+    ``batch`` is the number of rows to write at a time; ``live`` is whether it also accepts fewer, so that
+    slow input is shown as it arrives.
     """
 
     batch = 4096
@@ -44,15 +44,15 @@ class Sink(abc.ABC):
 
     @abc.abstractmethod
     def write(self, values: Sequence[Sequence[Any]]) -> None:
-        """Add rows, column by column; None stands for what a row has not."""
+        """Add rows, column by column; None is a missing value."""
 
     @abc.abstractmethod
     def flush(self) -> None:
-        """Hand on what has been written so far."""
+        """Flush the rows written so far."""
 
     @abc.abstractmethod
     def close(self) -> None:
-        """Write what ends the table."""
+        """Write the end of the table."""
 
     @abc.abstractmethod
     def abandon(self) -> None:
@@ -62,7 +62,7 @@ class Sink(abc.ABC):
 class CsvSink(Sink):
     """Writes CSV; a field with a comma, a quote or a line end is quoted.
 
-    Text is written as it came, except to a terminal, which it could steer.
+    Text is written unchanged, except to a terminal, which it could control.
     """
 
     def __init__(self, columns: Sequence[Column], out: TextIO) -> None:
@@ -85,15 +85,15 @@ class CsvSink(Sink):
         self._rows.writerows(zip(*shown, strict=True))
 
     def flush(self) -> None:
-        """Hand on what has been written so far."""
+        """Flush the rows written so far."""
         self._out.flush()
 
     def close(self) -> None:
-        """Hand on the last rows."""
+        """Flush the last rows."""
         self._out.flush()
 
     def abandon(self) -> None:
-        """Nothing: no row is held."""
+        """Do nothing, because no rows are buffered."""
 
 
 def _hex(raw: bytes | None) -> str:
@@ -105,7 +105,7 @@ def _safely(text: str | None) -> str:
 
 
 def require_pyarrow() -> None:
-    """Raise :class:`CalledWronglyError` where pyarrow is not installed."""
+    """Raise :class:`CalledWronglyError` if pyarrow is not installed."""
     try:
         importlib.import_module("pyarrow.parquet")
     except ImportError:
@@ -139,19 +139,19 @@ class ParquetSink(Sink):
     def _array(self, column: Sequence[Any], type: Any) -> Any:
         if isinstance(
             column, array
-        ):  # already as Arrow holds it: taken over without a look at values
+        ):  # already in the format of Arrow, so values need not be converted
             buffers = [None, self._arrow.py_buffer(column)]
             return self._arrow.Array.from_buffers(type, len(column), buffers)
         return self._arrow.array(column, type)
 
     def flush(self) -> None:
-        """Nothing: the file can be read when it is closed, and small row groups are slow."""
+        """Do nothing: the file cannot be read before it is closed, and small row groups are slow."""
 
     def close(self) -> None:
         """Write the index at the end of the file."""
         self._file.close()
 
     def abandon(self) -> None:
-        """Close the file while it can be written to, or pyarrow complains when it is collected."""
-        with contextlib.suppress(Exception):  # what has failed before may fail again
+        """Close the file while it can be written to, to avoid errors of pyarrow when it is collected."""
+        with contextlib.suppress(Exception):  # an earlier failure may occur again
             self._file.close()

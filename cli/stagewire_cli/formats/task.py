@@ -1,7 +1,7 @@
-"""A decoding task: the protocol and direction of the bytes, and the facts needed to read them.
+"""A decoding task: the protocol and direction of the bytes, and the facts needed to decode them.
 
-With the rows that it makes of one message: a typed column for each field, gathered message by message. Frames
-go through the columns of the library, which read the fields of many frames at once.
+Also has the rows of one message, with a typed column for each field. Frames use ``stagewire.columns``, which
+reads the fields of many frames at a time.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _STRINGS: Final = {"text": "string", "bytes": "binary"}
 
 
 class TypedRows(abc.ABC):
-    """Rows that wait for being written; ``len`` says how many they are."""
+    """Rows to be written; ``len`` is their number."""
 
     columns: Sequence[Column]
 
@@ -44,11 +44,11 @@ class TypedRows(abc.ABC):
 
     @abc.abstractmethod
     def take(self, offset: int, events: Iterable[Event]) -> None:
-        """Add what is wanted of events that follow one another, the first of which is at ``offset``."""
+        """Add the selected messages of consecutive events, the first of which is at ``offset``."""
 
     @abc.abstractmethod
     def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
-        """Add a message that is wanted."""
+        """Add a selected message."""
 
     @abc.abstractmethod
     def values(self) -> list[Sequence[Any]]:
@@ -56,7 +56,7 @@ class TypedRows(abc.ABC):
 
     @abc.abstractmethod
     def clear(self) -> None:
-        """Forget the rows, which were written."""
+        """Remove the rows, which have been written."""
 
 
 class FrameRows(TypedRows):
@@ -75,13 +75,13 @@ class FrameRows(TypedRows):
         self.columns = _columns(task, fields)
         self._sorter = Sorter(protocol, task.request.get("context"), only=[only])
         self._frames = self._sorter.frames.setdefault(only, Frames(only))
-        self._stamps: list[Stamp] = []  # of captures; then every frame has one
+        self._stamps: list[Stamp] = []  # one for each frame of a capture; else empty
 
     def __len__(self) -> int:
         return len(self._frames)
 
     def take(self, offset: int, events: Iterable[Event]) -> None:
-        """Add the frames of the message."""
+        """Add the frames of the selected message."""
         self._sorter.take(offset, events)
         if stamp := self._task.stamp:
             self._stamps += [stamp] * (len(self._frames) - len(self._stamps))
@@ -100,7 +100,7 @@ class FrameRows(TypedRows):
         return [frames.offsets, *stamps, *frames.columns().values(), extra]
 
     def clear(self) -> None:
-        """Forget the frames."""
+        """Remove the frames."""
         self._frames.clear()
         self._stamps.clear()
 
@@ -121,7 +121,7 @@ class MessageRows(TypedRows):
         return len(self._rows)
 
     def take(self, offset: int, events: Iterable[Event]) -> None:
-        """Add the messages that are wanted."""
+        """Add the selected messages."""
         for event in events:
             decoded = self._task.found(event)
             if decoded is not None and self._task.wants(decoded):
@@ -131,7 +131,7 @@ class MessageRows(TypedRows):
     def append(self, offset: int, raw: bytes, decoded: Decoded) -> None:
         """Add a message."""
         fields = message_of(decoded).values().values()
-        extra = getattr(decoded, "extra", None) or None  # a reply has none
+        extra = getattr(decoded, "extra", None) or None  # replies have no extra bytes
         task = self._task
         self._rows.append((offset, *task.stamp, *task.addressed(decoded), *fields, extra))
 
@@ -140,7 +140,7 @@ class MessageRows(TypedRows):
         return list(zip(*self._rows, strict=True))
 
     def clear(self) -> None:
-        """Forget the rows."""
+        """Remove the rows."""
         self._rows.clear()
 
 
@@ -164,7 +164,7 @@ def integer_type(signed: bool, size: int) -> str:
 
 
 Stamp = tuple[float, str]
-"""When bytes of a capture passed, in seconds, and which way."""
+"""The time of bytes in a capture, in seconds, and their direction."""
 
 _OFFSET = (Column("offset", "uint64"),)
 _RECORDED = (Column("line", "uint64"), Column("time", "float64"), Column("direction", "string"))
@@ -173,9 +173,9 @@ _RECORDED = (Column("line", "uint64"), Column("time", "float64"), Column("direct
 class Task(abc.ABC):
     """A decoding task for the codec of a protocol.
 
-    :param protocol: whose bytes they are.
-    :param request: what the codec needs in addition to the bytes.
-    :param only: the one message class that is wanted; None for everything.
+    :param protocol: the protocol of the bytes.
+    :param request: facts that the codec needs in addition to the bytes.
+    :param only: the selected message class; None for all.
     """
 
     addresses: tuple[Column, ...]
@@ -185,7 +185,7 @@ class Task(abc.ABC):
     """Columns of positions: an offset or line, and the columns of :attr:`stamp`."""
 
     stamp: Stamp | tuple[()] = ()
-    """Of what is decoded next, where it comes from a capture."""
+    """The stamp of the next bytes of a capture; empty for other inputs."""
 
     def __init__(
         self, protocol: Protocol, request: Mapping[str, Any], only: type[Message] | None = None
@@ -196,26 +196,26 @@ class Task(abc.ABC):
         self.only = only
 
     def decode(self, raw: bytes) -> Decoded:
-        """Decode the bytes of exactly one message; raises as the protocol does."""
+        """Decode the bytes of exactly one message; raise the errors of the protocol."""
         return self.codec.decoded(raw, self.request)
 
     def found(self, event: Event) -> Decoded | None:
-        """Return the message in an event, None where it holds none."""
+        """Return the message in an event; None without one."""
         return self.codec.received(event, self.request)
 
     def reader(self, end: End | None) -> Reader:
-        """Return what cuts a stream into events.
+        """Return a reader that cuts a stream into events.
 
         Raises :class:`CalledWronglyError` for an end whose stream cannot be cut.
         """
         return self.codec.reader({**self.request, "end": (end or End.NONE).value})
 
     def records(self) -> None:
-        """Expect a capture, which has lines, times and directions."""
+        """Switch to the positions of a capture: lines, times and directions."""
         self.places = _RECORDED
 
     def readers(self) -> Mapping[Direction, Reader]:
-        """Return what cuts both directions of one line, each as the end that receives it does."""
+        """Return a reader for each direction of a line, which works like the receiving end."""
         return {
             Direction.TO_CONTROLLER: self._reads(End.DEVICE),
             Direction.TO_HOST: self._reads(End.HOST),
@@ -225,11 +225,11 @@ class Task(abc.ABC):
         return self.codec.reader({**self.request, "end": end.value})
 
     def wants(self, decoded: Decoded) -> bool:
-        """Whether a message is to be shown."""
+        """Return whether a message is selected."""
         return self.only is None or type(message_of(decoded)) is self.only
 
     def addressed(self, decoded: Decoded) -> tuple[int | None, ...]:
-        """Return the values of :attr:`addresses`; None for what it has not."""
+        """Return the values of :attr:`addresses`; None for a missing one."""
         return tuple(getattr(decoded, column.name, None) for column in self.addresses)
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
@@ -237,7 +237,7 @@ class Task(abc.ABC):
         yield from ()
 
     def _in_others(self, raw: bytes) -> Iterator[str]:
-        """Yield what bytes that were refused are in other protocols, and how they are read so."""
+        """Yield hints for refused bytes that are valid in other protocols."""
         for codec in self._known:
             try:
                 message = message_of(codec.decoded(raw, {})).layout.message
@@ -245,9 +245,9 @@ class Task(abc.ABC):
                 continue
             name = codec.protocol.name
             if isinstance(codec.protocol, CommandProtocol):
-                yield f"as a command of {name} this is {message}: say --direction command"
+                yield f"as a command of {name} this is {message}: use --direction command"
             else:
-                yield f"in {name} this is {message}: say --protocol {name}"
+                yield f"in {name} this is {message}: use --protocol {name}"
 
     @cached_property
     def _known(self) -> list[Codec]:
@@ -255,16 +255,16 @@ class Task(abc.ABC):
 
     @abc.abstractmethod
     def typed_rows(self) -> TypedRows:
-        """Return rows with a typed column for each field of the one message that is wanted.
+        """Return rows with a typed column for each field of the selected message.
 
         Raises :class:`~stagewire.errors.UnsupportedError` for a message that has no columns.
         """
 
 
 def _codecs() -> list[Codec]:
-    """Return the codecs of all protocols that are installed and can be used.
+    """Return the codecs of all usable installed protocols.
 
-    To look for them takes milliseconds: who explains many refusals asks once.
+    This takes milliseconds, so the result is cached for many refusals.
     """
     found = []
     for name in available_protocols():

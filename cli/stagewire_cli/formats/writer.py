@@ -1,6 +1,6 @@
-"""Interface of all formats: they take frames that must be valid, or the events of a stream.
+"""The interface of all formats, which accept frames that must be valid, or the events of a stream.
 
-The fields of a message become text quickly: captures hold millions of frames and few layouts.
+Also has a fast conversion of fields to text, because captures have millions of frames and few layouts.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ PENDING = "pending"
 
 
 class Writer(abc.ABC):
-    """Writes what was decoded; a format says how.
+    """Writes decoded messages in a format.
 
-    Offsets count the bytes of the whole input, as bytes: of the stream, or of all frames of a list.
+    Offsets count the bytes of the whole input: of the stream, or of all frames of a list.
     """
 
     def __init__(self, task: Task) -> None:
         self.task = task
 
     def frame(self, offset: int, raw: bytes, name: str = "") -> bool:
-        """Write one frame that has to be right; return whether it is.
+        """Write one frame that must be valid; return whether it is.
 
-        ``name`` says which of several it is. A frame of a message that is not wanted is left out.
+        ``name`` identifies one of several frames. Frames of messages that are not selected are skipped.
         """
         try:
             decoded = self.task.decode(raw)
@@ -48,11 +48,11 @@ class Writer(abc.ABC):
 
     @abc.abstractmethod
     def accepted(self, offset: int, raw: bytes, name: str, decoded: Decoded) -> None:
-        """Write a frame that is right."""
+        """Write a valid frame."""
 
     @abc.abstractmethod
     def refused(self, offset: int, raw: bytes, name: str, error: CodecError) -> None:
-        """Write a frame that is wrong, and why."""
+        """Write an invalid frame with its error."""
 
     @abc.abstractmethod
     def events(self, offset: int, events: Iterable[Event]) -> None:
@@ -60,26 +60,26 @@ class Writer(abc.ABC):
 
     @abc.abstractmethod
     def pending(self, offset: int, raw: bytes) -> None:
-        """Write what is left at the end of a stream, where there is a place for it."""
+        """Write the incomplete bytes at the end of a stream, if the format can."""
 
     @abc.abstractmethod
     def flush(self) -> None:
-        """Hand on what has been written so far: more may take a while to come."""
+        """Flush the output so far, because further input may take a while."""
 
     @abc.abstractmethod
     def close(self) -> None:
-        """Write what is still to be written."""
+        """Write the rest."""
 
     @abc.abstractmethod
     def abandon(self) -> None:
-        """Let go without writing more: something has failed, at any point of the work."""
+        """Stop without writing more, after a failure at any point."""
 
 
 class EventWriter(Writer):
     """Writes events one by one."""
 
     def events(self, offset: int, events: Iterable[Event]) -> None:
-        """Write every event; where one message is wanted, its frames alone."""
+        """Write every event, or only the frames of the selected message."""
         found, wants, only = self.task.found, self.task.wants, self.task.only
         for event in events:
             raw = event.raw
@@ -92,7 +92,7 @@ class EventWriter(Writer):
             offset += len(raw)
 
     def pending(self, offset: int, raw: bytes) -> None:
-        """Write what is left, unless one message is wanted."""
+        """Write the incomplete bytes, unless a message is selected."""
         if self.task.only is None:
             self.no_message(offset, PENDING, raw)
 
@@ -113,15 +113,15 @@ class TextWriter(EventWriter):
         self.out = out
 
     def flush(self) -> None:
-        """Hand on what has been written so far."""
+        """Flush the output so far."""
         self.out.flush()
 
     def close(self) -> None:
-        """Hand on the last lines."""
+        """Flush the last lines."""
         self.out.flush()
 
     def abandon(self) -> None:
-        """Nothing: no line is held."""
+        """Do nothing, because no lines are buffered."""
 
 
 AS_JSON = ('"%s":%%d', ",")
@@ -131,10 +131,10 @@ _Values = Callable[[Any], Any]
 
 
 class FieldsText:
-    """Texts for the fields of messages whose fields are all integers and always shown.
+    """Fast text for the fields of messages whose fields are all integers and always shown.
 
-    For every such class a template is made once. It gives what ``frame_answer`` would; all other
-    messages have to go through that.
+    Each such class gets one template, which produces the same text as ``frame_answer``. All other messages
+    must use ``frame_answer``.
 
     :param style: the format of one field, and the separator of two.
     """
@@ -144,7 +144,7 @@ class FieldsText:
         self._known: dict[type[Message], tuple[str, _Values] | None] = {}
 
     def of(self, message: Message) -> str | None:
-        """Return the text; None for a message that no template fits."""
+        """Return the text; None for a message without a template."""
         cls = message.__class__
         try:
             known = self._known[cls]
@@ -170,5 +170,5 @@ class FieldsText:
 
 
 def compact(value: object) -> str:
-    """Return JSON without blanks."""
+    """Return JSON without spaces."""
     return json.dumps(value, separators=(",", ":"))

@@ -1,7 +1,7 @@
-"""Framings, as the command sees them: one module each, named as ``framing.kind`` in ``protocol.yaml``.
+"""Framings for the command: one module for each ``framing.kind`` in ``protocol.yaml``.
 
-A module has the task of ``stagewire decode`` with its hints, and what ``stagewire encode`` puts
-around the fields.
+A module has the task of ``stagewire decode`` with its hints, and the parts that ``stagewire encode`` adds to
+the fields.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ FRAMINGS: Final[dict[type[Protocol], type[Framing]]] = {
 
 
 def framing_of(protocol: Protocol) -> Framing | None:
-    """Return the framing of a protocol; None where the command does not know it."""
+    """Return the framing of a protocol; None if the command does not support it."""
     for kind, framing in FRAMINGS.items():
         if isinstance(protocol, kind):
             return framing(protocol)

@@ -33,9 +33,9 @@ class DirectionOption(enum.Enum):
 
 @dataclass(frozen=True)
 class Options:
-    """The options that say what is to be decoded, as they were given.
+    """The options that select the protocol, direction and message, as given.
 
-    :param recorded: the heading of the capture that is decoded, if it is one; it says more than options do.
+    :param recorded: the heading of the input if it is a capture, which adds to the options.
     """
 
     protocol: str | None = None
@@ -46,15 +46,15 @@ class Options:
     recorded: Heading | None = None
 
     def refuse_commands(self, why: str) -> None:
-        """Raise for the options that only protocols of commands have."""
+        """Raise for options that apply only to protocols of commands."""
         for option, value in (("--direction", self.direction), ("--command", self.command)):
             if value is not None:
                 raise CalledWronglyError(
-                    f"{option} is for protocols of commands and replies; {why}"
+                    f"{option} applies only to protocols of commands and replies; {why}"
                 )
 
     def check_context(self, protocol: Protocol, context: Mapping[str, str] | None) -> None:
-        """Raise for a context that the codec of a protocol does not know."""
+        """Raise for a context that the codec of a protocol does not support."""
         try:
             codec_of(protocol).check_context(context)
         except BadValueError as error:
@@ -62,9 +62,9 @@ class Options:
 
 
 class Framing(abc.ABC):
-    """The framing of a protocol, as the command sees it.
+    """The framing of a protocol for the command.
 
-    :param protocol: whose messages they are.
+    :param protocol: the protocol.
     """
 
     def __init__(self, protocol: Any) -> None:
@@ -72,18 +72,18 @@ class Framing(abc.ABC):
 
     @abc.abstractmethod
     def task(self, options: Options) -> Task:
-        """Return what is to be decoded. Raises :class:`CalledWronglyError`."""
+        """Return the decoding task for the options. Raises :class:`CalledWronglyError` for invalid ones."""
 
     @abc.abstractmethod
     def envelope(self, name: str, given: Json) -> Json:
-        """Return what a message has besides its fields, such as its addresses.
+        """Return the parts of a message in addition to its fields, such as its addresses.
 
-        :param name: of the message.
-        :param given: the options of ``stagewire encode`` that were given.
+        :param name: the name of the message.
+        :param given: the options given to ``stagewire encode``.
         """
 
-    def show(self, out: Console, id: int) -> None:  # noqa: B027 - not every framing has more to show
-        """Print how a message with an id is framed, where the registry's entry does not show it."""
+    def show(self, out: Console, id: int) -> None:  # noqa: B027 - optional for framings
+        """Print the framing of a message with this id, if the registry's entry does not show it."""
 
     def _refuse_others(self, given: Json, *allowed: str) -> None:
         for key in given:

@@ -17,7 +17,7 @@ from stagewire_conformance.registry import registry_of
 class FramedTask(Task):
     """Frames with a header.
 
-    :param context: what decides between layouts that bytes cannot tell apart.
+    :param context: selects between layouts that have the same bytes.
     """
 
     protocol: FramedProtocol
@@ -38,20 +38,20 @@ class FramedTask(Task):
             turned = raw[0] << 8 | raw[1]
             if turned in ids:
                 yield (
-                    f"{turned:#06x} is {ids[turned]}; the id comes low byte first: "
+                    f"{turned:#06x} is {ids[turned]}; ids have the low byte first: "
                     f"{raw[1]:02X} {raw[0]:02X}"
                 )
         elif _lacks_flag(raw):
             yield (
-                f"bytes 2 and 3 would declare exactly the {len(raw) - HEADER_SIZE} bytes that follow: "
-                f"byte 4 seems to lack the bit of a data packet ({raw[4] | DATA_FLAG:#04x})"
+                f"bytes 2 and 3 match the {len(raw) - HEADER_SIZE} bytes after the header: byte 4 seems to "
+                f"lack the bit of a data packet ({raw[4] | DATA_FLAG:#04x})"
             )
         elif error.code == "trailing":
             yield SEVERAL.format("frames")
         yield from self._in_others(raw)
 
     def typed_rows(self) -> FrameRows:
-        """Return rows through the columns of the library."""
+        """Return rows that use the columns of the library."""
         assert self.only is not None
         return FrameRows(self, self.protocol)
 
@@ -62,9 +62,9 @@ class HeaderFraming(Framing):
     protocol: FramedProtocol
 
     def task(self, options: Options) -> FramedTask:
-        """Return what is to be decoded."""
+        """Return the decoding task for the options."""
         protocol = self.protocol
-        options.refuse_commands(f"frames of {protocol.name} say themselves which way they go")
+        options.refuse_commands(f"frames of {protocol.name} contain their direction")
         context = None if options.status is None else {"status": options.status}
         options.check_context(protocol, context)
         if options.message is None:
@@ -73,7 +73,7 @@ class HeaderFraming(Framing):
         return FramedTask(protocol, _agreed(only, context), only)
 
     def envelope(self, name: str, given: Json) -> Json:
-        """Return both addresses; a single unit on USB has the highest of all."""
+        """Return both addresses; by default that of a single USB unit, which is the highest."""
         protocol = self.protocol
         self._refuse_others(given, "dest", "source")
         ends = [max(protocol.devices), protocol.host]
@@ -86,7 +86,7 @@ class HeaderFraming(Framing):
 
 
 def _lacks_flag(raw: bytes) -> bool:
-    """Whether this is a data frame but for the bit that announces its packet."""
+    """Return whether this would be a data frame if byte 4 had the bit of a packet."""
     following = len(raw) - HEADER_SIZE
     return following > 0 and not raw[4] & DATA_FLAG and raw[2] | raw[3] << 8 == following
 
@@ -104,10 +104,10 @@ def _wanted(protocol: FramedProtocol, text: str, context: Mapping[str, str]) -> 
 
 
 def _agreed(only: type[Message], context: dict[str, str] | None) -> dict[str, str] | None:
-    """Return the context that gives frames the wanted layout; raise where another was asked for."""
+    """Return the context that gives frames the selected layout; raise if the options contradict it."""
     layout = only.layout
     if context and issubclass(only, UndecidedMessage):
-        raise CalledWronglyError(f"--message: {layout.form} is how frames come without --status")
+        raise CalledWronglyError(f"--message: the form {layout.form} excludes --status")
     if not layout.when:
         return context
     if context and not layout.when.items() <= context.items():

@@ -1,4 +1,4 @@
-"""Packets, which look alike both ways and may have an address."""
+"""Packets, which are the same in both directions and may have an address."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class PacketTask(Task):
         """Yield possible causes of the refusal of a packet."""
         start = raw.find(self.protocol.shape.start)
         if start > 0:
-            yield f"the bytes that begin a packet are at byte {start}"
+            yield f"the start of a packet is at byte {start}"
         elif error.code == "trailing":
             yield SEVERAL.format("packets")
         yield from self._in_others(raw)
 
     def typed_rows(self) -> MessageRows:
-        """Return rows with the columns that the registry gives."""
+        """Return rows with the columns of the registry."""
         return MessageRows(self)
 
 
@@ -50,9 +50,9 @@ class PacketFraming(Framing):
     protocol: PacketProtocol
 
     def task(self, options: Options) -> PacketTask:
-        """Return what is to be decoded."""
+        """Return the decoding task for the options."""
         protocol = self.protocol
-        options.refuse_commands(f"packets of {protocol.name} look alike both ways")
+        options.refuse_commands(f"packets of {protocol.name} are the same in both directions")
         if options.status is not None:
             options.check_context(protocol, {"status": options.status})
         if options.message is None:
@@ -63,7 +63,7 @@ class PacketFraming(Framing):
         )
 
     def envelope(self, name: str, given: Json) -> Json:
-        """Return the address of the controller, where packets have one."""
+        """Return the address of the controller, if packets have one."""
         protocol = self.protocol
         if not protocol.shape.address:
             self._refuse_others(given)
@@ -76,13 +76,13 @@ class PacketFraming(Framing):
         return {"address": parse_address("--address", given["address"])}
 
     def show(self, out: Console, id: int) -> None:
-        """Print the parts of the packets with an id."""
+        """Print the parts of packets with this message id."""
         out.print("\npacket, its payload of n bytes")
         out.print(parts_table(self.protocol.shape, id))
 
 
 def parts_table(shape: Shape, id: int) -> Table:
-    """Return the parts of the packets that carry the message with this id."""
+    """Return a table of the parts of packets with this message id."""
     shown = table("offset", "part", "bytes", "holds", right=("offset", "bytes"))
     for offset, part, size, holds in _rows(shape, id):
         shown.add_row(offset, part, size, holds)

@@ -1,4 +1,4 @@
-"""Commands of slots without a header, and the replies to them."""
+"""Commands without a header, and their replies."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from stagewire_conformance.framings.base import Reader
 class CommandTask(Task):
     """Commands, or the replies to one of them.
 
-    :param command: name of the command whose replies are read; None for commands.
-    :param form: the one form of a command that is wanted; None for all of them.
+    :param command: the command whose replies are decoded; None to decode commands.
+    :param form: the selected form of a command; None for all.
     """
 
     protocol: CommandProtocol
@@ -38,16 +38,16 @@ class CommandTask(Task):
         self.form = form
 
     def reader(self, end: End | None) -> Reader:
-        """Return a framer of commands; replies have no frame to cut a stream by."""
+        """Return a framer for commands; replies have no frames, so their stream cannot be cut."""
         if "command" in self.request or end is End.HOST:
             raise CalledWronglyError(
-                "replies have no frame, so that a stream of them cannot be cut; give them one by one, in "
-                "hex or as JSON captures, with --direction reply and --command"
+                "a stream of replies cannot be decoded, because they have no frames; give them one by one, "
+                "in hex or as JSON captures, with --direction reply and --command"
             )
         return super().reader(end)
 
     def readers(self) -> Mapping[Direction, Reader]:
-        """Return what cuts commands and text, and what knows by them which replies come."""
+        """Return a reader for commands and text, and one that uses these to decode replies."""
         replies = ReplyListener()
         return {
             Direction.TO_CONTROLLER: HostListener(self.protocol, replies),
@@ -55,13 +55,13 @@ class CommandTask(Task):
         }
 
     def wants(self, decoded: Decoded) -> bool:
-        """Whether a message is to be shown: with and without the size slot it has the same class."""
+        """Return whether a message is selected; a command with and without its size has the same class."""
         if isinstance(decoded, CommandFrame) and self.form not in (None, decoded.form):
             return False
         return super().wants(decoded)
 
     def typed_rows(self) -> MessageRows:
-        """Return rows with the columns that the registry gives."""
+        """Return rows with the columns of the registry."""
         return MessageRows(self)
 
 
@@ -71,7 +71,7 @@ class SlotsFraming(Framing):
     protocol: CommandProtocol
 
     def task(self, options: Options) -> CommandTask:
-        """Return what is to be decoded."""
+        """Return the decoding task for the options."""
         protocol = self.protocol
         if options.status is not None:
             options.check_context(protocol, {"status": options.status})
@@ -79,7 +79,9 @@ class SlotsFraming(Framing):
         if options.direction is DirectionOption.REPLY and command is None:
             raise CalledWronglyError("a reply does not name its command; give it with --command")
         if options.direction is DirectionOption.COMMAND and command is not None:
-            raise CalledWronglyError("--command is for replies; it contradicts --direction command")
+            raise CalledWronglyError(
+                "--command selects replies and contradicts --direction command"
+            )
         if command is not None:
             command = message_class(protocol, "--command", command, None).layout.message
         if options.message is None:
@@ -90,12 +92,12 @@ class SlotsFraming(Framing):
             return CommandTask(protocol, command, _answer(protocol, command, only, form))
         if form == "reply" and not options.recorded:
             raise CalledWronglyError(
-                f"--message: no command is {options.message}; replies are decoded by --command {name}"
+                f"--message: {options.message} is not a command; decode replies with --command {name}"
             )
         return CommandTask(protocol, command, only, form or None)
 
     def envelope(self, name: str, given: Json) -> Json:
-        """Return what a command has besides its fields; an axis may be given by its name."""
+        """Return the axis and the options of a command; an axis may be given by name."""
         protocol = self.protocol
         self._refuse_others(given, "axis", "allow_dummy", "refuse_prefix_bytes")
         if "axis" in given:
@@ -104,13 +106,13 @@ class SlotsFraming(Framing):
 
 
 def _answer(protocol: CommandProtocol, command: str, only: type[Message], form: str) -> Any:
-    """Return the class of the replies to a command; raise unless they are what is wanted."""
+    """Return the class of the replies to a command; raise if the options select another message."""
     answer = message_class(protocol, "--command", command, None).reply
     if answer is None:
         raise CalledWronglyError(f"--message: {command} has no reply")
     if only.layout.message != command or form not in ("", "reply"):
         wanted = ":".join(part for part in (only.layout.message, form) if part)
         raise CalledWronglyError(
-            f"--message: replies to {command} are {command}:reply and never {wanted}"
+            f"--message: replies to {command} are {command}:reply, not {wanted}"
         )
     return answer

@@ -59,7 +59,7 @@ def test_a_unit_of_a_bench_file_is_selected_by_label_or_number(tmp_path: Path) -
     )
     assert info(f"virtual://{path.as_posix()}#focus").serial_number == 83000001
     assert info(f"virtual://{path.as_posix()}#2").serial_number == 83000002
-    for fragment, what in (("", "it has several units"), ("#tilt", "no unit is called 'tilt'")):
+    for fragment, what in (("", "it has several units"), ("#tilt", "no unit has the label 'tilt'")):
         with pytest.raises(LinkOpenError, match=f"{what}.*1 focus, 2 TDC001"):
             open_link(f"virtual://{path.as_posix()}{fragment}")
 
@@ -82,7 +82,7 @@ def test_a_url_has_the_options_of_a_bench() -> None:
         ("virtual://TDC002", "unknown unit TDC002; did you mean TDC001"),
         ("virtual://TDC001?tcp=4001", "unknown option 'tcp' .options: stage, travel"),
         ("virtual://TDC001?seed=x", "option seed: expected a whole number, not 'x'"),
-        ("virtual://TDC001?seed=1&seed=2", "option seed: it is there twice"),
+        ("virtual://TDC001?seed=1&seed=2", "option seed: given more than once"),
         ("virtual://TDC001?stage=Z9", "option stage: .* has no stage Z9; did you mean Z8"),
         (
             "virtual://TDC001?line=gpib",

@@ -1,4 +1,4 @@
-"""Every command of the document: decimal bytes in, decimal bytes out, written by hand from its sections."""
+"""Every command of the document, as exchanges of decimal bytes written by hand from its sections."""
 
 import dataclasses
 
@@ -12,8 +12,8 @@ from stagewire_virtual.clock import SteppedClock
 from stagewire_virtual.instrument import find_unit
 from stagewire_virtual.options import Options
 
-# What is sent and what is answered, in turn; a number lets as many milliseconds pass. A new controller has a
-# top speed of 6000 µm/s and a ramp time of 100 ms, so that 10 mm take 1.767 s; its servos settle for 20 ms.
+# Pairs of sent bytes and answers; a number advances the clock by that many milliseconds. A new controller has
+# a top speed of 6000 µm/s and a ramp time of 100 ms, so 10 mm take 1.767 s; its servos settle for 20 ms.
 TURNS = {
     "section 4, idle": [("24 63 58", "98")],
     "section 4, busy until settled": [
@@ -67,7 +67,7 @@ TURNS = {
         ("24 81 01 45 58", ""),
         ("24 113 1 58", "45"),
         ("24 81 1 255 58", ""),
-        ("24 81 1 0 58", ""),  # no time at all is no ramp
+        ("24 81 1 0 58", ""),  # a ramp time of 0 is ignored
         ("24 113 1 58", "255"),
         ("25 113 1 58", "100"),
     ],
@@ -169,7 +169,7 @@ TURNS = {
         ("24 74 0 58", ""),
         ("24 126 1 58", "10"),
     ],
-    "section 1, into the other format and back": [
+    "section 1, to the other format and back": [
         ("255 65", ""),
         ("24 63 58", ""),
         ("13", "58 78 45 49 13 10"),  # :N-1
@@ -192,8 +192,8 @@ TURNS = {
         ("255 84", ""),
         ("87 32 88 13", "58 65 32 48 13 10"),
     ],
-    # Errors are ignored, and what comes behind them is not.
-    "section 2, no such command": [("24 99 0 58", ""), ("24 63 58", "98")],
+    # Errors are ignored; the commands after them are not.
+    "section 2, an unknown command": [("24 99 0 58", ""), ("24 63 58", "98")],
     "section 2, axes that are not fitted": [
         ("27 63 58", ""),
         ("1 63 58", ""),
@@ -204,7 +204,7 @@ TURNS = {
     ],
     "section 2, another size": [("24 97 2 58", ""), ("24 84 2 16 39 58", ""), ("24 63 58", "98")],
     "section 2, aborted before the size": [("24 58", ""), ("58", ""), ("24 63 58", "98")],
-    "section 2, no size where there are data": [("24 84 58", ""), ("24 63 58", "98")],
+    "section 2, data without a size": [("24 84 58", ""), ("24 63 58", "98")],
     "section 2, bytes before the colon are ignored": [
         ("24 97 3 1 2 3 58", "0 0 0"),
         ("24 65 3 160 134 1 9 9 58", ""),
@@ -219,7 +219,7 @@ TURNS = {
 
 @pytest.mark.parametrize("unit", ["MS2000", "MFC2000"])
 @pytest.mark.parametrize("name", TURNS)
-def test_what_is_sent_is_answered_as_the_document_says(unit: str, name: str) -> None:
+def test_commands_are_answered_as_in_the_document(unit: str, name: str) -> None:
     host = Host(unit=unit)
     for turn in TURNS[name]:
         if isinstance(turn, int):
@@ -229,7 +229,7 @@ def test_what_is_sent_is_answered_as_the_document_says(unit: str, name: str) -> 
             assert host.ask(sent) == answered, sent
 
 
-def test_every_command_of_both_controllers_stands_in_the_table() -> None:
+def test_the_table_has_every_command_of_both_controllers() -> None:
     sent = [turn[0] for turns in TURNS.values() for turn in turns if not isinstance(turn, int)]
     names = {
         event.frame.message.layout.message
@@ -246,17 +246,17 @@ def test_every_command_of_both_controllers_stands_in_the_table() -> None:
         ("24 99 0 58", "18 63 00 3a: byte 1: no command of"),
         ("24 97 2 58", "READ_MOTOR_POSITION: byte 2 is its size"),
         ("27 63 58", "READ_STATUS: no axis 0x1b is fitted"),
-        ("24 81 1 0 58", "WRITE_RAMPING_TIME: 0 would"),
+        ("24 81 1 0 58", "WRITE_RAMPING_TIME: the ramp time must not be 0"),
     ],
 )
-def test_why_a_command_is_ignored_is_told_to_who_keeps_a_log(sent: str, why: str) -> None:
+def test_the_reason_for_ignoring_a_command_is_reported(sent: str, why: str) -> None:
     host = Host()
     assert host.ask(sent) == ""
     assert len(host.refusals) == 1
     assert why in host.refusals[0]
 
 
-def test_a_unit_is_silent_on_commands_that_the_registry_does_not_give_it() -> None:
+def test_a_unit_ignores_commands_that_are_not_its_own() -> None:
     unit = find_unit("MS2000")
     fewer = sorted(unit.messages - {"READ_STATUS", "SWITCH_TO_HIGH_LEVEL"})
     host = Host()
@@ -271,7 +271,7 @@ def test_a_unit_is_silent_on_commands_that_the_registry_does_not_give_it() -> No
     ]
 
 
-def test_an_answer_is_one_call_each() -> None:
+def test_each_answer_is_one_call() -> None:
     host = Host()
     host.send(bytes.fromhex("18613a 183f3a 18693a"))
     assert [data for _, data in host.said] == [b"\0\0\0", b"b", b"EMOT :"]

@@ -1,4 +1,4 @@
-"""How an axis of the MS-2000 moves, against the closed formula, and what it says meanwhile."""
+"""The motion of MS-2000 axes compared with the closed formula, and their status during it."""
 
 import math
 
@@ -19,7 +19,7 @@ WRITE_RAMP, WRITE_TOP, WRITE_VECTOR = 81, 83, 94
 
 
 def trapezoid(distance: float, top: float, ramp: float, time: float) -> tuple[float, float]:
-    """Return way and speed after a time: straight ramps of top speed by ramp time (section 22)."""
+    """Return distance and speed after a time: linear ramps of top speed / ramp time (section 22)."""
     acceleration = top / ramp
     peak = min(top, math.sqrt(acceleration * distance))
     ramps = peak / acceleration
@@ -35,7 +35,7 @@ def trapezoid(distance: float, top: float, ramp: float, time: float) -> tuple[fl
 
 
 MOVES_OF = [
-    # counts of a tenth of a micrometre, µm/s, ms
+    # distance in tenths of a micrometre, top speed in µm/s, ramp time in ms
     (100_000, 6000, 100),
     (-100_000, 6000, 100),
     (5_000, 6000, 100),  # too short for the top speed
@@ -61,7 +61,7 @@ def test_a_move_follows_the_closed_formula_within_one_count(
         host.to(time)
         way, speed = trapezoid(abs(distance), top * 10, ramp / 1000, time / 1000)
         assert abs(host.position - direction * way) <= 1
-        shown = (round(direction * speed / 10) + 32768) % 65536 - 32768  # its two lower bytes
+        shown = (round(direction * speed / 10) + 32768) % 65536 - 32768  # the two lower bytes
         assert abs(host.speed - shown) <= 1
         assert bool(host.status & MOVES) == (way != abs(distance))
         if way == abs(distance):
@@ -70,7 +70,7 @@ def test_a_move_follows_the_closed_formula_within_one_count(
     assert host.position == distance
 
 
-def test_the_instants_of_a_move() -> None:
+def test_status_and_busy_change_at_exact_instants() -> None:
     host = Host()
     host.write(WRITE_TARGET, 3, 60_000)  # 100 ms of ramp, 900 ms at 6000 µm/s, 100 ms of ramp
     for milliseconds, status, busy in [
@@ -89,7 +89,7 @@ def test_the_instants_of_a_move() -> None:
     assert host.position == host.target == 60_000
 
 
-def test_axes_move_each_for_itself() -> None:
+def test_axes_move_independently() -> None:
     host = Host()
     host.write(WRITE_TARGET, 3, 30_000, axis=24)
     host.write(WRITE_TARGET, 3, -10_000, axis=25)
@@ -97,7 +97,7 @@ def test_axes_move_each_for_itself() -> None:
     assert [host.number(97, 3, axis=axis) for axis in (24, 25, 26)] == [30_000, -10_000, 0]
 
 
-def test_a_target_that_is_changed_on_the_way_is_turned_back_to() -> None:
+def test_a_move_turns_around_when_the_target_changes() -> None:
     host = Host()
     host.write(WRITE_TARGET, 3, 60_000)
     host.to(500)
@@ -106,7 +106,7 @@ def test_a_target_that_is_changed_on_the_way_is_turned_back_to() -> None:
     assert (host.position, host.speed) == (before, 6000)
     assert host.status == IDLE | MOVES | RAMPS | DOWN
     host.to(600)
-    assert host.position == before + 3000  # the way of one ramp
+    assert host.position == before + 3000  # the distance of one ramp
     host.to(650)
     assert host.speed == -3000
     assert host.status == IDLE | MOVES | RAMPS
@@ -114,7 +114,7 @@ def test_a_target_that_is_changed_on_the_way_is_turned_back_to() -> None:
     assert (host.position, host.busy) == (0, False)
 
 
-def test_increments_count_from_the_present_position() -> None:
+def test_increments_start_at_the_present_position() -> None:
     host = Host()
     host.write(WRITE_INCREMENT, 3, 10_000)
     host.ask("24 43 0 58")
@@ -130,7 +130,7 @@ def test_increments_count_from_the_present_position() -> None:
     assert host.target == there + 10_500
 
 
-def test_another_number_for_a_position_moves_nothing_and_keeps_the_goal() -> None:
+def test_writing_the_position_moves_nothing_and_keeps_the_target() -> None:
     host = Host()
     host.write(WRITE_TARGET, 3, 60_000)
     host.to(500)
@@ -141,7 +141,7 @@ def test_another_number_for_a_position_moves_nothing_and_keeps_the_goal() -> Non
     assert (host.position, host.target, host.busy) == (60_000 - before - 7,) * 2 + (False,)
 
 
-def test_a_speed_and_a_ramp_count_from_the_next_move_on() -> None:
+def test_speed_and_ramp_apply_from_the_next_move() -> None:
     host = Host()
     host.write(WRITE_TARGET, 3, 60_000)
     host.to(500)
@@ -152,7 +152,7 @@ def test_a_speed_and_a_ramp_count_from_the_next_move_on() -> None:
     assert host.speed == 1000
 
 
-def test_without_a_top_speed_nothing_moves_and_the_command_is_not_done() -> None:
+def test_with_a_top_speed_of_zero_a_move_never_ends() -> None:
     host = Host()
     host.write(WRITE_TOP, 2, 0)
     host.write(WRITE_TARGET, 3, 60_000)
@@ -165,7 +165,7 @@ def test_without_a_top_speed_nothing_moves_and_the_command_is_not_done() -> None
 
 
 @pytest.mark.parametrize("stuck", [False, True])
-def test_what_cannot_move_has_done_what_takes_no_motion(stuck: bool) -> None:
+def test_a_command_without_motion_completes_on_an_axis_that_cannot_move(stuck: bool) -> None:
     host = Host()
     host.write(WRITE_VECTOR, 2, 3000)
     host.to(500)
@@ -181,11 +181,11 @@ def test_what_cannot_move_has_done_what_takes_no_motion(stuck: bool) -> None:
 
 
 class TestVectorSpeed:
-    def test_it_runs_on_until_a_target_comes(self) -> None:
+    def test_it_continues_until_the_next_target(self) -> None:
         host = Host()
         host.write(WRITE_VECTOR, 2, 3000)
         assert host.status == IDLE | MOVES | RAMPS
-        host.to(50)  # top speed by ramp time: half of it in half of the time
+        host.to(50)  # half of the top speed after half of the ramp time
         assert host.speed == 3000
         host.to(1000)
         assert host.position == 750 + 28_500
@@ -206,20 +206,20 @@ class TestVectorSpeed:
         assert (host.status, host.busy) == (IDLE, False)
         assert host.position == host.target == 3000 + 54_000 + 3000
 
-    def test_no_axis_is_faster_than_its_top_speed(self) -> None:
+    def test_the_top_speed_limits_it(self) -> None:
         host = Host()
         host.write(WRITE_VECTOR, 2, 20_000)
         host.to(1000)
         assert host.speed == 6000
 
     @pytest.mark.parametrize(("reading", "speed"), [("unsigned", 6000), ("signed", -3000)])
-    def test_a_speed_above_32767_is_read_either_way(self, reading: str, speed: int) -> None:
+    def test_a_speed_above_32767_has_two_readings(self, reading: str, speed: int) -> None:
         host = Host(strategies={"vector_speed": reading})
         host.write(WRITE_VECTOR, 2, -3000)
         host.to(1000)
         assert host.speed == speed
 
-    def test_a_stopped_axis_does_not_run_when_it_is_started(self) -> None:
+    def test_a_stopped_axis_ignores_it_even_when_started(self) -> None:
         host = Host()
         host.ask("24 66 58")
         host.write(WRITE_TARGET, 3, 10)
@@ -231,7 +231,7 @@ class TestVectorSpeed:
 
 
 class TestStop:
-    def test_it_stands_at_once_and_goes_on_when_started(self) -> None:
+    def test_it_stops_immediately_and_start_continues(self) -> None:
         host = Host()
         host.write(WRITE_TARGET, 3, 60_000)
         host.to(500)
@@ -246,7 +246,7 @@ class TestStop:
         assert (host.position, host.busy) == (60_000, False)
 
     @pytest.mark.parametrize(("reading", "busy"), [("not_busy", False), ("busy", True)])
-    def test_a_stopped_axis_away_from_its_target_is_busy_or_not(
+    def test_the_strategy_decides_whether_a_stopped_axis_is_busy(
         self, reading: str, busy: bool
     ) -> None:
         host = Host(strategies={"disabled_axis": reading})
@@ -258,7 +258,9 @@ class TestStop:
         assert not host.busy
 
     @pytest.mark.parametrize(("reading", "position"), [("resumes", 60_000), ("stays", 0)])
-    def test_starting_goes_to_the_target_or_stays(self, reading: str, position: int) -> None:
+    def test_the_strategy_decides_whether_start_resumes_the_move(
+        self, reading: str, position: int
+    ) -> None:
         host = Host(strategies={"start_motor": reading})
         host.ask("24 66 58")
         host.write(WRITE_TARGET, 3, 60_000)
@@ -266,7 +268,7 @@ class TestStop:
         host.to(3000)
         assert (host.position, host.target, host.busy) == (position, position, False)
 
-    def test_starting_an_axis_that_moves_changes_nothing(self) -> None:
+    def test_starting_a_moving_axis_has_no_effect(self) -> None:
         host = Host(strategies={"start_motor": "stays"})
         host.write(WRITE_TARGET, 3, 60_000)
         host.to(500)
@@ -274,7 +276,7 @@ class TestStop:
         host.to(3000)
         assert host.position == 60_000
 
-    def test_stopping_an_axis_that_runs_leaves_the_target_where_it_stands(self) -> None:
+    def test_stopping_a_vector_motion_makes_the_present_place_the_target(self) -> None:
         host = Host()
         host.write(WRITE_VECTOR, 2, 6000)
         host.to(500)
@@ -302,7 +304,7 @@ class TestEndsOfTravel:
         host.to(6000)
         assert (host.position, host.status) == (0, IDLE)
 
-    def test_it_can_run_into_an_end_and_stand_at_one_from_the_beginning(self) -> None:
+    def test_an_axis_can_run_into_an_end_or_start_at_one(self) -> None:
         host = Host(travel=10_000, position=0)
         assert host.status == IDLE | LOWER
         assert Host(travel=10_000, position=1).status == IDLE
@@ -310,7 +312,7 @@ class TestEndsOfTravel:
         host.to(3000)
         assert (host.position, host.status, host.busy) == (10_000, IDLE | UPPER, False)
 
-    def test_a_position_beyond_24_bits_shows_its_lower_bytes(self) -> None:
+    def test_a_position_beyond_24_bits_returns_its_lower_bytes(self) -> None:
         host = Host()
         host.write(WRITE_POSITION, 3, 8_388_607)
         host.write(WRITE_INCREMENT, 3, 10)
@@ -320,7 +322,7 @@ class TestEndsOfTravel:
 
 
 class TestStuck:
-    def test_the_servo_pushes_until_the_axis_is_free(self) -> None:
+    def test_the_servo_pushes_until_the_axis_is_released(self) -> None:
         host = Host()
         host.write(WRITE_TARGET, 3, 60_000)
         host.to(500)
@@ -366,11 +368,11 @@ _TELL = st.one_of(
         {name: st.sampled_from(list(STRATEGIES[name])) for name in ("start_motor", "vector_speed")}
     ),
 )
-def test_what_an_axis_says_never_contradicts_itself(
+def test_the_state_of_an_axis_is_always_consistent(
     turns: list[tuple[tuple[int, int, int], int]], strategies: dict[str, str]
 ) -> None:
     host = Host(strategies=strategies, travel=50_000, position=20_000)
-    offset = 20_000  # place less counter
+    offset = 20_000  # place minus position
     for (command, size, number), nanoseconds in turns:
         before = host.position
         host.write(command, size, number)

@@ -1,4 +1,4 @@
-"""Benches: what a file may say, and what is said about one that is wrong."""
+"""Benches: valid files, and the errors for invalid ones."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def problems(**unit: Any) -> tuple[str, ...]:
     return caught.value.problems
 
 
-def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
+def test_a_file_can_set_every_option(tmp_path: Path) -> None:
     first, second, rack, last = load_bench(written(tmp_path, FULL)).units
     blueprint = first.blueprint
     assert blueprint.unit is not None
@@ -90,7 +90,7 @@ def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
     assert second.label == "BSC102"
     assert second.place == PtyEndpoint(Path("build/y-stage"))
     assert second.blueprint.options == Options(
-        seed=1,  # the second of the bench: two units of a kind have serial numbers of their own
+        seed=1,  # its position in the bench, so that units of a kind get different serial numbers
         empty_bays=frozenset({1}),
         channels=(Settings(stage=stages.APT_STEPPER, travel=857600, position=10),),
     )
@@ -103,20 +103,20 @@ def test_everything_that_a_file_may_say(tmp_path: Path) -> None:
         unit.blueprint.make(SteppedClock())
 
 
-def test_ports_are_numbers_and_stages_are_named_in_any_case() -> None:
+def test_ports_may_be_numbers_and_stage_names_in_any_case() -> None:
     (unit,) = make_bench([{"name": "TDC001", "tcp": 4001, "stage": "z8"}]).units
     assert unit.place == TcpEndpoint(4001)
     assert unit.blueprint.options.channels == (Settings(stage=stages.Z8),)
 
 
-def test_problems_call_keys_as_they_are_told_to() -> None:
+def test_problems_use_the_given_names_of_keys() -> None:
     with pytest.raises(
-        BenchError, match=r"unit 1 \(TDC001\), <travel>, <position>: .*cannot stand"
+        BenchError, match=r"unit 1 \(TDC001\), <travel>, <position>: .*cannot start"
     ):
         make_bench([{"name": "TDC001", "travel": 9, "position": 10}], called="<{}>".format)
 
 
-def test_a_unit_needs_no_more_than_its_name() -> None:
+def test_only_the_name_of_a_unit_is_required() -> None:
     (unit,) = make_bench([{"name": "TPZ001"}]).units
     assert (unit.place, unit.label, unit.blueprint.options) == (TcpEndpoint(0), "TPZ001", Options())
 
@@ -124,18 +124,18 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
 @pytest.mark.parametrize(
     ("unit", "where", "what"),
     [
-        ({}, "unit 1, key name", "missing; it is a unit such as TDC001, or RACK"),
+        ({}, "unit 1, key name", "missing; give a unit such as TDC001, or RACK"),
         ({"name": "TDC01"}, "unit 1 (TDC01), key name", "did you mean TDC001"),
-        ({"name": 3}, "unit 1, key name", "expected a text, not 3"),
+        ({"name": 3}, "unit 1, key name", "expected a string, not 3"),
         (
             {"name": "TDC001", "label": ["x"]},
             "unit 1 (TDC001), key label",
-            "expected a text, not a list",
+            "expected a string, not a list",
         ),
         (
             {"name": "TDC001", "colour": 1},
             "unit 1 (TDC001), key colour",
-            "no such key; there are: name, stage, travel",
+            "unknown key; known keys: name, stage, travel",
         ),
         ({"name": "TDC001", "sede": 1}, "unit 1 (TDC001), key sede", "did you mean seed?"),
         ({"name": "TDC001", "seed": True}, "unit 1 (TDC001), key seed", "an integer, not True"),
@@ -144,16 +144,16 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
         (
             {"name": "TDC001", "stage": "z9"},
             "unit 1 (TDC001), key stage",
-            "no stage z9; did you mean Z8? (there are: APT_STEPPER, MLS203, MLS203_X, MLS203_Y, "
+            "no stage z9; did you mean Z8? (available: APT_STEPPER, MLS203, MLS203_X, MLS203_Y, "
             "Z8, Z806, Z812, Z825)",
         ),
-        ({"name": "TDC001", "stage": "rubber"}, "key stage", "no stage rubber (there are: APT"),
+        ({"name": "TDC001", "stage": "rubber"}, "key stage", "no stage rubber (available: APT"),
         ({"name": "TSC001", "travel": 5}, "key travel", "moves nothing"),
-        ({"name": "TSG001", "faults": ["stick channel=1"]}, "key faults", "that could stick"),
-        ({"name": "TDC001", "stage": "MLS203"}, "key stage", "not known (they are on: BBD101"),
-        ({"name": "MS2000", "stage": "Z8"}, "key stage", "has no stage Z8 (there is none)"),
+        ({"name": "TSG001", "faults": ["stick channel=1"]}, "key faults", "that can stick"),
+        ({"name": "TDC001", "stage": "MLS203"}, "key stage", "unknown (known on: BBD101"),
+        ({"name": "MS2000", "stage": "Z8"}, "key stage", "has no stage Z8 (none available)"),
         ({"name": "TDC001", "travel": "1 mm"}, "key travel", "an integer, not '1 mm'"),
-        ({"name": "TDC001", "quirks": ["haste"]}, "key quirks", "no quirk haste (there are:"),
+        ({"name": "TDC001", "quirks": ["haste"]}, "key quirks", "no quirk haste (available:"),
         ({"name": "TDC001", "quirks": "haste"}, "key quirks", "expected a list, not 'haste'"),
         ({"name": "TDC001", "empty_bays": [0]}, "key empty_bays", "it has no bays"),
         ({"name": "MS2000", "strategies": {"mood": "low"}}, "key strategies", "mood"),
@@ -177,20 +177,20 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
         ({"name": "TDC001", "bays": ["MST601"]}, "key bays", 'only name = "RACK"'),
         ({"name": "RAK"}, "key name", "did you mean RACK? (known units: BBD101"),
         ({"name": "TDC01"}, "key name", "OST001, RACK, TDC001"),
-        ({"name": "TDC001", "travel": 0}, "key travel", "needs a travel"),
+        ({"name": "TDC001", "travel": 0}, "key travel", "requires a travel"),
         (
             {"name": "TDC001", "travel": 9, "position": 10},
             "key travel, key position",
-            "cannot stand at 10 of a travel of 9",
+            "cannot start at 10 within a travel of 9",
         ),
-        ({"name": "MS2000", "answer_unsupported": True}, "key answer_unsupported", "stays silent"),
-        # right by itself, wrong together
+        ({"name": "MS2000", "answer_unsupported": True}, "key answer_unsupported", "never answers"),
+        # each is valid, but not both
         (
             {"name": "BSC103", "empty_bays": [1, 2], "channel": [{}, {}]},
             "key channel",
-            "has 1 channels, and settings for 2",
+            "settings for 2 channels were given, but BSC103 has 1",
         ),
-        ({"name": "RACK"}, "(RACK), key bays", "missing; it lists the modules"),
+        ({"name": "RACK"}, "(RACK), key bays", "missing; list the modules"),
         (
             {"name": "RACK", "bays": ["MST602"], "channel": [{}]},
             "(RACK), key bays",
@@ -199,11 +199,11 @@ def test_a_unit_needs_no_more_than_its_name() -> None:
         (
             {"name": "RACK", "bays": ["TDC001"]},
             "(RACK), key bays",
-            "is no module of a rack (there are: MPZ601, MST601)",
+            "is not a module of a rack (modules: MPZ601, MST601)",
         ),
     ],
 )
-def test_what_is_wrong_is_named_with_its_key_and_what_was_expected(
+def test_a_problem_names_its_key_and_the_expected_value(
     unit: dict[str, Any], where: str, what: str
 ) -> None:
     (problem,) = problems(**unit)
@@ -212,7 +212,7 @@ def test_what_is_wrong_is_named_with_its_key_and_what_was_expected(
     assert what in problem
 
 
-def test_all_that_is_wrong_is_said_at_once() -> None:
+def test_all_problems_are_reported_together() -> None:
     with pytest.raises(BenchError) as caught:
         make_bench(
             [
@@ -231,7 +231,7 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
 
 
 @pytest.mark.parametrize("key", ["tcp", "pty"])
-def test_two_units_in_one_place_are_refused(key: str) -> None:
+def test_two_units_at_the_same_endpoint_are_refused(key: str) -> None:
     spot = {"tcp": "4001", "pty": "build/x"}[key]
     units = [{"name": "TDC001", key: spot}, {"name": "TSC001"}, {"name": "BSC101", key: spot}]
     with pytest.raises(
@@ -240,7 +240,7 @@ def test_two_units_in_one_place_are_refused(key: str) -> None:
         make_bench(units)
 
 
-def test_any_number_of_units_may_take_free_ports() -> None:
+def test_several_units_can_use_free_ports() -> None:
     assert len(make_bench([{"name": "TDC001", "tcp": "0"}, {"name": "TDC001"}]).units) == 2
     both = [{"name": "TDC001", "tcp": f"{host}:4001"} for host in ("127.0.0.1", "[::1]")]
     assert len(make_bench(both).units) == 2
@@ -249,17 +249,17 @@ def test_any_number_of_units_may_take_free_ports() -> None:
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("", "key unit: there is no unit; each begins with a line [[unit]]"),
+        ("", "key unit: missing; each unit begins with a line [[unit]]"),
         ("unit = 3", "key unit: expected a list, not 3"),
         ("[unit]\nname = 'TDC001'", "key unit: expected a list: each begins with a line [[unit]]"),
         ("[[unit]]\nname = 'TDC001'\n[unit.channel]", "begins with a line [[unit.channel]]"),
-        ("name = 'TDC001'", "key name: there is no such key; there are: unit"),
-        ("[[unit]\n", "is no TOML file: "),
+        ("name = 'TDC001'", "key name: unknown key; known keys: unit"),
+        ("[[unit]\n", "not a valid TOML file: "),
         ("[[unit]]\nseed = 1\nseed = 2", "Cannot overwrite a value"),
         ("a = " + "[" * 100_000, "nested too deeply"),
     ],
 )
-def test_files_that_are_no_bench(tmp_path: Path, text: str, what: str) -> None:
+def test_an_invalid_bench_file_is_refused(tmp_path: Path, text: str, what: str) -> None:
     path = written(tmp_path, text)
     with pytest.raises(BenchError) as caught:
         load_bench(path)
@@ -267,13 +267,13 @@ def test_files_that_are_no_bench(tmp_path: Path, text: str, what: str) -> None:
     assert str(caught.value).startswith(f"{path}")
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_an_unreadable_bench_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BenchError, match="cannot be read: No such file"):
         load_bench(tmp_path / "bench.toml")
     with pytest.raises(BenchError, match="cannot be read: Is a directory"):
         load_bench(tmp_path)
     (tmp_path / "bench.toml").write_bytes(b"\xff")
-    with pytest.raises(BenchError, match=r"is no TOML file: .*utf-8"):
+    with pytest.raises(BenchError, match=r"not a valid TOML file: .*utf-8"):
         load_bench(tmp_path / "bench.toml")
 
 
@@ -316,14 +316,12 @@ KEYS = st.sampled_from(
 
 @settings(max_examples=60, deadline=None)
 @given(st.sampled_from(["TDC001", "RACK", "MS2000"]), st.dictionaries(KEYS, values, max_size=5))
-def test_whatever_stands_in_a_bench_it_is_one_or_a_list_of_problems(
-    name: str, unit: dict[str, Any]
-) -> None:
+def test_any_table_is_a_bench_or_a_list_of_problems(name: str, unit: dict[str, Any]) -> None:
     with contextlib.suppress(BenchError):
         assert len(make_bench([{"name": name, **unit}]).units) == 1
 
 
-def test_a_bench_is_served_and_heard() -> None:
+def test_the_units_of_a_bench_can_be_served() -> None:
     async def test() -> None:
         book = Notebook()
         (unit,) = make_bench([{"name": "TDC001", "seed": 1}]).units
@@ -340,5 +338,5 @@ def test_a_bench_is_served_and_heard() -> None:
     asyncio.run(asyncio.wait_for(test(), 20))
 
 
-def test_a_bench_that_is_wrong_is_a_virtual_error() -> None:
+def test_bench_error_is_a_virtual_error() -> None:
     assert issubclass(BenchError, VirtualError)

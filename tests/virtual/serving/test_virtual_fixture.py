@@ -1,4 +1,4 @@
-"""The fixture ``virtual``, as the tests of somebody who installed Stagewire have it."""
+"""The fixture ``virtual`` in the tests of a user."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_second_finds_them_closed():
 """
 
 
-def test_it_offers_what_the_package_offers(virtual: Controllers) -> None:
+def test_the_fixture_has_the_names_of_the_package(virtual: Controllers) -> None:
     tdc = virtual.TDC001(stage=stages.Z8)
     assert isinstance(tdc, VirtualController)
     clock = virtual.SteppedClock()
@@ -48,7 +48,7 @@ def test_it_offers_what_the_package_offers(virtual: Controllers) -> None:
         virtual.TDC01  # noqa: B018
 
 
-def test_what_it_made_is_closed_at_the_end() -> None:
+def test_controllers_of_the_fixture_are_closed_at_the_end() -> None:
     from contextlib import ExitStack
 
     with ExitStack() as stack:
@@ -70,7 +70,7 @@ def run(folder: Path, *words: str, **variables: str) -> subprocess.CompletedProc
     )
 
 
-def test_pytest_finds_it_in_the_tests_of_a_user(tmp_path: Path) -> None:
+def test_pytest_finds_the_fixture_in_the_tests_of_a_user(tmp_path: Path) -> None:
     (tmp_path / "conftest.py").write_text('pytest_plugins = ["stagewire_virtual.pytest_plugin"]\n')
     (tmp_path / "test_mine.py").write_text(USERS)
     words = ("-m", "pytest", "-q", "-W", "error", "-p", "no:cacheprovider")
@@ -80,7 +80,7 @@ def test_pytest_finds_it_in_the_tests_of_a_user(tmp_path: Path) -> None:
 
 
 @pytest.mark.matrix
-def test_a_pytest_that_does_not_ask_for_it_imports_nothing_of_it(tmp_path: Path) -> None:
+def test_pytest_without_the_plugin_imports_nothing_of_stagewire(tmp_path: Path) -> None:
     (tmp_path / "test_mine.py").write_text(
         "import sys\n"
         "def test_nothing():\n"

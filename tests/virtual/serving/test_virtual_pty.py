@@ -1,4 +1,4 @@
-"""Controllers on pseudo-terminals, as a program meets them through pyserial."""
+"""Controllers on pseudo-terminals, opened with pyserial."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stagewire_virtual.errors import ServingError
 from stagewire_virtual.faults.link import FaultyLink
 from stagewire_virtual.serving.link import BACKLOG
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 PATIENCE = 20.0
 EVERY_BYTE = bytes(range(256))
@@ -44,14 +44,14 @@ def until(condition: Callable[[], bool]) -> None:
         threading.Event().wait(0.002)
 
 
-def test_a_program_takes_it_for_a_serial_port_and_every_byte_passes() -> None:
+def test_every_byte_passes_through_a_pseudo_terminal() -> None:
     with echo_link().pty() as served, port(served.url) as line:
         line.write(EVERY_BYTE)
         assert line.read(256) == EVERY_BYTE
 
 
-def test_raw_from_the_first_byte() -> None:
-    """Without pyserial, which makes a port raw by itself: no echo, no translation, no signals."""
+def test_a_pseudo_terminal_is_raw_from_the_first_byte() -> None:
+    """Even without pyserial, which sets raw mode itself: no echo, no translation, no signals."""
     with echo_link(SteppedClock()).pty() as served:
         line = os.open(served.url, os.O_RDWR | os.O_NOCTTY)
         try:
@@ -65,7 +65,7 @@ def test_raw_from_the_first_byte() -> None:
             os.close(line)
 
 
-def test_a_program_that_closes_may_come_again() -> None:
+def test_a_program_can_open_it_again() -> None:
     with echo_link().pty() as served:
         for number in range(5):
             with port(served.url) as line:
@@ -73,13 +73,13 @@ def test_a_program_that_closes_may_come_again() -> None:
                 assert line.read(1) == b"%d" % number
 
 
-def test_it_speaks_in_real_time() -> None:
+def test_a_controller_on_a_pseudo_terminal_runs_in_real_time() -> None:
     with echo_link().pty() as served, port(served.url) as line:
         line.write(b"t")
         assert line.read(15) == 3 * TICK
 
 
-def test_hanging_up_is_an_error_to_the_program_and_there_is_another_one() -> None:
+def test_a_hang_up_is_an_error_and_another_terminal_follows() -> None:
     with echo_link().pty() as served:
         book = served.link.observer = Notebook()
         first = served.url
@@ -88,14 +88,14 @@ def test_hanging_up_is_an_error_to_the_program_and_there_is_another_one() -> Non
             with pytest.raises((serial.SerialException, OSError)):
                 line.read(1)
             assert served.url != first
-            assert book.notes == [f"hung up; from now on at {served.url}"]
+            assert book.notes == [f"hung up; now at {served.url}"]
             with port(served.url) as again:
                 again.write(b"again")
                 assert again.read(5) == b"again"
 
 
-def test_what_was_said_before_can_be_read_after_the_plug_was_pulled() -> None:
-    """Systems throw away what waits in a terminal that hangs up: a frame of which half came is that half."""
+def test_bytes_sent_before_a_hang_up_can_still_be_read() -> None:
+    """Systems discard unread bytes of a terminal that hangs up, so the link waits until they are read."""
 
     def make(clock: Clock) -> FaultyLink:
         return FaultyLink(EchoInstrument(clock), ["to_host disconnect at=7"])
@@ -104,13 +104,13 @@ def test_what_was_said_before_can_be_read_after_the_plug_was_pulled() -> None:
         first = served.url
         with port(first) as line:
             line.write(EVERY_BYTE)
-            until(lambda: served.url != first)  # cut, and nothing read yet
+            until(lambda: served.url != first)  # the line is cut, and nothing has been read yet
             assert line.read(7) == EVERY_BYTE[:7]
             with pytest.raises((serial.SerialException, OSError)):
                 line.read(1)
 
 
-def test_what_nobody_reads_is_not_waited_for_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unread_bytes_delay_a_hang_up_only_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stagewire_virtual.serving.pty._GRACE", 0.02)
     with echo_link().pty() as served, port(served.url) as line:
         device = Path(served.url)
@@ -120,7 +120,7 @@ def test_what_nobody_reads_is_not_waited_for_for_ever(monkeypatch: pytest.Monkey
         until(lambda: not device.exists())
 
 
-def test_closing_does_not_wait_for_what_nobody_reads() -> None:
+def test_closing_does_not_wait_for_unread_bytes() -> None:
     with echo_link().pty() as served, port(served.url) as line:
         line.write(b"left")
         until(lambda: line.in_waiting == 4)
@@ -130,7 +130,7 @@ def test_closing_does_not_wait_for_what_nobody_reads() -> None:
         assert not device.exists()
 
 
-def test_a_symbolic_link_is_there_for_as_long(tmp_path: Path) -> None:
+def test_a_symbolic_link_exists_while_it_is_served(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
     with echo_link().pty(name) as served:
         assert served.url == str(name)
@@ -152,7 +152,7 @@ def answers(name: Path) -> bool:
         return line.read(5) == b"hello"
 
 
-def test_what_an_earlier_server_left_behind_is_replaced(tmp_path: Path) -> None:
+def test_a_stale_symbolic_link_is_replaced(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
     with echo_link().pty() as served:
         gone = Path(served.url).with_name("999999")
@@ -162,21 +162,23 @@ def test_what_an_earlier_server_left_behind_is_replaced(tmp_path: Path) -> None:
     assert not name.is_symlink()
 
 
-def test_the_same_pseudo_terminal_again_is_no_other_server(tmp_path: Path) -> None:
-    """Systems give the lowest number that is free, so that a server that was killed finds its own link."""
+def test_a_stale_link_to_the_same_terminal_is_replaced(tmp_path: Path) -> None:
+    """Systems assign the lowest free number, so a server can find its own link after being killed."""
     name = tmp_path / "x-stage"
     with echo_link().pty() as served:
         device = served.url
     name.symlink_to(device)
     with echo_link().pty(name):
-        if os.readlink(name) == device:  # nobody else came first
+        if os.readlink(name) == device:  # no other process got this number
             assert answers(name)
 
 
-def test_the_link_of_another_server_is_not_taken_over(tmp_path: Path) -> None:
+def test_the_link_of_another_server_is_not_replaced(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
     with echo_link().pty(name):
-        with pytest.raises(ServingError, match=r"symbolic link .*: File exists; choose a name"):
+        with pytest.raises(
+            ServingError, match=r"symbolic link .*: File exists; choose an unused name"
+        ):
             echo_link().pty(name)
         assert answers(name)
 
@@ -191,13 +193,15 @@ def test_nothing_else_is_overwritten(tmp_path: Path, kind: str) -> None:
     if kind == "link to a file":
         name = tmp_path / "link"
         name.symlink_to(tmp_path / "taken")
-    with pytest.raises(ServingError, match=r"(?s)symbolic link .*: File exists; choose a name"):
+    with pytest.raises(
+        ServingError, match=r"(?s)symbolic link .*: File exists; choose an unused name"
+    ):
         echo_link().pty(name)
     assert kind == "folder" or (tmp_path / "taken").read_text() == "precious"
     assert name.exists()
 
 
-def test_a_link_that_somebody_else_has_taken_over_is_left_alone(tmp_path: Path) -> None:
+def test_a_link_that_was_changed_is_not_removed(tmp_path: Path) -> None:
     name = tmp_path / "x-stage"
     with echo_link().pty(name):
         name.unlink()
@@ -205,12 +209,12 @@ def test_a_link_that_somebody_else_has_taken_over_is_left_alone(tmp_path: Path) 
     assert os.readlink(name) == "elsewhere"
 
 
-def test_a_folder_that_is_not_there_is_an_error_for_people(tmp_path: Path) -> None:
-    with pytest.raises(ServingError, match="a folder that you may write to"):
+def test_a_missing_directory_is_a_serving_error(tmp_path: Path) -> None:
+    with pytest.raises(ServingError, match="a directory that you can write to"):
         echo_link().pty(tmp_path / "no" / "x-stage")
 
 
-def test_a_program_that_does_not_read_costs_bounded_memory() -> None:
+def test_a_program_that_does_not_read_uses_bounded_memory() -> None:
     frame = 1000
     with echo_link().pty() as served, port(served.url) as line:
 
@@ -232,7 +236,7 @@ def test_a_program_that_does_not_read_costs_bounded_memory() -> None:
         assert line.read(5) == b"alive"
 
 
-def test_a_system_without_pseudo_terminals_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_system_without_pseudo_terminals_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     imported = builtins.__import__
 
     def without(name: str, *rest: Any) -> Any:
@@ -241,11 +245,11 @@ def test_a_system_without_pseudo_terminals_says_so(monkeypatch: pytest.MonkeyPat
         return imported(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(ServingError, match="no pseudo-terminals; serve it by TCP"):
+    with pytest.raises(ServingError, match="no pseudo-terminals; use TCP instead"):
         echo_link().pty()
 
 
-def test_a_real_unit_answers() -> None:
+def test_a_unit_answers_on_a_pseudo_terminal() -> None:
     with virtual.TDC001().pty() as served, port(served.url) as line:
         line.write(bytes.fromhex("05 00 00 00 50 01"))
         assert line.read(90)[:2] == b"\x06\x00"

@@ -1,4 +1,4 @@
-"""The server: awake when something is due or comes, and one instant at a time."""
+"""The server: it wakes up for timers and bytes, and runs everything at exact instants."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stagewire_virtual.serving.link import at_this_instant
 from stagewire_virtual.serving.server import Server
 from stagewire_virtual.serving.tcp import TcpLink
 
-PATIENCE = 20  # seconds after which a test that waits in real time has failed
+PATIENCE = 20  # seconds after which a test that waits in real time fails
 
 
 def run(test: Callable[[], Coroutine[Any, Any, None]]) -> None:
@@ -31,7 +31,7 @@ async def hear(reader: asyncio.StreamReader, data: bytes) -> None:
     assert await reader.readexactly(len(data)) == data
 
 
-def test_timers_run_at_their_own_instants() -> None:
+def test_served_timers_run_at_their_own_instants() -> None:
     async def test() -> None:
         book = Notebook()
         async with Server() as server:
@@ -49,8 +49,8 @@ def test_timers_run_at_their_own_instants() -> None:
     run(test)
 
 
-def test_a_server_with_nothing_due_sets_no_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It sleeps: no alarm of the event loop but for the timer that is next."""
+def test_a_server_sets_an_alarm_only_for_the_next_timer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The only timer of the event loop is for the next timer of the clock."""
 
     async def test() -> None:
         alarms: list[float] = []
@@ -69,24 +69,24 @@ def test_a_server_with_nothing_due_sets_no_alarm(monkeypatch: pytest.MonkeyPatch
             server.run(lambda: instrument.receive(b"t"))
             assert [round(delay) for delay in alarms] == [30]
             server.run(lambda: None)
-            assert len(alarms) == 1  # nothing has become due earlier
+            assert len(alarms) == 1  # the next timer is the same
 
     run(test)
 
 
-def test_an_earlier_timer_wakes_earlier() -> None:
+def test_an_earlier_timer_wakes_the_server_earlier() -> None:
     async def test() -> None:
         rung = asyncio.Event()
         async with Server() as server:
             server.run(lambda: None)
             server.clock.call_later(30 * SECOND, lambda: None)
-            server.clock.call_later(SECOND // 100, rung.set)  # from outside of run()
+            server.clock.call_later(SECOND // 100, rung.set)  # outside of run()
             await rung.wait()
 
     run(test)
 
 
-def test_after_an_error_in_a_timer_time_goes_on() -> None:
+def test_an_error_in_a_timer_does_not_stop_the_clock() -> None:
     async def test() -> None:
         errors: list[dict[str, Any]] = []
         asyncio.get_running_loop().set_exception_handler(lambda _, context: errors.append(context))
@@ -100,7 +100,7 @@ def test_after_an_error_in_a_timer_time_goes_on() -> None:
     run(test)
 
 
-def test_what_is_due_comes_before_what_is_received() -> None:
+def test_timers_that_are_due_run_before_received_bytes() -> None:
     clock = SteppedClock()
     order: list[str] = []
     clock.call_later(0, lambda: order.append("due"))
@@ -108,7 +108,7 @@ def test_what_is_due_comes_before_what_is_received() -> None:
     assert order == ["due", "received"]
 
 
-def test_real_time_stands_still_while_something_is_received() -> None:
+def test_real_time_stands_still_while_bytes_are_processed() -> None:
     clock = RealClock()
     times: set[int] = set()
 
@@ -119,7 +119,7 @@ def test_real_time_stands_still_while_something_is_received() -> None:
     assert len(times) == 1
 
 
-def test_a_stepped_clock_is_served_too_and_goes_by_no_alarm() -> None:
+def test_a_stepped_clock_is_served_without_alarms() -> None:
     async def test() -> None:
         clock = SteppedClock()
         async with Server(clock) as server:
@@ -136,7 +136,7 @@ def test_a_stepped_clock_is_served_too_and_goes_by_no_alarm() -> None:
     run(test)
 
 
-def test_closing_frees_the_port_and_is_harmless_when_done_twice() -> None:
+def test_closing_frees_the_port_and_can_be_repeated() -> None:
     async def test() -> None:
         server = Server()
         link = TcpLink(EchoInstrument(server.clock), "127.0.0.1", 0)
@@ -170,7 +170,7 @@ def test_closing_frees_the_port_and_is_harmless_when_done_twice() -> None:
         ("127.0.0.1:1", "0.0.0.0", TcpEndpoint(1)),
     ],
 )
-def test_where_a_text_means(text: str, bind: str | None, place: TcpEndpoint) -> None:
+def test_endpoints_are_parsed(text: str, bind: str | None, place: TcpEndpoint) -> None:
     assert parse_tcp(text, bind) == place
 
 
@@ -189,6 +189,6 @@ def test_where_a_text_means(text: str, bind: str | None, place: TcpEndpoint) -> 
         ("10.0.0.1:4001", "10.0.0.2", "--bind 10.0.0.1"),
     ],
 )
-def test_what_is_no_place_is_refused(text: str, bind: str | None, why: str) -> None:
+def test_invalid_endpoints_are_refused(text: str, bind: str | None, why: str) -> None:
     with pytest.raises(ServingError, match=why):
         parse_tcp(text, bind)

@@ -1,4 +1,4 @@
-"""Controllers by TCP, as a program meets them: plain sockets, and pyserial's socket://."""
+"""Controllers served by TCP, opened with plain sockets and with pyserial's socket://."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def until(condition: Callable[[], bool]) -> None:
         threading.Event().wait(0.002)
 
 
-def test_a_program_talks_to_a_controller_through_pyserial() -> None:
+def test_a_served_controller_gives_the_same_answer_as_in_memory() -> None:
     with (
         virtual.TDC001(seed=1).tcp() as served,
         serial.serial_for_url(served.url, timeout=PATIENCE) as port,
@@ -72,18 +72,18 @@ def test_a_program_talks_to_a_controller_through_pyserial() -> None:
         assert said == in_memory.read()
 
 
-def test_updates_come_by_themselves() -> None:
+def test_updates_arrive_in_real_time() -> None:
     with virtual.TDC001().tcp() as served, host(served) as line:
         line.sendall(START_UPDATES)
         began = time.monotonic()
         assert read(line, 40)[:2] == read(line, 20)[:2] == b"\x91\x04"
         assert (
             time.monotonic() - began > 0.25
-        )  # three of them, 100 ms apart; the first after 100 ms
+        )  # three updates, 100 ms apart; the first after 100 ms
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1:0", "[::1]:0"])
-def test_addresses_of_this_machine(address: str) -> None:
+def test_ipv4_and_ipv6_loopback_addresses_work(address: str) -> None:
     with echo_link().tcp(address) as served, host(served) as line:
         line.sendall(b"hello")
         assert read(line, 5) == b"hello"
@@ -104,7 +104,7 @@ def test_a_second_host_is_turned_away_with_a_note() -> None:
         assert said in book.notes
 
 
-def test_one_host_after_another() -> None:
+def test_hosts_can_connect_one_after_another() -> None:
     with echo_link().tcp() as served:
         for number in range(20):
             with host(served) as line:
@@ -112,7 +112,7 @@ def test_one_host_after_another() -> None:
                 assert read(line, 2) == b"%02d" % number
 
 
-def test_what_is_said_to_nobody_is_lost() -> None:
+def test_messages_without_a_host_are_lost() -> None:
     with echo_link(SteppedClock()).tcp() as served:
         with host(served) as line:
             line.sendall(b"t")
@@ -128,7 +128,7 @@ def test_what_is_said_to_nobody_is_lost() -> None:
             assert read(line, 5) == b"hello"
 
 
-def test_what_a_fault_holds_back_does_not_reach_the_next_host() -> None:
+def test_a_delayed_frame_does_not_reach_the_next_host() -> None:
     tdc = virtual.TDC001(clock=SteppedClock(), faults=["to_host delay frame by=5"])
     with tdc.tcp() as served:
         with host(served) as line:
@@ -141,7 +141,7 @@ def test_what_a_fault_holds_back_does_not_reach_the_next_host() -> None:
             assert served.link.sent == 0
 
 
-def test_a_host_that_does_not_read_costs_bounded_memory_and_loses_whole_frames() -> None:
+def test_a_host_that_does_not_read_loses_whole_frames() -> None:
     frame = 1000
     with echo_link().tcp() as served, host(served) as line:
         until(lambda: served.link.connected)
@@ -164,7 +164,7 @@ def test_a_host_that_does_not_read_costs_bounded_memory_and_loses_whole_frames()
         assert read(line, 5) == b"alive"
 
 
-def test_stepped_time_goes_on_after_what_the_host_has_sent() -> None:
+def test_advancing_first_processes_bytes_of_the_host() -> None:
     with echo_link(SteppedClock()).tcp() as served:
         for _ in range(20):
             with host(served) as line:
@@ -176,7 +176,7 @@ def test_stepped_time_goes_on_after_what_the_host_has_sent() -> None:
             until(lambda: not served.link.connected)
 
 
-def test_controllers_that_share_a_clock_go_on_together() -> None:
+def test_controllers_that_share_a_clock_advance_together() -> None:
     clock = SteppedClock()
     with (
         echo_link(clock).tcp() as one,
@@ -190,15 +190,15 @@ def test_controllers_that_share_a_clock_go_on_together() -> None:
         assert read(a, 10) == read(b, 10) == 2 * TICK
 
 
-def test_real_time_cannot_be_stepped() -> None:
+def test_real_time_cannot_be_advanced() -> None:
     with (
         echo_link().tcp() as served,
-        pytest.raises(VirtualError, match=r"real time .* clock=SteppedClock"),
+        pytest.raises(VirtualError, match=r"cannot advance real time.*clock=SteppedClock"),
     ):
         served.advance(1)
 
 
-def test_unplugging_breaks_the_connection_and_the_host_may_come_again() -> None:
+def test_a_host_can_reconnect_after_unplugging() -> None:
     with echo_link().tcp() as served:
         with host(served) as line:
             line.sendall(b"hello")
@@ -210,7 +210,7 @@ def test_unplugging_breaks_the_connection_and_the_host_may_come_again() -> None:
             assert read(line, 5) == b"again"
 
 
-def test_a_fault_disconnects_in_mid_frame() -> None:
+def test_a_fault_can_disconnect_within_a_frame() -> None:
     with (
         virtual.TDC001(faults=["to_host disconnect byte at=7"]).tcp() as served,
         host(served) as line,
@@ -219,7 +219,7 @@ def test_a_fault_disconnects_in_mid_frame() -> None:
         assert 0 < len(read(line, 90)) < 90
 
 
-def test_a_port_that_is_taken_is_named() -> None:
+def test_a_port_in_use_is_named_in_the_error() -> None:
     with echo_link().tcp() as served:
         address = served.url.removeprefix("socket://")
         with pytest.raises(
@@ -230,10 +230,10 @@ def test_a_port_that_is_taken_is_named() -> None:
             echo_link().tcp(int(address.rpartition(":")[2]))
 
 
-def test_a_network_address_wants_to_be_allowed() -> None:
-    with pytest.raises(ServingError, match="obey whoever reaches them"):
+def test_a_network_address_requires_bind() -> None:
+    with pytest.raises(ServingError, match="obey every host that connects"):
         echo_link().tcp("0.0.0.0:0")
-    with pytest.raises(ServingError, match="empty address"):
+    with pytest.raises(ServingError, match="address to bind to is empty"):
         echo_link().tcp(bind="")
     with echo_link().tcp(bind="0.0.0.0") as served:
         assert served.url.startswith("socket://0.0.0.0:")
@@ -251,17 +251,17 @@ def test_the_thread_ends_with_the_last_controller() -> None:
     assert "stagewire-virtual" in threads()
     other.close()
     assert "stagewire-virtual" not in threads()
-    with pytest.raises(VirtualError, match="echo is not served any more"):
+    with pytest.raises(VirtualError, match="echo is no longer served"):
         one.power_cycle()
 
 
-def test_closing_the_controller_closes_what_was_served_from_it() -> None:
+def test_closing_a_controller_closes_those_served_from_it() -> None:
     with echo_link() as in_memory:
         served = in_memory.tcp()
     assert "(closed)" in repr(served)
 
 
-def test_calls_run_in_the_thread_and_raise_here() -> None:
+def test_calls_run_in_the_server_thread_and_raise_in_the_caller() -> None:
     with echo_link().tcp() as served:
         assert served.call(threading.current_thread).name == "stagewire-virtual"
         assert served.call(lambda: served.call(divmod, 7, 2)) == (3, 1)
@@ -272,33 +272,33 @@ def test_calls_run_in_the_thread_and_raise_here() -> None:
         assert not served.call(lambda: served.instrument.ticking)
 
 
-def test_a_call_that_exits_does_so_here_and_serving_goes_on() -> None:
+def test_system_exit_in_a_call_reaches_only_the_caller() -> None:
     with echo_link().tcp() as served:
         with pytest.raises(SystemExit, match="3"):
             served.call(sys.exit, 3)
         assert speaks(served)
 
 
-def test_in_the_thread_that_serves_nothing_is_served_or_closed() -> None:
+def test_the_server_thread_cannot_serve_or_close_controllers() -> None:
     with echo_link().tcp() as served:
         for waits_for_itself in (served.close, echo_link().tcp):
-            with pytest.raises(VirtualError, match="do it from the thread that called"):
+            with pytest.raises(VirtualError, match="do it from another thread"):
                 served.call(waits_for_itself)
         assert speaks(served)
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
-def test_a_process_that_is_forked_serves_by_itself() -> None:
+def test_a_forked_process_has_its_own_server_thread() -> None:
     with echo_link().tcp() as served:
         child = os.fork()
         if not child:
-            signal.alarm(round(PATIENCE))  # a wait without an end is a failure
+            signal.alarm(round(PATIENCE))  # ends a child that hangs
             status = 1
             try:
                 with echo_link().tcp() as own:
                     assert speaks(own)
-                with pytest.raises(VirtualError, match="not in this process"):
+                with pytest.raises(VirtualError, match="not running in this process"):
                     served.close()
                 status = 0
             finally:
@@ -307,7 +307,7 @@ def test_a_process_that_is_forked_serves_by_itself() -> None:
         assert speaks(served)
 
 
-def test_a_stepped_clock_goes_on_where_its_controllers_are_served() -> None:
+def test_a_stepped_clock_runs_in_the_thread_of_its_controllers() -> None:
     clock = SteppedClock()
     threads: list[str] = []
     clock.call_later(1, lambda: threads.append(threading.current_thread().name))
@@ -321,7 +321,7 @@ def test_a_stepped_clock_goes_on_where_its_controllers_are_served() -> None:
     assert threads[1:] == [threading.current_thread().name]
 
 
-def test_a_controller_that_fails_is_not_passed_over_in_silence() -> None:
+def test_closing_reports_a_failed_controller() -> None:
     served = echo_link().tcp()
     with host(served) as line:
         line.sendall(b"!")
@@ -330,7 +330,7 @@ def test_a_controller_that_fails_is_not_passed_over_in_silence() -> None:
         served.close()
 
 
-def test_one_that_fails_does_not_keep_others_from_being_closed() -> None:
+def test_a_failed_controller_does_not_prevent_closing_others() -> None:
     in_memory = echo_link()
     one, other = in_memory.tcp(), in_memory.tcp()
     with host(other) as line:
@@ -342,7 +342,7 @@ def test_one_that_fails_does_not_keep_others_from_being_closed() -> None:
     assert all(thread.name != "stagewire-virtual" for thread in threading.enumerate())
 
 
-def test_what_cannot_be_made_is_refused_before_anything_is_served() -> None:
+def test_a_maker_that_raises_leaves_no_server_thread() -> None:
     def refuse(clock: Clock) -> EchoInstrument:
         if not isinstance(clock, SteppedClock):
             raise VirtualError("no instrument today")

@@ -1,10 +1,10 @@
-"""Clients that nobody here wrote, against virtual controllers in real time.
+"""Third-party clients with virtual controllers in real time.
 
-thorlabs-apt-device speaks through a pty, as through a USB adapter, thorlabs-apt-protocol through TCP.
-Each connects, homes, moves, reads back, jogs, stops and closes. What it reports is held against where the
-controller stands. Distances are short and velocities high, and whatever waits, waits for what a client says.
+thorlabs-apt-device uses a pty, like a USB adapter, and thorlabs-apt-protocol uses TCP. Each connects, homes,
+moves, reads back, jogs, stops and closes. The tests compare its reports with the positions of the controller.
+Distances are short and velocities high.
 
-pyserial takes it that a pty has no RTS, so that none of them needs help to open one.
+pyserial accepts that a pty has no RTS, so these clients can open one unchanged.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from stagewire_virtual.serving.server import ServedController
 
 pytestmark = pytest.mark.matrix
 
-needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="requires pseudo-terminals")
 HOST, USB, BAYS = 0x01, 0x50, (0x21, 0x22, 0x23)
-# Without a stage a virtual motor takes what is on the wire for counts, counts/s and counts/s².
+# Without a stage, the values of a virtual motor are counts, counts/s and counts/s².
 FAST = {"acceleration": 5_000_000, "max_velocity": 1_000_000}
 TRAVEL, START = 400_000, 150_000
 
 
 def until(is_so: Callable[[], object], what: str, seconds: float = 10.0) -> None:
-    """Wait for something that another thread brings about."""
+    """Wait until another thread has made a condition true."""
     deadline, never = time.monotonic() + seconds, threading.Event()
     while not is_so():
         assert time.monotonic() < deadline, f"not within {seconds} s: {what}"
@@ -45,23 +45,23 @@ def until(is_so: Callable[[], object], what: str, seconds: float = 10.0) -> None
 
 
 def stands_at(served: ServedController) -> list[str]:
-    """Where each channel is, as the controller shows it itself; a motherboard is nowhere."""
+    """Return the position of each channel from the controller's own rows."""
     rows = served.call(lambda: served.instrument.rows())
     return [row.position for row in rows if row.position]
 
 
 def is_silent(served: ServedController) -> bool:
-    """Whether the controller will say nothing more by itself."""
+    """Return whether the controller will send nothing more without a request."""
     return bool(served.call(lambda: served.link.clock.next_due is None))
 
 
 @contextmanager
 def client(make: Callable[..., APTDevice_Motor], served: ServedController) -> Iterator[Any]:
-    """Give a client that has connected, and close it.
+    """Yield a connected client, and close it.
 
-    It reads as long as something comes within 0.1 s, and says nothing meanwhile. Updates do come every
-    0.1 s: its commands and signs of life would wait until the controller, told nothing, falls silent. A
-    shorter time-out ends its reading between two updates.
+    It reads as long as a byte arrives within 0.1 s, and sends nothing meanwhile. Because updates arrive every
+    0.1 s, its commands and keep-alive messages would wait until the controller falls silent. A shorter
+    timeout ends its reading between two updates.
     """
     made = make(served.url, home=False)
     made._port.timeout = 0.02
@@ -77,8 +77,8 @@ def bsc_of_three(url: str, **options: Any) -> BSC:
     return BSC(url, x=3, **options)
 
 
-# unit, quirks, client, bays, and the way in which it moves forward: the class for the TDC001 sends the other
-# direction than it is told, so that a controller whose counter falls clockwise moves up
+# Unit, quirks, client, bays, and the sign of a forward motion. The class for the TDC001 sends the opposite of
+# the requested direction, so a controller whose position falls clockwise moves up.
 DEVICES: list[tuple[str, tuple[str, ...], Callable[..., APTDevice_Motor], int, int]] = [
     ("TDC001", (), TDC001, 1, -1),
     ("TDC001", ("clockwise_is_negative",), TDC001, 1, 1),
@@ -105,15 +105,15 @@ def test_thorlabs_apt_device(
         with client(make, served) as device:
             for bay in range(bays):
                 drive(device, served, bay, forward)
-        until(lambda: is_silent(served), "the controller falls silent when the client has gone")
-    assert not caplog.records, "the client has complained"
+        until(lambda: is_silent(served), "the controller falls silent after the client has left")
+    assert not caplog.records, "the client logged an error"
 
 
 @needs_pty
 def test_a_completion_without_status_ends_the_reading_of_thorlabs_apt_device(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    """Its parser takes twenty bytes for granted, and its reader does not survive the exception."""
+    """Its parser assumes twenty bytes, and the exception ends its reader thread."""
     with (
         virtual.TDC001(quirks={"header_only_completion"}) as controller,
         controller.pty() as served,
@@ -121,11 +121,11 @@ def test_a_completion_without_status_ends_the_reading_of_thorlabs_apt_device(
     ):
         device.set_velocity_params(**FAST)
         device.move_relative(1_000)
-        until(lambda: "struct.error" in caplog.text, "the client meets the short completion")
+        until(lambda: "struct.error" in caplog.text, "the client reads the short completion")
 
 
 def drive(device: Any, served: ServedController, bay: int, forward: int) -> None:
-    """Have a client do with one bay all that it can do with a motor."""
+    """Use every motor function of a client on one bay."""
     status = device.status_[bay][0]
 
     def is_at(position: int) -> bool:
@@ -164,14 +164,14 @@ def drive(device: Any, served: ServedController, bay: int, forward: int) -> None
 
 
 class Host:
-    """What a user of thorlabs-apt-protocol writes: its functions make frames, its unpacker reads them."""
+    """A typical program with thorlabs-apt-protocol, which makes frames with functions and unpacks them."""
 
     def __init__(self, url: str) -> None:
         self.port = serial.serial_for_url(url, timeout=0.05)
         self.unpacker = apt.Unpacker(self.port, on_error="raise")
 
     def ask(self, frame: bytes, answer: str) -> Any:
-        """Send a frame and return the message that is awaited."""
+        """Send a frame and return the expected answer."""
         self.port.write(frame)
         found: list[Any] = []
 
@@ -196,7 +196,7 @@ def test_thorlabs_apt_protocol(unit: str, dest: int) -> None:
         controller.tcp() as served,
         closing(Host(served.url)) as host,
     ):
-        # The port of a card slot system belongs to the motherboard, which knows the bays.
+        # A bay answers with its own information, not with that of the motherboard.
         info = host.ask(apt.hw_req_info(**to), "hw_get_info")
         assert info.nchs == 1
         host.port.write(apt.mot_set_velparams(**motor, min_velocity=0, **FAST))
@@ -227,7 +227,7 @@ def test_thorlabs_apt_protocol(unit: str, dest: int) -> None:
 
 
 def test_thorlabs_apt_protocol_reads_the_identity_that_was_given() -> None:
-    """A client that knows a later issue finds the hardware version unharmed by the stage id before it."""
+    """A client for a later issue still reads the hardware version that follows the stage id."""
     identity = {"model": "KDC101", "serial_number": 27_000_001, "hardware_type": 16, "stage_id": 7}
     with (
         virtual.TDC001(**identity) as controller,

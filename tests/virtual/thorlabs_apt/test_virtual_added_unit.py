@@ -1,4 +1,4 @@
-"""A unit of a family that is there is a line in the registry: a virtual controller of it needs no code."""
+"""Adding a unit of a known family to the registry takes one line and no code for its virtual controller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stagewire_virtual.factory import make_instrument
 from stagewire_virtual.instrument import Instrument, units_of
 from stagewire_virtual.options import Options, Settings
 
-# Units that Issue 3 does not have; each is one line of units.yaml.
+# Units that are not in Issue 3, each as one line of units.yaml.
 LINES = {
     "BSC203": (
         "{title: 3 channel benchtop stepper driver, page: 27, address: rack, channels: 1, bays: 3, "
@@ -35,12 +35,12 @@ LINES = {
     ),
 }
 PREFIXES = {"BSC203": "70", "KDC101": "27", "BPC303": "71"}
-"""How their serial numbers begin: as that of a sister, and as public drivers know them."""
+"""The prefixes of their serial numbers, from a related unit or from public drivers."""
 
 
 @pytest.fixture(scope="module")
 def registry(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """The registry that is generated from the spec with these lines."""
+    """Return the registry generated from the spec with these lines."""
     folder = tmp_path_factory.mktemp("added")
     shutil.copytree(ROOT / "spec", folder / "spec")
     path = folder / "spec" / "thorlabs_apt" / "units.yaml"
@@ -63,7 +63,7 @@ def registry(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 class Host:
-    """Says something to an instrument, and keeps what it says."""
+    """The host of an instrument, which records its answers."""
 
     def __init__(self, registry: Any, name: str) -> None:
         self.clock = SteppedClock()
@@ -74,28 +74,30 @@ class Host:
         self.instrument.on_send = lambda frame: self.heard.append(frame.hex(" "))
 
     def say(self, text: str, seconds: float = 0.0) -> list[str]:
-        """Return what comes at once and in some time."""
+        """Send a frame; return the frames received immediately and in the given time."""
         self.heard.clear()
         self.instrument.receive(bytes.fromhex(text))
         self.clock.advance(seconds)
         return list(self.heard)
 
 
-def test_none_of_them_is_there_without_its_line() -> None:
+def test_the_added_units_are_not_in_the_installed_registry() -> None:
     assert not LINES.keys() & units_of(PROTOCOL).keys()
 
 
 @pytest.mark.parametrize(
     ("name", "address"), [("BSC203", "11"), ("KDC101", "50"), ("BPC303", "11")]
 )
-def test_what_they_say_of_themselves(registry: Any, name: str, address: str) -> None:
+def test_added_units_report_their_hardware_information(
+    registry: Any, name: str, address: str
+) -> None:
     (text,) = Host(registry, name).say(f"05 00 00 00 {address} 01")
     said = bytes.fromhex(text)
     assert said[10:18].rstrip(b"\0 ").decode() == name
     assert str(int.from_bytes(said[6:10], "little")).startswith(PREFIXES[name])
 
 
-def test_a_rack_of_steppers(registry: Any) -> None:
+def test_an_added_rack_of_steppers_moves(registry: Any) -> None:
     host = Host(registry, "BSC203")
     assert host.say("60 00 02 00 11 01") == ["61 00 02 01 01 11"]
     assert host.say("60 00 03 00 11 01") == ["61 00 03 02 01 11"]
@@ -106,7 +108,7 @@ def test_a_rack_of_steppers(registry: Any) -> None:
     assert host.heard[0].startswith("64 04 0e 00 81 23 01 00 e2 04 00 00")
 
 
-def test_a_cube_has_the_addresses_of_its_family_and_the_rate_of_its_line(
+def test_an_added_cube_has_its_family_addresses_and_its_own_rate(
     registry: Any,
 ) -> None:
     host = Host(registry, "KDC101")
@@ -115,7 +117,7 @@ def test_a_cube_has_the_addresses_of_its_family_and_the_rate_of_its_line(
     assert len(host.say("11 00 00 00 50 01", 1.01)) == 20
 
 
-def test_a_rack_of_piezos_in_a_family_of_single_units(registry: Any) -> None:
+def test_an_added_rack_of_piezo_controllers_answers(registry: Any) -> None:
     host = Host(registry, "BPC303")
     assert host.say("83 06 06 00 a2 01 01 00 f2 04 f2 04") == []
     assert host.say("84 06 01 00 22 01") == ["85 06 06 00 81 22 01 00 f2 04 f2 04"]

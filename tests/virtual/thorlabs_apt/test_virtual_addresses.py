@@ -1,4 +1,4 @@
-"""Which addresses a unit has, whence answers come, and what is answered to what is none of its business."""
+"""The addresses of units, the sources of answers, and the reaction to unsupported messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ALL = (USB, MOTHERBOARD, *range(BAY, BAY + 10))
         ("MPZ601", {MOTHERBOARD, BAY}),
     ],
 )
-def test_a_unit_answers_at_its_addresses_from_the_one_that_was_asked(unit, addresses, host):
+def test_a_unit_answers_from_the_address_of_the_request(unit, addresses, host):
     far = host(unit)
     for address in ALL:
         far.say(m.HwReqInfo(), address)
@@ -47,25 +47,31 @@ def test_updates_and_completions_come_from_the_address_that_caused_them(host):
 
 
 NOT_FOR_A_TDC001 = {
-    "a message of another unit": ("40 06 01 01 50 01", "it takes no PZ_SET_POSCONTROLMODE"),
+    "a message of another unit": ("40 06 01 01 50 01", "it does not accept PZ_SET_POSCONTROLMODE"),
     "a packet of another unit": (
         "43 06 04 00 d0 01 01 00 00 00",
-        "it takes no PZ_SET_OUTPUTVOLTS",
+        "it does not accept PZ_SET_OUTPUTVOLTS",
     ),
-    "an id that no message has": ("ff 0f 00 00 50 01", "0x0fff is the id of no message"),
-    "a packet of such an id": ("ff 0f 03 00 d0 01 01 02 03", "0x0fff is the id of no message"),
-    "a packet too short": ("13 04 04 00 d0 01 01 00 00 00", "0x0413 has too short a packet"),
-    "a channel that is not there": ("14 04 02 00 50 01", "there is no channel 2"),
-    "both channels of one": ("14 04 03 00 50 01", "there is no channel 3"),
+    "an unknown id": ("ff 0f 00 00 50 01", "0x0fff is an unknown message id"),
+    "a packet with an unknown id": (
+        "ff 0f 03 00 d0 01 01 02 03",
+        "0x0fff is an unknown message id",
+    ),
+    "a packet too short": (
+        "13 04 04 00 d0 01 01 00 00 00",
+        "0x0413 has a packet that is too short",
+    ),
+    "a missing channel": ("14 04 02 00 50 01", "unknown channel 2"),
+    "both channels of a unit with one": ("14 04 03 00 50 01", "unknown channel 3"),
     "a value out of its table": (
         "10 02 01 03 50 01",
-        "MOD_SET_CHANENABLESTATE: enable_state is 3, not one of 1, 2",
+        "MOD_SET_CHANENABLESTATE: enable_state must be one of 1, 2, not 3",
     ),
 }
 
 
 @pytest.mark.parametrize(("raw", "why"), NOT_FOR_A_TDC001.values(), ids=NOT_FOR_A_TDC001)
-def test_what_is_not_answered_gets_silence_or_if_wanted_a_response(raw, why, host):
+def test_unsupported_requests_get_silence_or_a_response(raw, why, host):
     for answers in (False, True):
         far = host("TDC001", answer_unsupported=answers)
         far.instrument.receive(bytes.fromhex(raw))
@@ -74,22 +80,22 @@ def test_what_is_not_answered_gets_silence_or_if_wanted_a_response(raw, why, hos
         assert far.ask(m.ModReqChanEnableState(1)) == [m.ModGetChanEnableState(1, 1)]
 
 
-def test_who_speaks_to_an_address_where_nothing_is_finds_it_in_the_log(host):
+def test_a_frame_to_an_unused_address_is_reported(host):
     far = host("BBD101")
     far.say(m.HwReqInfo(), USB)
     assert far.heard() == []
-    assert far.refusals == ["BBD101 has nothing at 0x50 (it has 0x11, 0x21)"]
+    assert far.refusals == ["BBD101 does not use address 0x50 (addresses: 0x11, 0x21)"]
 
 
 @pytest.mark.parametrize("raw", ["00", "13 04 50 50 50 50", "11 00 00 00 22 01"])
-def test_garbage_and_what_is_for_another_address_are_never_answered(raw, host):
+def test_garbage_and_frames_for_other_addresses_get_no_answer(raw, host):
     far = host("TDC001", answer_unsupported=True)
     far.instrument.receive(bytes.fromhex(raw))
     assert far.ask(m.HwReqInfo())[0].layout.message == "HW_GET_INFO"
     assert far.heard() == []
 
 
-def test_a_longer_packet_of_later_issues_is_taken_as_the_message(host):
+def test_a_longer_packet_of_later_issues_is_accepted(host):
     far = host("TDC001")
     far.instrument.receive(
         bytes.fromhex("13 04 10 00 d0 01 01 00 00 00 00 00 07 00 00 00 09 00 00 00 00 00")
@@ -97,7 +103,7 @@ def test_a_longer_packet_of_later_issues_is_taken_as_the_message(host):
     assert far.ask(m.MotReqVelParams(1)) == [m.MotGetVelParams(1, 0, 7, 9)]
 
 
-def test_the_rest_of_a_frame_is_waited_for_but_not_for_ever(host):
+def test_the_rest_of_a_frame_may_arrive_within_a_second(host):
     far = host("TDC001")
     frame = bytes.fromhex("13 04 0e 00 d0 01 01 00 00 00 00 00 07 00 00 00 09 00 00 00")
     patience = PATIENCE / 1e9
@@ -106,7 +112,7 @@ def test_the_rest_of_a_frame_is_waited_for_but_not_for_ever(host):
         far.instrument.receive(part)
     assert far.ask(m.MotReqVelParams(1)) == [m.MotGetVelParams(1, 0, 7, 9)]
 
-    far.instrument.receive(frame[:4] + b"\xff")  # the header says nothing sensible any more
+    far.instrument.receive(frame[:4] + b"\xff")  # the header is damaged
     far.instrument.receive(frame[:10])
     far.say(m.HwReqInfo())
     assert far.heard() == []
@@ -114,7 +120,7 @@ def test_the_rest_of_a_frame_is_waited_for_but_not_for_ever(host):
     assert [type(message) for message in far.messages()] == [m.HwGetInfo]
 
 
-def test_bytes_that_come_one_by_one_set_one_timer(host):
+def test_single_bytes_set_only_one_timer(host):
     far = host("TDC001")
     for _ in range(1000):
         far.instrument.receive(b"\x13")
@@ -123,7 +129,7 @@ def test_bytes_that_come_one_by_one_set_one_timer(host):
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.integers(1, 30), min_size=1, max_size=40))
-def test_cut_at_any_byte_the_same_is_answered(sizes):
+def test_the_answers_do_not_depend_on_chunks(sizes):
     stream = bytes.fromhex(
         "05 00 00 00 50 01 13 04 0e 00 d0 01 01 00 00 00 00 00 07 00 00 00 09 00 00 00 00 00"
         "14 04 01 00 50 01 66 66 11 02 01 00 21 01 05 00 00 00 11 01"

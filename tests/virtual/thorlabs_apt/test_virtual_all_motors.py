@@ -1,4 +1,4 @@
-"""Every unit with motors, all its channels and bays at once, each with parameters of its own."""
+"""Every unit with motors: all channels and bays at the same time, with different parameters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Place = tuple[int, int]  # address and channel
 
 
 def channels(name: str) -> list[Place]:
-    """The channels of a unit, each by its first address."""
+    """Return the channels of a unit, each with its first address."""
     kinds = {"alone": [], "motherboard": [], "bay": []}
     for place in places(UNITS[name]):
         kinds[place.kind] += [(place.address, ident) for ident in place.channels]
@@ -31,7 +31,7 @@ def channels(name: str) -> list[Place]:
 
 
 def frames_at(far: Host, when: float) -> Iterator[tuple[int, Frame]]:
-    """Let time go on and yield what comes, with the instant at which it does."""
+    """Advance to an instant, and yield the received frames with their instants."""
     while (due := far.clock.next_due) is not None and due <= when:
         far.clock.run_until(due)
         for frame in far.heard():
@@ -40,7 +40,7 @@ def frames_at(far: Host, when: float) -> Iterator[tuple[int, Frame]]:
 
 
 def way(distance: float, velocity: float, acceleration: float, time: float) -> tuple[float, float]:
-    """How far a motion from rest to rest has come after a time, and how long it lasts."""
+    """Return the distance of a motion from rest to rest after a time, and its duration."""
     peak = min(velocity, math.sqrt(distance * acceleration))
     ramp = peak / acceleration
     duration = distance / peak + ramp
@@ -50,14 +50,12 @@ def way(distance: float, velocity: float, acceleration: float, time: float) -> t
     return gone + peak * late - acceleration * late**2 / 2, duration
 
 
-def test_there_are_eighteen() -> None:
+def test_there_are_18_units_with_motors() -> None:
     assert len(MOTORS) == 18
 
 
 @pytest.mark.parametrize("name", MOTORS)
-def test_all_channels_move_at_once_and_each_is_completed_at_its_own_instant(
-    name: str, host: HostOf
-) -> None:
+def test_simultaneous_moves_complete_at_their_own_instants(name: str, host: HostOf) -> None:
     far = host(name, channels=STAGE)
     moves = {}
     for index, (address, ident) in enumerate(channels(name)):
@@ -85,7 +83,7 @@ def test_all_channels_move_at_once_and_each_is_completed_at_its_own_instant(
 
 
 @pytest.mark.parametrize("name", MOTORS)
-def test_all_channels_jog_run_stop_and_home(name: str, host: HostOf) -> None:
+def test_all_channels_jog_move_stop_and_home(name: str, host: HostOf) -> None:
     far = host(name, channels=STAGE)
     everybody = channels(name)
 
@@ -94,7 +92,7 @@ def test_all_channels_jog_run_stop_and_home(name: str, host: HostOf) -> None:
             far.say(make(ident), address)
 
     def ends() -> list[tuple[int, int, str]]:
-        """What comes within a minute, once from each channel."""
+        """Return the messages of the next minute."""
         far.clock.advance(60)
         found = far.heard()
         return sorted((f.source, f.message.chan_ident, f.message.layout.message) for f in found)
@@ -124,10 +122,10 @@ def test_all_channels_jog_run_stop_and_home(name: str, host: HostOf) -> None:
 
 @pytest.mark.parametrize("name", MOTORS)
 @pytest.mark.parametrize("line", LinkKind)
-def test_each_address_counts_what_nobody_acknowledges(
+def test_each_address_counts_unacknowledged_messages(
     name: str, line: LinkKind, host: HostOf
 ) -> None:
-    """Page 80: after 50 messages silence, until the host shows that it is alive; not on RS-232."""
+    """Page 80: on USB a controller falls silent after 50 messages, until the host acknowledges."""
     far = host(name, channels=STAGE, line=line)
     addresses = sorted({address for address, _ in channels(name)})
     for address in addresses:
@@ -137,7 +135,7 @@ def test_each_address_counts_what_nobody_acknowledges(
     each = 50 if line is LinkKind.USB else 200 * UNITS[name]["channels"]
     assert sorted(heard) == sorted(addresses * each)
     far.say(m.MotAckDcStatusUpdate(), addresses[-1])
-    far.say(m.MotMoveAbsolute(1, 0), addresses[-1])  # completed at once, and counts
+    far.say(m.MotMoveAbsolute(1, 0), addresses[-1])  # completed immediately, and counted
     assert [end.message.layout.message for end in far.heard()] == ["MOT_MOVE_COMPLETED"]
     far.clock.advance(20)
     again = [frame.source for frame in far.heard()]

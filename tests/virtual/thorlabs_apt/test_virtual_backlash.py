@@ -1,4 +1,4 @@
-"""Backlash: the last approach is always from the same side (page 34)."""
+"""Backlash correction: the last approach is always from the same side (page 34)."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ def slack(name: str, distance: int, *, position: int = 500_000) -> MotorHost:
 @pytest.mark.parametrize(
     ("distance", "target", "turn"),
     [
-        (5_000, -25_000, -30_000),  # in reverse: beyond, and forward to the target
-        (-5_000, 25_000, 30_000),  # forward: beyond, and back
+        (5_000, -25_000, -30_000),  # in reverse: overshoots, then forward to the target
+        (-5_000, 25_000, 30_000),  # forward: overshoots and returns
         (5_000, 25_000, None),  # forward already
         (-5_000, -25_000, None),
         (0, -25_000, None),
     ],
 )
 @pytest.mark.parametrize("relative", [False, True])
-def test_the_last_approach_comes_from_the_side_of_the_distance(
+def test_the_sign_of_the_backlash_determines_the_last_approach(
     name: str, distance: int, target: int, turn: int | None, relative: bool
 ) -> None:
-    """25,000 counts take 3 s; 30,000 take 3.5 s, and 5,000 back take 1 s."""
+    """25,000 counts take 3 s. 30,000 counts take 3.5 s, and 5,000 back take 1 s."""
     host = slack(name, distance)
     host.say(m.MotMoveRelative(1, target) if relative else m.MotMoveAbsolute(1, target))
     if turn is not None:
@@ -44,11 +44,11 @@ def test_the_last_approach_comes_from_the_side_of_the_distance(
     assert when == (3 if turn is None else 4.5) * SECOND
 
 
-def test_a_move_to_where_it_stands_needs_no_approach() -> None:
+def test_a_move_to_the_present_position_does_not_overshoot() -> None:
     assert isinstance(slack("TDC001", 5_000).ask(m.MotMoveAbsolute(1, 0)), m.MotMoveCompletedDc)
 
 
-def test_beyond_the_end_of_the_travel_it_does_without() -> None:
+def test_an_overshoot_stops_at_the_end_of_the_travel() -> None:
     host = slack("TDC001", 5_000, position=25_000)
     host.say(m.MotMoveRelative(1, -24_000))
     host.wait(20)
@@ -57,7 +57,7 @@ def test_beyond_the_end_of_the_travel_it_does_without() -> None:
 
 
 @pytest.mark.parametrize("profiled", [False, True])
-def test_beyond_a_soft_limit_it_does_without(profiled: bool) -> None:
+def test_an_overshoot_stops_at_a_soft_limit(profiled: bool) -> None:
     host = slack("TDC001", 5_000)
     host.say(m.MotSetLimSwitchParams(1, 2, 2, 100_000, -27_000, 3 if profiled else 2))
     host.say(m.MotMoveAbsolute(1, -25_000))
@@ -67,8 +67,10 @@ def test_beyond_a_soft_limit_it_does_without(profiled: bool) -> None:
 
 
 @pytest.mark.parametrize(("distance", "turns"), [(5_000, True), (-5_000, False)])
-def test_who_cannot_stop_in_time_comes_from_the_right_side_too(distance: int, turns: bool) -> None:
-    """At 10,000 counts/s and 7,500 counts it would rest at 10,000, beyond its new target."""
+def test_a_motor_that_cannot_stop_in_time_still_approaches_correctly(
+    distance: int, turns: bool
+) -> None:
+    """At 7,500 counts and 10,000 counts/s it would come to rest at 10,000, beyond its new target."""
     host = slack("TDC001", distance)
     host.say(m.MotMoveAbsolute(1, 25_000))
     host.wait(1)
@@ -83,7 +85,7 @@ def test_who_cannot_stop_in_time_comes_from_the_right_side_too(distance: int, tu
     assert host.position == 8_000
 
 
-def test_jogs_have_none() -> None:
+def test_jogs_have_no_backlash_correction() -> None:
     host = slack("TDC001", 5_000)
     host.say(m.MotSetJogParams(1, 2, 25_000, 0, 20_000, 10_000, 2))
     host.say(m.MotMoveJog(1, 2))
@@ -91,7 +93,7 @@ def test_jogs_have_none() -> None:
     assert [when for when, _ in host.said] == [3 * SECOND]
 
 
-def test_a_stop_on_the_way_is_a_stop() -> None:
+def test_a_stop_during_the_overshoot_ends_the_move() -> None:
     host = slack("TDC001", 5_000)
     host.say(m.MotMoveAbsolute(1, -25_000))
     host.wait(1)

@@ -1,4 +1,4 @@
-"""Motors whose position counter falls clockwise, that is in direction 1, forward."""
+"""Motors whose position counter falls clockwise, which is direction 1, forward."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ways = pytest.mark.parametrize(
 
 
 def motor(name: str, *quirks: str, position: int = 500_000) -> MotorHost:
-    """A motor in counts, at 10,000 counts/s, half-way along its travel."""
+    """Return a motor in counts with 10,000 counts/s in the middle of its travel."""
     host = MotorHost(name, travel=1_000_000, position=position, quirks=frozenset(quirks))
     host.say(m.MotSetVelParams(1, 0, 20_000, 10_000))
     host.say(m.MotSetJogParams(1, STEP, 25_000, 0, 20_000, 10_000, 2))
@@ -46,7 +46,7 @@ def about_limits(host: MotorHost) -> set[str]:
 
 @ways
 @pytest.mark.parametrize("name", MOTORS)
-def test_a_jog_goes_by_its_step(
+def test_a_jog_moves_by_its_step_in_either_sense(
     name: str, quirks: tuple[str, ...], direction: int, way: int
 ) -> None:
     host = motor(name, *quirks)
@@ -71,7 +71,7 @@ def test_a_continuous_jog_and_a_velocity_move_run_to_the_end(
         assert f"moving_{named(direction)}" in about_motion(host)
         host.wait(100)
         assert (host.kinds, host.position) == (["MOT_MOVE_COMPLETED"], way * 500_000)
-        # A BBD101 ends at its least position, which is above the hard stop.
+        # A BBD101 stops at its minimum position, which is above the hard stop.
         at_a_switch = name != "BBD101" or way > 0
         assert about_limits(host) == (
             {f"{named(direction)}_hardware_limit"} if at_a_switch else set()
@@ -83,7 +83,7 @@ def test_a_continuous_jog_and_a_velocity_move_run_to_the_end(
 def test_positions_and_distances_keep_their_sign(
     name: str, quirks: tuple[str, ...], direction: int
 ) -> None:
-    """Only the word for the direction differs, not where the motor goes."""
+    """Only the reported direction differs, not the destination."""
     for message in (m.MotMoveAbsolute(1, 25_000), m.MotMoveRelative(1, 25_000)):
         host = motor(name, *quirks)
         host.say(message)
@@ -109,7 +109,7 @@ def test_homing_goes_to_the_lower_end(name: str, quirks: tuple[str, ...]) -> Non
 
 @pytest.mark.parametrize(("clockwise", "found"), [(1, False), (2, True)])
 def test_the_clockwise_switch_is_the_one_at_the_lower_end(clockwise: int, found: bool) -> None:
-    """With that switch ignored (1), the motor cannot find home and runs into the end."""
+    """If that switch is ignored (1), the motor does not find home and runs into the end."""
     host = motor("TDC001", QUIRK, position=20_000)
     host.say(m.MotSetLimSwitchParams(1, clockwise, 3 - clockwise, 0, 0, 1))
     host.say(m.MotMoveHome(1))
@@ -134,14 +134,14 @@ def test_soft_limits_are_clockwise_and_counterclockwise(
 
 
 @pytest.mark.parametrize("quirks", [(), (QUIRK,)])
-def test_the_soft_limits_of_a_new_controller_hold_its_travel(quirks: tuple[str, ...]) -> None:
+def test_the_soft_limits_of_a_new_controller_include_its_travel(quirks: tuple[str, ...]) -> None:
     host = motor("BSC001", *quirks)
     limits = host.ask(m.MotReqLimSwitchParams(1))
     ends = (limits.ccw_soft_limit, limits.cw_soft_limit)
     assert ends == ((1_000_000, 0) if quirks else (0, 1_000_000))
 
 
-def test_every_bay_of_a_rack_has_it() -> None:
+def test_the_quirk_applies_to_every_bay() -> None:
     with virtual.BSC102(travel=1_000_000, position=500_000, quirks=[QUIRK]) as bsc:
         for bay in (0x21, 0x22):
             bsc.write(m.MotMoveJog(1, FORWARD).pack(dest=bay, source=0x01))

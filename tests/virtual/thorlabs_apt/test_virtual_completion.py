@@ -1,4 +1,4 @@
-"""What ends a move, the status it carries, and what does not end: an axis that is stuck."""
+"""Completions of moves with their status, and stuck axes, whose moves never end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stagewire_virtual.clock import SECOND
         ("TST001", m.MotMoveCompletedStepper, m.MotMoveStoppedStepper, 0x1100),
     ],
 )
-def test_the_end_of_a_move_carries_the_status_of_that_instant(
+def test_a_completion_has_the_status_of_its_instant(
     name: str, completed: type, stopped: type, bits: int
 ) -> None:
     host = told(name)
@@ -35,8 +35,8 @@ def test_the_end_of_a_move_carries_the_status_of_that_instant(
 
 
 @pytest.mark.parametrize("advance", [0.000_000_001, 0.001, 0.37, 100])
-def test_the_instant_does_not_depend_on_who_looks_when(advance: float) -> None:
-    """1,000 counts take twice √(1000/20000) s."""
+def test_the_instant_of_a_completion_does_not_depend_on_the_steps_of_time(advance: float) -> None:
+    """1,000 counts take 2 √(1000/20000) s."""
     host = told("TDC001")
     host.say(m.MotMoveRelative(1, 1_000))
     host.wait(0.4472135)
@@ -50,7 +50,7 @@ def test_the_instant_does_not_depend_on_who_looks_when(advance: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["TDC001", "BSC001", "BBD101"])
-def test_a_stuck_axis_moves_on_in_words_but_not_in_place(name: str) -> None:
+def test_a_stuck_axis_reports_motion_but_does_not_move(name: str) -> None:
     host = told(name)
     host.stick(True)
     host.say(m.MotMoveRelative(1, 25_000))
@@ -63,7 +63,7 @@ def test_a_stuck_axis_moves_on_in_words_but_not_in_place(name: str) -> None:
     assert host.said == []
 
 
-def test_an_axis_that_gets_stuck_stays_where_it_is() -> None:
+def test_an_axis_that_gets_stuck_stops() -> None:
     host = under_way("BSC001")
     host.stick(True)
     host.wait(60)
@@ -73,7 +73,7 @@ def test_an_axis_that_gets_stuck_stays_where_it_is() -> None:
 
 @pytest.mark.parametrize(("name", "limit"), [("TDC001", 65_535), ("BBD101", 20_000)])
 def test_an_excessive_position_error_stops_a_servo(name: str, limit: int) -> None:
-    """Page 62: the bit is set and the axis is stopped; 2,500 counts in 0.5 s, then 10,000 a second."""
+    """Page 62: the bit is set and the axis stops. It covers 2,500 counts in 0.5 s, then 10,000 counts/s."""
     host = told(name)
     if name == "BBD101":
         loop = m.MotSetPmdPositionLoopParams(1, 65, 175, 80_000, 600, 5, 3277, 0, 1000, limit)
@@ -96,7 +96,7 @@ def test_an_excessive_position_error_stops_a_servo(name: str, limit: int) -> Non
     assert host.kinds == ["MOT_MOVE_COMPLETED"]
 
 
-def test_enabling_forgets_a_motion_error() -> None:
+def test_enabling_clears_a_motion_error() -> None:
     host = told("TDC001")
     host.stick(True)
     host.say(m.MotMoveRelative(1, 200_000))
@@ -107,7 +107,7 @@ def test_enabling_forgets_a_motion_error() -> None:
     assert "motion_error" not in host.bits
 
 
-def test_a_stepper_never_notices() -> None:
+def test_a_stepper_never_detects_that_it_is_stuck() -> None:
     host = told("BSC001")
     host.stick(True)
     host.say(m.MotMoveVelocity(1, 1))
@@ -127,7 +127,7 @@ def test_a_stuck_axis_can_be_stopped(mode: int) -> None:
     assert host.said == []
 
 
-def test_who_gets_stuck_while_it_stops_has_stopped() -> None:
+def test_getting_stuck_during_a_stop_completes_the_stop() -> None:
     host = under_way("TDC001")
     host.say(m.MotMoveStop(1, 2))
     host.wait(0.25)
@@ -135,7 +135,7 @@ def test_who_gets_stuck_while_it_stops_has_stopped() -> None:
     assert [(when, message.position) for when, message in host.said] == [(SECOND * 5 // 4, 9_375)]
 
 
-def test_an_axis_that_is_freed_goes_to_where_it_was_going() -> None:
+def test_a_released_axis_continues_to_its_target() -> None:
     host = under_way("TDC001")
     host.stick(True)
     host.wait(2)
@@ -146,7 +146,7 @@ def test_an_axis_that_is_freed_goes_to_where_it_was_going() -> None:
     assert when == (3 + 0.5 + 1.75) * SECOND  # 17,500 counts from rest
 
 
-def test_a_power_cycle_frees_nobody() -> None:
+def test_a_power_cycle_does_not_release_an_axis() -> None:
     host = told("BSC001")
     host.stick(True)
     host.instrument.power_cycle()
@@ -155,7 +155,7 @@ def test_a_power_cycle_frees_nobody() -> None:
     assert (host.position, host.said) == (0, [])
 
 
-def test_a_suspended_host_hears_of_no_end() -> None:
+def test_a_suspended_completion_is_not_sent() -> None:
     host = told("TDC001")
     host.say(m.MotSuspendEndOfMoveMsgs())
     host.say(m.MotMoveRelative(1, 1_000))

@@ -1,4 +1,4 @@
-"""What is saved outlives a power cycle; all else is forgotten (pages 60 and 113)."""
+"""The EEPROM: saved parameter sets survive a power cycle, others do not (pages 60 and 113)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ COUNTERS = {"MOT_SET_POSCOUNTER", "MOT_SET_ENCCOUNTER"}
 VELOCITY, JOG = 0x0413, 0x0416  # ids of MOT_SET_VELPARAMS and MOT_SET_JOGPARAMS
 
 
-def test_a_saved_set_comes_back_and_others_do_not(host):
+def test_only_saved_sets_survive_a_power_cycle(host):
     far = host("BSC001")
     new_jog = far.ask(m.MotReqJogParams(1))
     far.say(m.MotSetVelParams(1, 0, 11, 22))
@@ -45,12 +45,12 @@ def test_every_set_of_every_unit_can_be_saved(unit, host):
     for set_, req, get in plain_sets(unit):
         saved = told[set_.layout.message]
         if set_.layout.message in COUNTERS:
-            saved = [get(1, 0)]  # they count from where the stage stands
+            saved = [get(1, 0)]  # counters restart at the present position
         assert far.ask(req(**channel_of(req)), address) == saved, set_.layout.message
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_what_is_not_saved_is_forgotten_by_every_unit(unit, host):
+def test_every_unit_forgets_unsaved_sets(unit, host):
     far, new = host(unit), host(unit)
     address = address_of(unit)
     for set_, _, _ in plain_sets(unit):
@@ -61,7 +61,7 @@ def test_what_is_not_saved_is_forgotten_by_every_unit(unit, host):
         assert far.ask(req(**channel_of(req)), address) == new.ask(req(**channel_of(req)), address)
 
 
-def test_each_channel_saves_its_own(host):
+def test_each_channel_saves_its_own_values(host):
     far = host("BSC002")
     new = far.ask(m.MotReqVelParams(2))
     far.say(m.MotSetVelParams(3, 0, 11, 22))
@@ -71,7 +71,7 @@ def test_each_channel_saves_its_own(host):
     assert far.ask(m.MotReqVelParams(2)) == new
 
 
-def test_both_channels_can_be_saved_at_once(host):
+def test_both_channels_can_be_saved_with_one_message(host):
     far = host("BSC002")
     far.say(m.MotSetVelParams(3, 0, 11, 22))
     far.say(m.MotSetEepromParams(3, VELOCITY))
@@ -79,7 +79,7 @@ def test_both_channels_can_be_saved_at_once(host):
     assert [a.max_velocity for a in far.ask(m.MotReqVelParams(3))] == [22, 22]
 
 
-def test_a_piezo_unit_saves_by_its_own_message(host):
+def test_a_piezo_unit_has_its_own_save_message(host):
     far = host("TPZ001")
     far.say(m.PzSetTpzDispSettings(17))
     far.say(m.PzSetEepromParams(1, m.PzSetTpzDispSettings.layout.id))
@@ -89,19 +89,19 @@ def test_a_piezo_unit_saves_by_its_own_message(host):
 
 @pytest.mark.parametrize(
     "id", [0x0000, 0x0414, 0x0443, 0x04B9, 0x0643, 0xFFFF],
-    ids=["no id", "a REQ", "no set", "the saving itself", "a set of piezos", "no message"],
+    ids=["no id", "a REQ", "no set", "the save message itself", "a SET of piezo controllers", "no message"],
 )  # fmt: skip
-def test_an_id_that_is_no_set_of_the_unit_is_refused(id, host):
+def test_saving_an_id_that_is_not_a_set_is_refused(id, host):
     far = host("BSC001", answer_unsupported=True)
     assert far.ask(m.MotSetEepromParams(1, id)) == [m.HwResponse()]
 
 
-def test_a_channel_that_is_not_there_is_refused(host):
+def test_saving_an_unknown_channel_is_refused(host):
     far = host("BSC001", answer_unsupported=True)
     assert far.ask(m.MotSetEepromParams(2, VELOCITY)) == [m.HwResponse()]
 
 
-def test_a_channel_is_enabled_at_power_on_unless_it_was_saved_as_disabled(host):
+def test_a_channel_is_enabled_at_power_on_unless_saved_as_disabled(host):
     far = host("BSC001")
     far.say(m.ModSetChanEnableState(1, 2))
     far.instrument.power_cycle()
@@ -114,14 +114,14 @@ def test_a_channel_is_enabled_at_power_on_unless_it_was_saved_as_disabled(host):
     assert far.ask(m.ModReqChanEnableState(1)) == [m.ModGetChanEnableState(1, 2)]
 
 
-def test_half_a_frame_is_forgotten(host):
+def test_a_power_cycle_discards_an_incomplete_frame(host):
     far = host("TDC001")
     far.instrument.receive(bytes.fromhex("13 04 0e 00 d0 01 01 00"))
     far.instrument.power_cycle()
     assert len(far.ask(m.HwReqInfo())) == 1
 
 
-def test_the_stage_stays_where_it_stands(host):
+def test_a_power_cycle_does_not_move_the_stage(host):
     stage = Settings(travel=10_000, position=2_000)
     far = host("BSC001", channels=(stage,))
     for expected in (5_000, 3_000):  # the second ends at the limit, 3,000 counts further

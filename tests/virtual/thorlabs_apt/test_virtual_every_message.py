@@ -1,4 +1,4 @@
-"""Every message to every unit: what must come out, and when, by the registry's exchanges and nothing else."""
+"""Every message to every unit: the answers and their times must be those of the registry's exchanges."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ from stagewire.protocols import load_protocol
 BOTH = 3
 A_WHILE = 2.0
 LONGEST = 3600.0
-"""A move from one end to the other takes less, at whatever speed a new controller has."""
+"""Longer than a move across the whole travel at the speed of any new controller."""
 SUSPEND = "MOT_SUSPEND_ENDOFMOVEMSGS"
 DISTANCES = ("relative_distance", "absolute_distance")
 PERIODIC = "HW_START_UPDATEMSGS"
 LATER = ("completes_with", "stops_with", "starts", "stops")
 
-# What a set needs before it is taken, by the pages.
+# Messages that some SETs require first, with the pages.
 FIRST = {
     "PZ_OUTPUTPOS": [("PZ_SET_POSCONTROLMODE", {"mode": 2})],  # page 97: only in closed loop
     "PZ_OUTPUTVOLTS": [("PZ_SET_POSCONTROLMODE", {"mode": 1})],  # page 96: only in open loop
 }
-# What a REQ does not give back as it was set.
+# Fields that a REQ does not return as they were set.
 NOT_GIVEN_BACK = {
     "PZ_OUTPUTMAXVOLTS": {"flags"},  # page 121: not relevant to the SET
 }
 OF_THE_STAGE = {
     "MOT_PMDSTAGEAXISPARAMS"
 }  # page 75: cannot be altered; the travel can be made smaller
-# Values within the ranges of the registry that the pages narrow further.
+# Values to use where the pages allow less than the ranges of the registry.
 NARROWER: dict[str, dict[str, dict[str, int]]] = {
-    # pages 106 and 109: of the TPZ001; page 110: with an output trigger, its start belongs to the cycle
+    # pages 106 and 109: limits of the TPZ001; page 110: an output trigger must start within the cycle
     "PZ_OUTPUTLUT": {"highest": {"index": 512}, "between": {"index": 300}},
     "PZ_OUTPUTLUTPARAMS": {
         "highest": {"mode": 0xFFFB, "cycle_length": 512, "trig_repeat_cycle": 512},
@@ -60,26 +60,26 @@ FACTORIES = {name: getattr(virtual, name) for name in UNITS}
 
 
 class Bench:
-    """One unit, new, with what is said to it and what it says."""
+    """A new unit, and functions that send messages to it and return its answers."""
 
     def __init__(self, name: str, **options: Any) -> None:
         self.unit = UNITS[name]
-        if name != "TSC001":  # a solenoid has none
+        if name != "TSC001":  # a solenoid has no travel
             options["travel"] = 1_000_000 if is_motor(name) else 200
         self.controller = FACTORIES[name](**options)
 
     def send(self, name: str, form: str, given: dict[str, Any], place: Place) -> list[Reply]:
-        """Send a message; return what comes at once."""
+        """Send a message; return the immediate answers."""
         layout = next(layout for layout in MESSAGES[name]["layouts"] if layout["form"] == form)
         self.controller.write(oracle.pack(MESSAGES[name], layout, given, place.address))
         return self.heard()
 
     def heard(self) -> list[Reply]:
-        """Return what has come."""
+        """Return the replies since the last call."""
         return oracle.cut(self.controller.read(), self.unit["status"])
 
     def wait(self, seconds: float) -> list[Reply]:
-        """Return what comes in a time."""
+        """Advance the clock; return the replies."""
         self.controller.advance(seconds)
         return self.heard()
 
@@ -89,7 +89,7 @@ def is_motor(name: str) -> bool:
 
 
 def cases(name: str, choice: str) -> Iterator[tuple[Place, Json, Json, dict[str, Any], list[int]]]:
-    """Yield every message in every form, to every address and channel, with the channels that it is for."""
+    """Yield every message in every form, to every address and channel, with the channels it addresses."""
     for place in places(UNITS[name]):
         for message in MESSAGES.values():
             for layout in forms(message):
@@ -108,7 +108,7 @@ def cases(name: str, choice: str) -> Iterator[tuple[Place, Json, Json, dict[str,
 
 
 def moves(name: str) -> Iterator[tuple[Place, Json, Json, dict[str, Any], list[int]]]:
-    """Yield what begins a move, as :func:`cases` does; those with a distance go a little way."""
+    """Yield the messages that start a move, like :func:`cases`; moves with a distance are short."""
     for place, message, layout, given, channels in cases(name, "lowest"):
         begins = message["exchange"].get("completes_with") and message["exchange"].get("stops_with")
         if begins and takes(UNITS[name], place, message):
@@ -119,7 +119,7 @@ def moves(name: str) -> Iterator[tuple[Place, Json, Json, dict[str, Any], list[i
 
 
 def expect_replies(found: list[Reply], names: list[str], place: Place, channels: list[int]) -> None:
-    """Each answer comes once for each channel, in order, from the address that was asked, to the host."""
+    """Check that each channel answers once, in order, from the requested address to the host."""
     with_channel = [
         n for n in names if any(has_channel(layout) for layout in MESSAGES[n]["layouts"])
     ]
@@ -136,7 +136,7 @@ def has_channel(layout: Json) -> bool:
 
 @pytest.mark.parametrize("name", sorted(UNITS))
 class TestEveryMessage:
-    def test_requests_are_answered_and_all_else_is_taken_in_silence(self, name: str) -> None:
+    def test_only_requests_are_answered(self, name: str) -> None:
         for choice in CHOICES:
             bench = Bench(name)
             for place, message, layout, given, channels in cases(name, choice):
@@ -158,7 +158,7 @@ class TestEveryMessage:
             found = bench.send(message["name"], layout["form"], given, place)
             if (
                 any(key in given for key in DISTANCES) and name != "TSC001"
-            ):  # a solenoid is there at once
+            ):  # a solenoid completes immediately
                 assert found == []
             found += bench.wait(LONGEST)
             ends = [n for n in message["exchange"]["completes_with"] if n in bench.unit["messages"]]
@@ -177,7 +177,7 @@ class TestEveryMessage:
             assert bench.send(message["name"], layout["form"], given, place) == []
             assert bench.wait(LONGEST) == []
 
-    def test_updates_from_start_to_stop(self, name: str) -> None:
+    def test_updates_are_sent_from_start_to_stop(self, name: str) -> None:
         starts = set(MESSAGES[PERIODIC]["exchange"]["starts"]) & set(UNITS[name]["messages"])
         period = MESSAGES[PERIODIC]["exchange"]["periodic_ms"] / 1000
         for place in places(UNITS[name]):
@@ -193,7 +193,7 @@ class TestEveryMessage:
             assert bench.send("HW_STOP_UPDATEMSGS", "header", {}, place) == []
             assert bench.wait(A_WHILE) == []
 
-    def test_updates_without_a_sign_of_life(self, name: str) -> None:
+    def test_updates_stop_without_a_keep_alive(self, name: str) -> None:
         keep_alive = UNITS[name]["keep_alive"]
         place = list(places(UNITS[name]))[-1]
         for line in ("usb", "rs232"):
@@ -207,7 +207,7 @@ class TestEveryMessage:
                 assert bench.send(keep_alive, "header", {}, place) == []
                 assert bench.wait(0.2), line
 
-    def test_what_is_set_is_given_back(self, name: str) -> None:
+    def test_a_req_returns_the_values_of_the_set(self, name: str) -> None:
         for set_name, members in oracle.APT["sets"].items():
             if not {"set", "req", "get"} <= members.keys() or set_name in OF_THE_STAGE:
                 continue
@@ -232,7 +232,7 @@ class TestEveryMessage:
         given.update(NARROWER.get(set_name, {}).get(choice, {}))
         bench.send(members["set"], layout["form"], given, place)
         if set_name.startswith("PZ_OUTPUT"):
-            bench.wait(A_WHILE)  # the output follows as fast as it may
+            bench.wait(A_WHILE)  # until the output has followed
         (asking,) = forms(MESSAGES[members["req"]])
         asked = oracle.values(asking, "lowest", channel)
         (reply,) = bench.send(members["req"], asking["form"], asked, place)
@@ -241,20 +241,20 @@ class TestEveryMessage:
         found = {k: v for k, v in reply.values.items() if k not in left_out}
         assert found == expected, f"{set_name} to {place}, {choice}"
 
-    def test_what_is_not_there_is_answered_if_asked_for(self, name: str) -> None:
+    def test_unsupported_messages_are_answered_if_that_option_is_set(self, name: str) -> None:
         bench = Bench(name, answer_unsupported=True)
         for place, message, layout, given, _ in cases(name, "lowest"):
             if message["name"] in bench.unit["messages"] or message["direction"] == "to_host":
                 continue
             if bench.unit["address"] == "bay" and place.kind == "motherboard":
-                continue  # no list says what the motherboard of a modular rack has
+                continue  # the document does not list the messages of a modular rack's motherboard
             found = bench.send(message["name"], layout["form"], given, place)
             assert [reply.name for reply in found] == ["HW_RESPONSE"], (
                 f"{message['name']} to {place}"
             )
             assert (found[0].dest, found[0].source) == (oracle.HOST, place.address)
 
-    def test_channels_and_addresses_that_are_not_there(self, name: str) -> None:
+    def test_unknown_channels_and_addresses_get_no_answer(self, name: str) -> None:
         bench = Bench(name)
         there = {place.address for place in places(bench.unit)}
         for place, message, layout, given, _ in cases(name, "lowest"):
@@ -272,7 +272,7 @@ class TestEveryMessage:
         assert bench.wait(A_WHILE) == []
 
 
-# What a unit refuses: one step outside of every range, and of every list that is complete.
+# The fields of SETs with a range or a complete list; one step outside must be refused.
 RANGED = sorted({
     (message["name"], field["name"])
     for message in MESSAGES.values() if message["set"] and message["set"]["role"] == "set"
@@ -307,7 +307,7 @@ def test_a_value_out_of_range_changes_nothing(message: str, field: str, answered
     assert asked() == before
 
 
-# The MS-2000 and the MFC-2000: nothing comes unasked, and a reply has as many bytes as the registry says.
+# MS-2000 and MFC-2000: nothing is sent unsolicited, and a reply has the length in the registry.
 
 COMMANDS: Json = load_protocol("asi_ms2000").registry()
 LOW_LEVEL = b"\xff\x42"
@@ -322,7 +322,7 @@ GIVEN_BACK = {
 
 
 def command(entry: Json, choice: str, axis: int) -> tuple[bytes, int]:
-    """Return the bytes of a command, and how many its reply has."""
+    """Return the bytes of a command, and the length of its reply."""
     request = next(layout for layout in entry["layouts"] if layout["form"] == "request")
     reply = next((layout for layout in entry["layouts"] if layout["form"] == "reply"), None)
     given = oracle.values(request, choice, axis)
@@ -337,7 +337,7 @@ def command(entry: Json, choice: str, axis: int) -> tuple[bytes, int]:
 @pytest.mark.parametrize("axis", AXES)
 @pytest.mark.parametrize("name", [unit["name"] for unit in COMMANDS["units"]])
 class TestEveryCommand:
-    def test_reads_are_answered_and_writes_are_taken_in_silence(self, name: str, axis: str) -> None:
+    def test_only_reads_are_answered(self, name: str, axis: str) -> None:
         controller = getattr(virtual, name)()
         controller.write(LOW_LEVEL)
         commands = {m["name"]: m for m in COMMANDS["messages"] if m["kind"] == "command"}
@@ -354,7 +354,7 @@ class TestEveryCommand:
         controller.advance(LONGEST)
         assert controller.read() == b""
 
-    def test_setup_commands_are_taken_in_silence(self, name: str, axis: str) -> None:
+    def test_setup_commands_get_no_answer(self, name: str, axis: str) -> None:
         for entry in (m for m in COMMANDS["messages"] if m["kind"] == "setup"):
             controller = getattr(virtual, name)()
             controller.write(LOW_LEVEL + b"\xff" + bytes([entry["id"]]) + LOW_LEVEL)

@@ -1,10 +1,10 @@
-"""What units must say, written by hand from the documents and not from registry or code (``exchanges/``).
+"""Exchanges written by hand from the documents, independently of the registry and the code (``exchanges/``).
 
-A step is what the host sends (``host``), or what the controller says: at once, ``after`` so many seconds, or
-``within`` them; ``every`` so many seconds, ``times`` over; or nothing, for so many seconds (``silent``).
-Seconds count from the last thing that the host sent; an instant is right within a millisecond. Whatever the
-controller says must stand there. In the hexadecimal bytes a dot is a digit that the document leaves open,
-and ``..*4`` are four such bytes.
+A step has bytes of the host (``host``) or of the controller. The latter arrive immediately, ``after`` a
+number of seconds, ``within`` that time, or ``every`` so many seconds and ``times`` times; ``silent`` expects
+no bytes for a number of seconds. Seconds count from the last bytes of the host, with a tolerance of a
+millisecond. Steps must account for every byte of the controller. In the hexadecimal bytes a dot is any digit,
+and ``..*4`` is any four bytes.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ EXCHANGES = [
 ]
 TOLERANCE = 0.001
 LOOK = 0.01
-"""How often the controller is looked at while something may come within a time."""
+"""The interval at which the controller is checked for bytes that may arrive within a time."""
 
 
 class Conversation:
-    """A host that holds a controller and knows what it has not yet been told to expect."""
+    """The host of a controller, with the received bytes that no step has matched yet."""
 
     def __init__(self, controller: virtual.VirtualController) -> None:
         self.controller = controller
@@ -43,16 +43,16 @@ class Conversation:
 
     @property
     def now(self) -> float:
-        """Seconds since the controller was made."""
+        """The seconds since the controller was created."""
         return self.controller.clock.now / SECOND
 
     def wait_until(self, when: float) -> None:
-        """Let time go on."""
+        """Advance the clock to a time."""
         self.controller.advance(max(0.0, when - self.now))
         self.heard += self.controller.read()
 
     def nothing(self) -> None:
-        """Nothing was said that no step has."""
+        """Check that no unmatched bytes were received."""
         assert self.heard == b"", f"unexpected at {self.now} s: {self.heard.hex(' ')}"
 
     def host(self, text: str) -> None:
@@ -63,27 +63,27 @@ class Conversation:
         self.wait_until(self.now)
 
     def said(self, expected: str) -> None:
-        """These bytes are the next."""
+        """Check that the next bytes match."""
         pattern, size = compiled(expected)
         found = self.heard[:size].hex()
         assert pattern.fullmatch(found), f"{self.heard.hex(' ')} is not {expected}"
         self.heard = self.heard[size:]
 
     def at(self, after: float, expected: str) -> None:
-        """These bytes are said at an instant, and nothing before."""
+        """Check that bytes arrive at an instant, and none before."""
         self.wait_until(self.spoke + after - TOLERANCE)
         self.nothing()
         self.wait_until(self.spoke + after + TOLERANCE)
         self.said(expected)
 
     def within(self, longest: float, expected: str) -> None:
-        """These bytes are said after a time, and nothing before."""
+        """Check that bytes arrive within a time, and none before."""
         while not self.heard and self.now < self.spoke + longest:
             self.wait_until(self.now + LOOK)
         self.said(expected)
 
     def step(self, step: dict[str, Any]) -> None:
-        """Take one step of an exchange."""
+        """Carry out one step of an exchange."""
         match step:
             case {"host": str(text), **rest}:
                 self.host(text)
@@ -104,21 +104,21 @@ class Conversation:
                 self.said(text)
             case rest:
                 pass
-        assert not rest, f"not understood in a step: {rest}"
+        assert not rest, f"unknown keys in a step: {rest}"
 
 
 def compiled(expected: str) -> tuple[re.Pattern[str], int]:
-    """Return a pattern of hexadecimal digits, and how many bytes it has."""
+    """Return a pattern of hexadecimal digits, and its number of bytes."""
     digits = ""
     for token in expected.lower().split():
         byte, _, times = token.partition("*")
-        assert re.fullmatch(r"[0-9a-f.]{2}", byte), f"no byte: {token}"
+        assert re.fullmatch(r"[0-9a-f.]{2}", byte), f"not a byte: {token}"
         digits += byte * int(times or 1)
     return re.compile(digits), len(digits) // 2
 
 
 def options(given: dict[str, Any]) -> dict[str, Any]:
-    """Return the options of a file or an exchange as keywords."""
+    """Return the options of a file or an exchange as keyword arguments."""
     found = dict(given)
     if "stage" in found:
         found["stage"] = getattr(stagewire_apt.stages, found["stage"])
@@ -128,7 +128,7 @@ def options(given: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(("name", "exchange"), EXCHANGES)
-def test_exchange(name: str, exchange: dict[str, Any]) -> None:
+def test_an_exchange_matches_the_document(name: str, exchange: dict[str, Any]) -> None:
     file = FILES[name]
     keywords = options({**file.get("options", {}), **exchange.get("options", {})})
     with getattr(virtual, file["unit"])(**keywords) as controller:
@@ -138,7 +138,7 @@ def test_exchange(name: str, exchange: dict[str, Any]) -> None:
         conversation.nothing()
 
 
-def test_ten_units_of_different_families() -> None:
+def test_exchanges_exist_for_many_families() -> None:
     families = {find_unit(file["unit"]).facts["family"] for file in FILES.values()}
     assert len(FILES) >= 10
     assert len(families) >= 10

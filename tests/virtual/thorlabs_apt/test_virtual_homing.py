@@ -1,4 +1,4 @@
-"""Homing: where to, how long it takes, what is zero afterwards."""
+"""Homing: the destination, the duration, and the counters afterwards."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from stagewire_apt import messages as m
 from stagewire_apt import stages
 from stagewire_virtual.clock import SECOND
 
-FORWARD, REVERSE = (1, 4), (2, 1)  # direction and switch as public drivers send them
+FORWARD, REVERSE = (1, 4), (2, 1)  # direction and switch, with the values of public drivers
 
 
 def homing(name: str, *home: int, position: int = 20_000) -> MotorHost:
-    """A motor that homes at 10,000 counts/s and 20,000 counts/s²."""
+    """Return a motor that homes, with an acceleration of 20,000 counts/s²."""
     host = MotorHost(name, travel=100_000, position=position)
     host.say(m.MotSetVelParams(1, 0, 20_000, 50_000))
     host.say(m.MotSetHomeParams(1, *home))
@@ -26,10 +26,10 @@ def homing(name: str, *home: int, position: int = 20_000) -> MotorHost:
     ("home", "way", "lowest", "highest"),
     [(REVERSE, 20_000, 0, 100_000), (FORWARD, 80_000, -100_000, 0)],
 )
-def test_it_runs_onto_the_switch_and_counts_from_there(
+def test_homing_sets_the_position_to_zero_at_the_switch(
     name: str, home: tuple[int, int], way: int, lowest: int, highest: int
 ) -> None:
-    """0.5 s and 2,500 counts until it runs at 10,000 counts/s, with which it comes to the switch."""
+    """It accelerates for 0.5 s over 2,500 counts, and reaches the switch at 10,000 counts/s."""
     host = homing(name, *home, 10_000, 0)
     host.wait(60)
     [(when, message)] = host.said
@@ -44,7 +44,7 @@ def test_it_runs_onto_the_switch_and_counts_from_there(
 
 
 @pytest.mark.parametrize(("home", "end"), [(REVERSE, -3_000), (FORWARD, 3_000)])
-def test_the_offset_leads_back_from_the_switch(home: tuple[int, int], end: int) -> None:
+def test_homing_moves_back_from_the_switch_by_the_offset(home: tuple[int, int], end: int) -> None:
     host = homing("TDC001", *home, 10_000, 3_000)
     host.wait(60)
     assert host.kinds == ["MOT_MOVE_HOMED"]
@@ -55,7 +55,7 @@ def test_the_offset_leads_back_from_the_switch(home: tuple[int, int], end: int) 
     assert host.position == end
 
 
-def test_the_encoder_counts_from_home_too() -> None:
+def test_homing_also_sets_the_encoder_counter_to_zero() -> None:
     host = homing("BSC001", *REVERSE, 10_000, 0)
     host.say(m.MotSetEncCounter(1, 5))
     host.wait(60)
@@ -63,8 +63,8 @@ def test_the_encoder_counts_from_home_too() -> None:
 
 
 @pytest.mark.parametrize("home", [(0, 0), (1, 1), (2, 4), (2, 0)])
-def test_without_a_switch_it_runs_into_the_end_and_is_not_homed(home: tuple[int, int]) -> None:
-    """Home parameters of zeros have driven stages into their ends."""
+def test_homing_without_a_switch_runs_into_the_end(home: tuple[int, int]) -> None:
+    """Home parameters that are all zero have driven real stages into their ends."""
     host = homing("TDC001", *home, 10_000, 0)
     host.wait(60)
     assert host.kinds == ["MOT_MOVE_STOPPED"]
@@ -73,8 +73,8 @@ def test_without_a_switch_it_runs_into_the_end_and_is_not_homed(home: tuple[int,
 
 
 @pytest.mark.parametrize(("home", "found"), [(REVERSE, False), (FORWARD, True)])
-def test_a_switch_that_is_ignored_is_not_found(home: tuple[int, int], found: bool) -> None:
-    """Page 39: "Ignore switch or switch not present", of the reverse one."""
+def test_homing_does_not_find_an_ignored_switch(home: tuple[int, int], found: bool) -> None:
+    """Page 39: "Ignore switch or switch not present", here for the reverse switch."""
     host = MotorHost("TDC001", travel=100_000, position=50_000)
     host.say(m.MotSetLimSwitchParams(1, 2, 1, 0, 0, 1))
     host.say(m.MotSetHomeParams(1, *home, 50_000, 0))
@@ -86,8 +86,8 @@ def test_a_switch_that_is_ignored_is_not_found(home: tuple[int, int], found: boo
 
 @pytest.mark.parametrize("name", ["BBD101", "BBD102", "BBD203"])
 @pytest.mark.parametrize("home", [(0, 0), FORWARD, REVERSE, (77, 99)])
-def test_a_brushless_stage_heeds_the_velocity_only(name: str, home: tuple[int, int]) -> None:
-    """Page 37: the direction is always positive, no switch is used, and the offset neither."""
+def test_a_brushless_stage_uses_only_the_home_velocity(name: str, home: tuple[int, int]) -> None:
+    """Page 37: the direction is always positive, and neither a switch nor the offset is used."""
     host = homing(name, *home, 10_000, 12_345)
     host.wait(1)
     assert host.velocity == -10_000
@@ -102,7 +102,7 @@ def test_a_brushless_stage_heeds_the_velocity_only(name: str, home: tuple[int, i
         assert host.position == reached
 
 
-def test_homing_begins_anew_what_is_homed() -> None:
+def test_homing_again_clears_the_homed_state() -> None:
     host = homing("TDC001", *REVERSE, 10_000, 0)
     host.wait(60)
     host.say(m.MotMoveAbsolute(1, 50_000))
@@ -127,7 +127,7 @@ def test_a_move_takes_over_from_homing() -> None:
     assert "homed" not in host.bits
 
 
-def test_homing_goes_through_soft_limits() -> None:
+def test_homing_ignores_soft_limits() -> None:
     host = MotorHost("TDC001", travel=100_000, position=20_000)
     host.say(m.MotSetLimSwitchParams(1, 2, 2, 1_000, -1_000, 2))
     host.say(m.MotMoveHome(1))
@@ -148,7 +148,7 @@ def test_a_new_controller_homes_within_seconds(name: str, stage: object) -> None
     assert SECOND < when < 20 * SECOND
 
 
-def test_who_stands_at_home_homes_again() -> None:
+def test_a_stage_at_home_homes_again() -> None:
     host = homing("TDC001", *REVERSE, 10_000, 0, position=0)
     host.wait(1)
     assert host.kinds == ["MOT_MOVE_HOMED"]

@@ -1,4 +1,4 @@
-"""HW_GET_INFO, the bay of a T-Cube, and the flashing of a front panel."""
+"""HW_GET_INFO, the bay of a T-Cube, and the flashing front panel."""
 
 from __future__ import annotations
 
@@ -31,28 +31,28 @@ CARD, BOARD = 44, 45
         ("BSC001", USB, 20, "BSC001", 11, 1),
         ("BSC002", USB, 30, "BSC002", 13, 2),
         ("TDC001", USB, 83, "TDC001", 31, 1),
-        ("TPZ001", USB, 81, "TPZ001", 0, 1),  # a prefix that page 7 does not have
+        ("TPZ001", USB, 81, "TPZ001", 0, 1),  # page 7 does not have this prefix
         ("BBD102", MOTHERBOARD, 73, "BBD102", BOARD, 2),
         ("BBD102", BAY + 1, 94, "ION001 ", CARD, 1),  # the example of page 22
-        ("BBD202", MOTHERBOARD, 73, "BBD202", BOARD, 2),  # taken as the BBD102
+        ("BBD202", MOTHERBOARD, 73, "BBD202", BOARD, 2),  # the prefix of the BBD102
         ("BBD202", BAY, 94, "ION001 ", CARD, 1),
-        ("BBD101", MOTHERBOARD, 73, "BBD101", BOARD, 1),  # page 7: a card slot system, too
+        ("BBD101", MOTHERBOARD, 73, "BBD101", BOARD, 1),  # page 7: also a card slot system
         ("BBD101", BAY, 94, "ION001 ", CARD, 1),
         ("BSC102", MOTHERBOARD, 70, "BSC102", BOARD, 2),
         ("BSC103", BAY, 70, "BSC103", 21, 1),
         ("MST601", BAY, 50, "MST601", 26, 2),
         ("MST601", MOTHERBOARD, 99, "RACK", BOARD, 1),
-        ("BPC202", MOTHERBOARD, 99, "BPC202", BOARD, 2),  # none is known
+        ("BPC202", MOTHERBOARD, 99, "BPC202", BOARD, 2),  # no prefix is known
     ],
 )
-def test_a_unit_tells_what_it_is(unit, address, prefix, model, type_, channels):
+def test_a_unit_reports_its_hardware_information(unit, address, prefix, model, type_, channels):
     [info] = host_of(unit).ask(m.HwReqInfo(), address)
     assert divmod(info.serial_number, 1_000_000)[0] == prefix
     assert (info.model_number, info.type, info.nchs) == (model, type_, channels)
 
 
 @pytest.mark.parametrize("unit", units_of(PROTOCOL))
-def test_every_serial_number_has_eight_digits_and_no_two_of_a_rack_are_alike(unit):
+def test_serial_numbers_have_eight_digits_and_differ_within_a_rack(unit):
     far = host_of(unit)
     numbers = []
     for address in sorted(PROTOCOL.devices):
@@ -62,7 +62,7 @@ def test_every_serial_number_has_eight_digits_and_no_two_of_a_rack_are_alike(uni
     assert len(set(numbers)) == (1 if one else len(numbers))
 
 
-def test_the_seed_decides_the_serial_number():
+def test_the_seed_determines_the_serial_number():
     def number(**options):
         return host_of("TDC001", **options).ask(m.HwReqInfo())[0].serial_number
 
@@ -72,15 +72,15 @@ def test_the_seed_decides_the_serial_number():
 
 
 @pytest.mark.parametrize("number", [0, -1, 2**31])
-def test_a_serial_number_that_does_not_fit_is_refused(number):
-    with pytest.raises(BadOptionError, match=f"serial number {number} .*such as 83000001"):
+def test_an_invalid_serial_number_is_refused(number):
+    with pytest.raises(BadOptionError, match=f"serial number must be .*83000001, not {number}"):
         host_of("TDC001", serial_number=number)
 
 
-# What a client insists on
+# The identity that a client requires
 
 KDC101 = {"model": "KDC101", "serial_number": 27_000_001, "hardware_type": 16, "stage_id": 7}
-"""What opens a TDC001 as a KDC101 with an MTS25-Z8."""
+"""The identity of a KDC101 with an MTS25-Z8, for a TDC001."""
 
 ASK = m.HwReqInfo()
 
@@ -91,7 +91,7 @@ def payload_of(frame: bytes) -> bytes:
 
 
 def said_by(instrument: Any, address: int) -> bytes:
-    """What an instrument says of itself, as bytes."""
+    """Return the hardware information of an instrument as bytes."""
     said: list[bytes] = []
     instrument.on_send = said.append
     instrument.receive(ASK.pack(address, 0x01))
@@ -141,7 +141,7 @@ def told_on_the_command_line(unit: str, address: int, tmp_path: Path) -> bytes:
         ("MST601", MOTHERBOARD, 1),
     ],
 )
-def test_a_controller_says_the_identity_that_it_was_given(
+def test_a_controller_reports_the_given_identity(
     told: Any, unit: str, address: int, channels: int, tmp_path: Path
 ) -> None:
     payload = told(unit, address, tmp_path)
@@ -150,7 +150,7 @@ def test_a_controller_says_the_identity_that_it_was_given(
 
 
 @pytest.mark.parametrize("unit", units_of(PROTOCOL))
-def test_every_unit_takes_an_identity_and_its_bays_keep_their_own(unit: str) -> None:
+def test_every_unit_accepts_an_identity_but_its_bays_keep_their_own(unit: str) -> None:
     def all_said(**options: Any) -> dict[int, FramedMessage]:
         far = host_of(unit, **options)
         return {
@@ -174,14 +174,14 @@ def test_every_unit_takes_an_identity_and_its_bays_keep_their_own(unit: str) -> 
 MODULES = {"MST601", "MPZ601"}
 
 
-def test_a_rack_of_modules_takes_an_identity_for_its_motherboard() -> None:
+def test_the_identity_of_a_rack_is_that_of_its_motherboard() -> None:
     with virtual.rack("MST601", None, "MPZ601", **KDC101) as rack:
         assert said_by(rack.instrument, MOTHERBOARD)[4:14] == b"KDC101\0\0\x10\0"
         assert said_by(rack.instrument, BAY)[4:12] == b"MST601\0\0"
         assert said_by(rack.instrument, BAY + 2)[4:12] == b"MPZ601\0\0"
 
 
-def test_the_greatest_identity_that_fits() -> None:
+def test_the_largest_identity_fits() -> None:
     with virtual.TDC001(
         model="A2345678", serial_number=2**31 - 1, hardware_type=0xFFFF, stage_id=0xFFFF
     ) as tdc:
@@ -191,24 +191,22 @@ def test_the_greatest_identity_that_fits() -> None:
 
 
 WRONG = [
-    ("model", "", "model '' does not fit: a model has 1 to 8 printable ASCII characters, such as "),
-    ("model", "KDC101-LONG", "model 'KDC101-LONG' does not fit: a model has 1 to 8"),
+    ("model", "", "model must have 1 to 8 printable ASCII characters, such as .*, not ''"),
+    ("model", "KDC101-LONG", "model must have 1 to 8 .*, not 'KDC101-LONG'"),
     ("model", "KDC101é", "printable ASCII"),
     ("model", "KDC\n101", "printable ASCII"),
-    ("serial_number", 2**31, "2147483648 does not fit: it is a number from 1 to 2147483647"),
-    ("serial_number", 0, "the serial number 0 does not fit"),
-    ("hardware_type", -1, "the hardware type -1 does not fit: it is a number from 0 to 65535"),
-    ("hardware_type", 65536, "the hardware type 65536 does not fit"),
-    ("stage_id", -1, "the stage id -1 does not fit"),
-    ("stage_id", 65536, "the stage id 65536 does not fit: it is a number from 0 to 65535"),
+    ("serial_number", 2**31, "serial number must be from 1 to 2147483647, .*, not 2147483648"),
+    ("serial_number", 0, "serial number must be from 1 to .*, not 0"),
+    ("hardware_type", -1, "hardware type must be from 0 to 65535, not -1"),
+    ("hardware_type", 65536, "hardware type must be from 0 to 65535, not 65536"),
+    ("stage_id", -1, "stage id must be from 0 to 65535, not -1"),
+    ("stage_id", 65536, "stage id must be from 0 to 65535, not 65536"),
 ]
 
 
 @pytest.mark.parametrize(("name", "value", "says"), WRONG)
 @pytest.mark.parametrize("unit", ["TDC001", "BBD102"])
-def test_an_identity_that_does_not_fit_is_refused(
-    name: str, value: Any, says: str, unit: str
-) -> None:
+def test_an_invalid_identity_is_refused(name: str, value: Any, says: str, unit: str) -> None:
     with pytest.raises(BadOptionError, match=says):
         getattr(virtual, unit)(**{name: value})
     with pytest.raises(BenchError, match=rf"unit 1 \({unit}\), key {name}: .*{says}"):
@@ -225,7 +223,7 @@ def test_an_identity_of_another_type_is_refused(name: str, value: Any) -> None:
         make_bench([{"name": "TDC001", name: value}])
 
 
-def test_units_on_one_command_line_have_serial_numbers_of_their_own() -> None:
+def test_units_on_one_command_line_get_consecutive_serial_numbers() -> None:
     makers = of_names(["TDC001"] * 3, None, False, None, {"serial_number": 27_000_001})
     numbers = [
         int.from_bytes(said_by(make(SteppedClock(), Observer()).instrument, USB)[:4], "little")
@@ -234,11 +232,11 @@ def test_units_on_one_command_line_have_serial_numbers_of_their_own() -> None:
     assert numbers == [27_000_001, 27_000_002, 27_000_003]
 
 
-def test_a_t_cube_is_off_its_hub():
+def test_a_t_cube_is_not_in_a_hub():
     assert host_of("TST001").ask(m.HubReqBayUsed()) == [m.HubGetBayUsed(0xFF)]
 
 
-def test_who_is_to_identify_itself_shows_it_for_a_while():
+def test_identify_is_shown_for_a_while():
     far = host_of("BBD102")
     far.say(m.ModIdentify(), BAY + 1)
 

@@ -1,4 +1,4 @@
-"""The interlock of the solenoid driver: needed or not, fitted or not."""
+"""The interlock of the solenoid driver: required or not, fitted or not."""
 
 import pytest
 from actuator_host import ActuatorHost
@@ -16,7 +16,7 @@ def state(host):
 
 @pytest.mark.parametrize("mode", [NEEDED, NOT_NEEDED])
 @pytest.mark.parametrize("fitted", [True, False])
-def test_it_works_if_the_interlock_is_fitted_or_not_needed(mode, fitted):
+def test_the_output_works_if_the_interlock_is_fitted_or_not_required(mode, fitted):
     host = ActuatorHost("TSC001")
     host.behaviour.interlock_closed = fitted
     host.tell(m.MotSetSolInterlockMode(1, mode))
@@ -27,14 +27,14 @@ def test_it_works_if_the_interlock_is_fitted_or_not_needed(mode, fitted):
         assert "interlock is open" in host.refuses(m.MotSetSolState(1, ON))
         assert "interlock is open" in host.refuses(m.MotMoveAbsoluteHeader(1))
         assert host.instrument.rows()[0].state == "manual, interlock open"
-    host.behaviour.press_enable()  # off again, or refused
+    host.behaviour.press_enable()  # switches off, or is refused
     host.behaviour.press_enable()
     assert state(host) == (ON if works else OFF)
     assert StepperStatusBits(host.status().status_bits).interlock_enabled == fitted
 
 
 @pytest.mark.parametrize("operating_mode", [1, 2, 3])
-def test_an_interlock_that_opens_switches_off_for_good(operating_mode):
+def test_opening_the_interlock_switches_off_permanently(operating_mode):
     host = ActuatorHost("TSC001")
     host.tell(m.MotSetSolOperatingMode(1, operating_mode), m.MotMoveAbsoluteHeader(1))
     host.said.clear()
@@ -59,7 +59,7 @@ def test_an_open_interlock_disarms_the_trigger():
     assert state(host) == OFF
 
 
-def test_needing_what_is_not_fitted_switches_off():
+def test_requiring_a_missing_interlock_switches_off():
     host = ActuatorHost("TSC001")
     host.tell(m.MotSetSolInterlockMode(1, NOT_NEEDED))
     host.behaviour.interlock_closed = False

@@ -1,4 +1,4 @@
-"""Jogging: steps and on and on, with parameters of its own."""
+"""Jogs: single steps and continuous motion, with their own parameters."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ IMMEDIATE, PROFILED = 1, 2
 
 
 def jogging(name: str, mode: int, stop: int = PROFILED) -> MotorHost:
-    """Jogs 25,000 counts at 10,000 counts/s and 20,000 counts/s², while moves are ten times as fast."""
+    """Return a motor with jogs of 25,000 counts, 10,000 counts/s and 20,000 counts/s²; moves are faster."""
     host = MotorHost(name, travel=1_000_000, position=500_000)
     host.say(m.MotSetVelParams(1, 0, 2_000_000, 100_000))
     host.say(m.MotSetJogParams(1, mode, 25_000, 0, 20_000, 10_000, stop))
@@ -33,7 +33,7 @@ def test_a_step_has_its_own_velocity(name: str, direction: int, position: int) -
     assert (when, message.position) == (3 * SECOND, position)
 
 
-def test_a_step_in_motion_counts_from_where_it_is() -> None:
+def test_a_step_in_motion_starts_at_the_present_position() -> None:
     host = jogging("TDC001", STEP)
     host.say(m.MotMoveJog(1, 1))
     host.wait(1)
@@ -44,7 +44,7 @@ def test_a_step_in_motion_counts_from_where_it_is() -> None:
 
 
 @pytest.mark.parametrize(("direction", "sign"), [(1, 1), (2, -1)])
-def test_a_continuous_jog_goes_on_until_the_limit(direction: int, sign: int) -> None:
+def test_a_continuous_jog_continues_to_the_limit(direction: int, sign: int) -> None:
     host = jogging("BSC001", CONTINUOUS)
     host.say(m.MotMoveJog(1, direction))
     host.wait(20.25)
@@ -55,7 +55,7 @@ def test_a_continuous_jog_goes_on_until_the_limit(direction: int, sign: int) -> 
     assert host.position == sign * 500_000
 
 
-def test_the_other_direction_turns_it_round() -> None:
+def test_the_other_direction_reverses_a_jog() -> None:
     host = jogging("TDC001", CONTINUOUS)
     host.say(m.MotMoveJog(1, 1))
     host.wait(1)
@@ -70,11 +70,11 @@ def test_the_other_direction_turns_it_round() -> None:
     [
         (PROFILED, IMMEDIATE, 0),
         (IMMEDIATE, PROFILED, 0.5),
-        (IMMEDIATE, 0, 0),  # a stop without a mode: as the jog's parameters want
+        (IMMEDIATE, 0, 0),  # a stop without a mode uses that of the jog parameters
         (PROFILED, 0, 0.5),
     ],
 )
-def test_a_stop_has_its_mode_or_that_of_the_jog(own: int, asked: int, after: float) -> None:
+def test_a_stop_without_a_mode_uses_that_of_the_jog(own: int, asked: int, after: float) -> None:
     host = jogging("TDC001", CONTINUOUS, own)
     host.say(m.MotMoveJog(1, 1))
     host.wait(1)

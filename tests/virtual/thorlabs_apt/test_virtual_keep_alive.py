@@ -1,4 +1,4 @@
-"""What a controller does whose host gives no sign of life (pages 80 and 105)."""
+"""Keep-alive messages: a controller falls silent without them (pages 80 and 105)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def updates(far, seconds):
         ("BPC301", m.PzAckPzStatusUpdate()),
     ],
 )
-def test_after_fifty_messages_there_are_no_more_until_the_host_is_alive(unit, alive, host):
+def test_updates_stop_after_50_messages_until_a_keep_alive(unit, alive, host):
     far = host(unit)
     far.say(m.HwStartUpdateMsgs(10))
     assert updates(far, 60) == LIMIT
@@ -35,7 +35,7 @@ def test_after_fifty_messages_there_are_no_more_until_the_host_is_alive(unit, al
     assert updates(far, 60) == LIMIT
 
 
-def test_who_is_alive_once_a_second_hears_all(host):
+def test_a_keep_alive_every_second_is_enough(host):
     far = host("TDC001")
     far.say(m.HwStartUpdateMsgs(10))
     for _ in range(60):
@@ -44,19 +44,19 @@ def test_who_is_alive_once_a_second_hears_all(host):
 
 
 @pytest.mark.parametrize("unit", ["TPZ001", "TSC001", "BPC201"])
-def test_a_unit_without_such_a_message_never_falls_silent(unit, host):
+def test_a_unit_without_keep_alive_messages_never_falls_silent(unit, host):
     far = host(unit)
     far.say(m.HwStartUpdateMsgs(10))
     assert updates(far, 60) == 600
 
 
-def test_on_rs_232_nobody_is_asked_for_a_sign_of_life(host):
+def test_rs_232_requires_no_keep_alive(host):
     far = host("TDC001", line=LinkKind.RS232)
     far.say(m.HwStartUpdateMsgs(10))
     assert updates(far, 60) == 600
 
 
-def test_the_sign_of_another_kind_of_unit_does_not_help(host):
+def test_the_keep_alive_of_another_kind_of_unit_has_no_effect(host):
     far = host("TDC001")
     far.say(m.HwStartUpdateMsgs(10))
     assert updates(far, 60) == LIMIT
@@ -75,7 +75,7 @@ def test_completions_count_and_are_withheld(host):
     assert len(far.ask(m.MotMoveStop(1, 1))) == 1
 
 
-def test_what_is_asked_for_is_answered_and_does_not_count(host):
+def test_requested_statuses_are_sent_and_not_counted(host):
     far = host("TDC001")
     for _ in range(2 * LIMIT):
         assert len(far.ask(m.MotReqDcStatusUpdate(1))) == 1
@@ -85,7 +85,7 @@ def test_what_is_asked_for_is_answered_and_does_not_count(host):
     assert len(far.ask(m.HwReqInfo())) == 1
 
 
-def test_each_bay_counts_for_itself(host):
+def test_each_bay_counts_separately(host):
     far = host("BBD102")
     for bay in (BAY, BAY + 1):
         far.say(m.HwStartUpdateMsgs(10), bay)
@@ -102,7 +102,7 @@ def test_a_unit_with_two_channels_counts_the_messages_of_both(host):
     assert updates(far, 60) == LIMIT
 
 
-def test_a_power_cycle_counts_from_zero(host):
+def test_a_power_cycle_resets_the_count(host):
     far = host("TDC001")
     far.say(m.HwStartUpdateMsgs(10))
     assert updates(far, 60) == LIMIT

@@ -1,4 +1,4 @@
-"""Limits: the ends of the travel, those that software sets, and those of a shortened travel."""
+"""Limits: the ends of the travel, soft limits, and a shortened travel."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SOFT = {"forward_software_limit", "reverse_software_limit"}
 
 
 def limited(name: str, mode: int, *, hard: int = 2) -> MotorHost:
-    """A motor with soft limits 10,000 counts away, at 10,000 counts/s and 20,000 counts/s²."""
+    """Return a motor with soft limits at ±10,000 counts, 10,000 counts/s and 20,000 counts/s²."""
     host = MotorHost(name, travel=100_000, position=50_000)
     host.say(m.MotSetVelParams(1, 0, 20_000, 10_000))
     host.say(m.MotSetLimSwitchParams(1, hard, hard, 10_000, -10_000, mode))
@@ -37,7 +37,7 @@ def limited(name: str, mode: int, *, hard: int = 2) -> MotorHost:
 def test_the_end_of_the_travel_stops_a_motor_and_completes_its_move(
     name: str, message: FramedMessage, end: int, bit: str
 ) -> None:
-    """Page 48: until "a limit switch is reached. Upon completion …"; 0.5 s up, then 10,000 counts/s."""
+    """Page 48: until "a limit switch is reached. Upon completion …". It accelerates for 0.5 s."""
     host = MotorHost(name, travel=100_000, position=50_000)
     host.say(m.MotSetVelParams(1, 0, 20_000, 10_000))
     host.say(message)
@@ -48,7 +48,7 @@ def test_the_end_of_the_travel_stops_a_motor_and_completes_its_move(
     assert completed.position == end == host.position
     if name != "BBD101" or end > 0:  # a brushless stage can go beyond the index mark, its zero
         assert host.bits & HARD == {bit}
-    # away from it again
+    # and back
     host.say(m.MotMoveRelative(1, -end))
     host.wait(60)
     assert host.position == 0
@@ -58,20 +58,20 @@ def test_the_end_of_the_travel_stops_a_motor_and_completes_its_move(
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        ({"travel": 0}, "BSC001 needs a travel of 1 to 2147483647 counts, not 0"),
-        ({"travel": 1 << 31}, "BSC001 needs a travel of 1 to 2147483647 counts, not 2147483648"),
-        ({"travel": 10, "position": 11}, "BSC001 cannot stand at 11 of a travel of 10"),
-        ({"position": -1}, "BSC001 cannot stand at -1 of a travel of 2500000"),
+        ({"travel": 0}, "BSC001 requires a travel of 1 to 2147483647 counts, not 0"),
+        ({"travel": 1 << 31}, "BSC001 requires a travel of 1 to 2147483647 counts, not 2147483648"),
+        ({"travel": 10, "position": 11}, "BSC001 cannot start at 11 within a travel of 10"),
+        ({"position": -1}, "BSC001 cannot start at -1 within a travel of 2500000"),
     ],
 )
-def test_a_stage_stands_within_its_travel(settings: dict[str, int], sentence: str) -> None:
+def test_a_position_outside_the_travel_is_refused(settings: dict[str, int], sentence: str) -> None:
     with pytest.raises(BadOptionError, match=sentence):
         MotorHost("BSC001", **settings)
 
 
 @pytest.mark.parametrize("name", ["TDC001", "BSC001", "BBD101"])
-def test_who_stands_at_an_end_does_not_go_beyond(name: str) -> None:
-    """Nor does it say so: the move is completed at the instant at which it would begin."""
+def test_a_motor_at_an_end_does_not_move_further(name: str) -> None:
+    """The move is completed at the instant at which it would begin, without motion bits."""
     host = MotorHost(name, travel=100_000, position=100_000)
     assert "forward_hardware_limit" in host.bits
     host.say(m.MotMoveVelocity(1, 1))
@@ -80,12 +80,12 @@ def test_who_stands_at_an_end_does_not_go_beyond(name: str) -> None:
     assert "moving_forward" not in host.bits
     host.wait(1)
     assert (host.position, host.now) == (0, SECOND)
-    host.say(m.MotMoveRelative(1, -1_000))  # away from it, and not to be stopped there
+    host.say(m.MotMoveRelative(1, -1_000))  # away from the end, where nothing stops it
     host.wait(10)
     assert host.position == -1_000
 
 
-def test_who_stands_at_a_soft_limit_does_not_go_beyond() -> None:
+def test_a_motor_at_a_soft_limit_does_not_move_further() -> None:
     host = limited("BSC001", IMMEDIATE)
     host.say(m.MotMoveVelocity(1, 1))
     host.wait(10)
@@ -106,7 +106,7 @@ def test_a_target_at_the_end_is_reached_with_the_whole_profile() -> None:
     assert "forward_hardware_limit" in host.bits
 
 
-def test_a_switch_that_is_ignored_is_not_reported() -> None:
+def test_an_ignored_switch_is_not_reported() -> None:
     host = limited("TDC001", IGNORE, hard=1)
     host.say(m.MotMoveVelocity(1, 1))
     host.wait(60)
@@ -115,7 +115,7 @@ def test_a_switch_that_is_ignored_is_not_reported() -> None:
 
 
 @pytest.mark.parametrize("hard", [2, 3, 0x82, 0x83])
-def test_any_other_switch_is(hard: int) -> None:
+def test_any_other_switch_is_reported(hard: int) -> None:
     host = limited("BSC001", IGNORE, hard=hard)
     host.say(m.MotMoveVelocity(1, 2))
     host.wait(60)
@@ -126,10 +126,10 @@ def test_any_other_switch_is(hard: int) -> None:
 @pytest.mark.parametrize("rotation", [0, ROTATION])
 @pytest.mark.parametrize(("mode", "beyond", "after"), [(IMMEDIATE, 0, 0), (PROFILED, 2_500, 0.5)])
 @pytest.mark.parametrize(("direction", "sign"), [(1, 1), (2, -1)])
-def test_a_soft_limit_stops_at_once_or_from_there_on(
+def test_a_soft_limit_stops_immediately_or_with_a_profile(
     name: str, rotation: int, mode: int, beyond: int, after: float, direction: int, sign: int
 ) -> None:
-    """10,000 counts are 1.25 s away; a stop from 10,000 counts/s takes 0.5 s and 2,500 counts."""
+    """The limit is reached after 1.25 s; a stop from 10,000 counts/s takes 0.5 s and 2,500 counts."""
     host = limited(name, mode | rotation)
     host.say(m.MotMoveVelocity(1, direction))
     host.wait(60)
@@ -140,7 +140,7 @@ def test_a_soft_limit_stops_at_once_or_from_there_on(
 
 
 @pytest.mark.parametrize("mode", [IMMEDIATE, PROFILED])
-def test_who_is_beyond_a_soft_limit_gets_back_but_no_farther(mode: int) -> None:
+def test_a_motor_beyond_a_soft_limit_can_only_return(mode: int) -> None:
     host = limited("BSC001", IGNORE)
     host.say(m.MotMoveAbsolute(1, 20_000))
     host.wait(10)
@@ -155,7 +155,7 @@ def test_who_is_beyond_a_soft_limit_gets_back_but_no_farther(mode: int) -> None:
 
 
 @pytest.mark.parametrize("mode", [IGNORE, IGNORE | ROTATION, 0])
-def test_soft_limits_that_are_ignored_stop_nothing_and_say_nothing(mode: int) -> None:
+def test_ignored_soft_limits_neither_stop_nor_report(mode: int) -> None:
     host = limited("BSC001", mode)
     host.say(m.MotMoveAbsolute(1, 30_000))
     host.wait(60)
@@ -163,7 +163,7 @@ def test_soft_limits_that_are_ignored_stop_nothing_and_say_nothing(mode: int) ->
     assert not host.bits & SOFT
 
 
-def test_a_stepper_says_which_soft_limit_it_is_at() -> None:
+def test_a_stepper_reports_the_active_soft_limit() -> None:
     host = limited("BSC001", IMMEDIATE)
     assert not host.bits & SOFT
     for direction, bit in ((1, "forward_software_limit"), (2, "reverse_software_limit")):
@@ -180,11 +180,11 @@ def test_soft_limits_are_positions_and_follow_the_counter() -> None:
     assert host.position == 10_000
     assert (
         host.instrument.channel(1).behaviour._axis.place == 56_000
-    )  # six thousand from where it stood
+    )  # 6,000 counts from its first place
 
 
 def test_a_travel_can_only_be_shortened() -> None:
-    """Page 75: a set can only raise the minimum and lower the maximum, and changes nothing else."""
+    """Page 75: the SET can only raise the minimum and lower the maximum."""
     host = MotorHost("BBD102", travel=100_000, position=50_000)
     before = host.ask(m.MotReqPmdStageAxisParams(1))
     wanted = {
@@ -194,7 +194,7 @@ def test_a_travel_can_only_be_shortened() -> None:
         (10_000, 90_000, (10_000, 90_000)),
         (0, 100_000, (10_000, 90_000)),
         (20_000, 200_000, (20_000, 90_000)),
-        (95_000, 96_000, (20_000, 90_000)),  # nothing would be left
+        (95_000, 96_000, (20_000, 90_000)),  # no travel would be left
     ]:
         wanted.update(min_pos=minimum, max_pos=maximum, serial_num=1, part_no_axis="other")
         host.say(m.MotSetPmdStageAxisParams(**wanted))

@@ -1,4 +1,4 @@
-"""Moves of virtual motors: stepper and DC, both forms, scales, counters, one taking over from another."""
+"""Moves of virtual motors: stepper and DC, both forms, scales, counters, and moves during moves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOTORS = ["TDC001", "ODC001", "TST001", "OST001", "BSC001", "BSC103", "MST601", 
 
 @pytest.mark.parametrize("name", MOTORS)
 def test_a_move_follows_the_trapezoid_and_is_completed_at_its_end(name: str) -> None:
-    """25,000 counts: 0.5 s up over 2,500 counts, 2 s at 10,000 counts/s, 0.5 s down."""
+    """25,000 counts: 0.5 s of acceleration over 2,500 counts, 2 s at 10,000 counts/s, 0.5 s down."""
     host = told(name)
     host.say(m.MotMoveAbsolute(1, 25_000))
     for step in range(1, 300):
@@ -45,12 +45,14 @@ def test_a_move_follows_the_trapezoid_and_is_completed_at_its_end(name: str) -> 
         (m.MotMoveRelativeHeader(1), 1_400),
     ],
 )
-def test_both_forms_go_where_they_say(name: str, message: FramedMessage, place: int) -> None:
+def test_both_forms_of_a_move_reach_their_target(
+    name: str, message: FramedMessage, place: int
+) -> None:
     host = told(name)
     host.say(m.MotSetMoveAbsParams(1, 3_000))
     host.say(m.MotSetMoveRelParams(1, 400))
     host.wait(1)
-    assert (host.position, host.said) == (0, [])  # setting them starts nothing
+    assert (host.position, host.said) == (0, [])  # setting the parameters starts no move
     host.say(m.MotMoveAbsolute(1, 1_000))
     host.wait(5)
     host.say(message)
@@ -64,9 +66,9 @@ def test_both_forms_go_where_they_say(name: str, message: FramedMessage, place: 
     [
         # 134217.728 on the wire for 1 mm/s, 13.743895 for 1 mm/s² (page 14)
         ("BBD102", stages.MLS203, 20_000, 20_000 / 134217.728, 20_000 / 13.743895),
-        # 767367.49 for 1 mm/s (later issues), and 261.93 for 1 mm/s², as a servo cycle of 341.3 µs wants
+        # 767367.49 for 1 mm/s (later issues), and 261.93 for 1 mm/s², from a servo cycle of 341.3 µs
         ("TDC001", stages.Z8, 34_304, 34_304 / 767367.49, 34_304 / 261.929),
-        # positions only are known: counts/s and counts/s²
+        # only the scale of positions is known: counts/s and counts/s²
         ("BSC101", stages.APT_STEPPER, 25_600, 1, 1),
         ("ODC001", None, None, 1, 1),
     ],
@@ -95,8 +97,8 @@ def test_scales_are_those_of_the_stage_on_the_controller(
 
 
 @pytest.mark.parametrize("name", ["TDC001", "BSC001"])
-def test_a_new_move_takes_over_and_only_it_is_completed(name: str) -> None:
-    """After 1 s at 7,500 counts it turns round: 0.5 s and 2,500 counts to rest, and 10,000 counts back."""
+def test_only_the_last_of_two_moves_is_completed(name: str) -> None:
+    """It turns around after 1 s at 7,500 counts: it stops in 0.5 s and 2,500 counts, then returns."""
     host = under_way(name)
     assert (host.position, host.velocity) == (7_500, 10_000)
     host.say(m.MotMoveAbsolute(1, 0))
@@ -107,20 +109,20 @@ def test_a_new_move_takes_over_and_only_it_is_completed(name: str) -> None:
     assert [(when, message.position) for when, message in host.said] == [(3 * SECOND, 0)]
 
 
-def test_a_relative_move_counts_from_where_it_is_at_that_instant() -> None:
+def test_a_relative_move_starts_at_the_present_position() -> None:
     host = under_way("TDC001")
     host.say(m.MotMoveRelative(1, 10_000))
     host.wait(5)
     assert host.position == 17_500
 
 
-def test_a_move_to_where_it_stands_is_completed_at_once() -> None:
+def test_a_move_to_the_present_position_completes_immediately() -> None:
     host = told("TDC001")
     answer = host.ask(m.MotMoveAbsolute(1, 0))
     assert isinstance(answer, m.MotMoveCompletedDc)
 
 
-def test_a_move_at_constant_velocity_goes_on_until_it_is_stopped() -> None:
+def test_a_velocity_move_continues_until_a_stop() -> None:
     host = told("BSC001")
     host.say(m.MotMoveVelocity(1, 2))
     host.wait(10.25)
@@ -137,7 +139,7 @@ def test_a_move_at_constant_velocity_goes_on_until_it_is_stopped() -> None:
 
 @pytest.mark.parametrize("name", ["TDC001", "BSC001"])
 @pytest.mark.parametrize(("mode", "after", "position"), [(1, 0, 7_500), (2, 0.5, 10_000)])
-def test_both_stops(name: str, mode: int, after: float, position: int) -> None:
+def test_a_stop_is_immediate_or_profiled(name: str, mode: int, after: float, position: int) -> None:
     host = under_way(name)
     host.say(m.MotMoveStop(1, mode))
     host.wait(5)
@@ -148,7 +150,7 @@ def test_both_stops(name: str, mode: int, after: float, position: int) -> None:
 
 
 @pytest.mark.parametrize("mode", [0, 1, 2, 200])
-def test_who_stands_has_stopped(mode: int) -> None:
+def test_a_stop_at_rest_is_answered_immediately(mode: int) -> None:
     assert isinstance(told("TDC001").ask(m.MotMoveStop(1, mode)), m.MotMoveStoppedDc)
 
 
@@ -163,7 +165,7 @@ def test_an_immediate_stop_overtakes_a_profiled_one() -> None:
     assert [when for when, _ in host.said] == [1.1 * SECOND]
 
 
-def test_counters_are_set_and_count_on() -> None:
+def test_counters_can_be_set_and_continue_from_there() -> None:
     host = told("BSC001")
     host.say(m.MotSetPosCounter(1, 1_000_000))
     host.say(m.MotSetEncCounter(1, -5))
@@ -178,14 +180,14 @@ def test_counters_are_set_and_count_on() -> None:
     assert host.ask(m.MotReqEncCounter(1)).encoder_count == -10_005
 
 
-def test_a_counter_that_is_set_in_motion_does_not_change_where_it_goes() -> None:
+def test_setting_a_counter_in_motion_does_not_change_the_destination() -> None:
     host = under_way("TDC001")
     host.say(m.MotSetPosCounter(1, 0))
     host.wait(5)
     assert host.position == 25_000 - 7_500
 
 
-def test_a_counter_goes_round_at_its_32_bits() -> None:
+def test_a_counter_wraps_around_at_32_bits() -> None:
     host = told("TDC001")
     host.say(m.MotSetPosCounter(1, 0x7FFF_FFFF))
     host.say(m.MotMoveRelative(1, 1))
@@ -207,7 +209,7 @@ def test_a_counter_goes_round_at_its_32_bits() -> None:
     ],
     ids=lambda value: "" if isinstance(value, list) else value.layout.message,
 )
-def test_what_gets_nowhere_is_refused(
+def test_a_move_without_velocity_or_acceleration_is_refused(
     parameters: list[FramedMessage], message: FramedMessage
 ) -> None:
     host = MotorHost("TDC001", answer_unsupported=True)
@@ -225,14 +227,14 @@ def test_what_gets_nowhere_is_refused(
     assert (silent.position, silent.said) == (0, [])
 
 
-def test_a_refused_move_lets_the_present_one_go_on() -> None:
+def test_a_refused_move_does_not_affect_the_present_one() -> None:
     host = under_way("TDC001")
     host.say(m.MotMoveJog(1, 9))
     host.wait(5)
     assert [(when, message.position) for when, message in host.said] == [(3 * SECOND, 25_000)]
 
 
-def test_a_channel_that_is_disabled_in_motion_stops_at_once() -> None:
+def test_disabling_a_moving_channel_stops_it_immediately() -> None:
     host = under_way("TDC001")
     stopped = host.ask(m.ModSetChanEnableState(1, 2))
     assert isinstance(stopped, m.MotMoveStoppedDc)
@@ -244,7 +246,7 @@ def test_a_channel_that_is_disabled_in_motion_stops_at_once() -> None:
     assert (host.position, host.said) == (7_500, [])
 
 
-def test_after_a_power_cycle_it_stands_where_it_stood_and_counts_from_zero() -> None:
+def test_a_power_cycle_keeps_the_place_and_resets_the_counters() -> None:
     host = MotorHost("TDC001", travel=100_000, position=50_000)
     host.say(m.MotMoveHome(1))
     host.wait(10)
@@ -263,7 +265,7 @@ def test_after_a_power_cycle_it_stands_where_it_stood_and_counts_from_zero() -> 
     assert host.position == 30_000
 
 
-def test_who_loses_its_power_in_motion_says_nothing_also_if_it_wakes_up_disabled() -> None:
+def test_a_power_cycle_in_motion_sends_no_message() -> None:
     host = told("ODC001")
     for state in (2, 1):
         host.say(m.ModSetChanEnableState(1, state))
@@ -287,7 +289,7 @@ def test_moves_of_a_new_controller_take_seconds(name: str) -> None:
 
 
 def test_the_velocity_of_a_dc_status_has_a_sign_and_the_scale_of_the_stage() -> None:
-    """100 mm/s is read as 205 (page 79)."""
+    """100 mm/s is reported as 205 (page 79)."""
     host = MotorHost("BBD102", stage=stages.MLS203)
     host.say(m.MotMoveVelocity(1, 1))
     host.wait(0.5)
@@ -297,7 +299,7 @@ def test_the_velocity_of_a_dc_status_has_a_sign_and_the_scale_of_the_stage() -> 
     assert host.ask(m.MotReqDcStatusUpdate(1)).velocity == -205
 
 
-def test_a_velocity_that_does_not_fit_is_the_greatest_that_does() -> None:
+def test_the_velocity_of_a_dc_status_is_limited_to_16_bits() -> None:
     host = told("TDC001", velocity=100_000, acceleration=1_000_000)
     host.say(m.MotMoveVelocity(1, 2))
     host.wait(1)
@@ -313,7 +315,7 @@ def test_status_messages_have_the_counters() -> None:
     assert (update.position, update.enc_count) == (10, 87)
 
 
-def test_start_velocities_are_not_heeded() -> None:
+def test_start_velocities_are_ignored() -> None:
     """Page 30: "Currently, this 4 byte value is always zero"."""
     host = told("TDC001")
     host.say(m.MotSetVelParams(1, 5_000, 20_000, 10_000))
@@ -323,7 +325,7 @@ def test_start_velocities_are_not_heeded() -> None:
     assert [when for when, _ in host.said] == [3 * SECOND]
 
 
-def test_the_same_seed_gives_the_same_stage() -> None:
+def test_the_same_seed_produces_the_same_stage() -> None:
     def stage(seed: int) -> FramedMessage:
         return MotorHost("BBD102", seed=seed).ask(m.MotReqPmdStageAxisParams(1))
 

@@ -1,4 +1,4 @@
-"""End-of-move messages and faults are suspended and resumed (pages 82 and 83)."""
+"""SUSPEND and RESUME of end-of-move messages and error responses (pages 82 and 83)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stagewire_apt import messages as m
 STOP = m.MotMoveStop(1, 1)
 
 
-def test_what_is_suspended_does_not_come_until_it_is_resumed(host):
+def test_suspended_messages_are_not_sent_until_resumed(host):
     far = host("TDC001")
     far.say(m.MotSuspendEndOfMoveMsgs())
     assert far.ask(STOP) == []
@@ -18,14 +18,14 @@ def test_what_is_suspended_does_not_come_until_it_is_resumed(host):
     assert [type(message) for message in far.ask(STOP)] == [m.MotMoveStoppedDc]
 
 
-def test_it_is_lost_not_kept_for_later(host):
+def test_suspended_messages_are_lost(host):
     far = host("TDC001")
     far.say(m.MotSuspendEndOfMoveMsgs())
     far.say(STOP)
     assert far.ask(m.MotResumeEndOfMoveMsgs()) == []
 
 
-def test_answers_and_updates_go_on(host):
+def test_answers_and_updates_are_not_suspended(host):
     far = host("TDC001")
     far.say(m.MotSuspendEndOfMoveMsgs())
     far.say(m.HwStartUpdateMsgs(10))
@@ -34,13 +34,13 @@ def test_answers_and_updates_go_on(host):
     assert [type(message) for message in far.messages()] == [m.MotGetDcStatusUpdate]
 
 
-def test_the_end_of_updates_mutes_no_request(host):
+def test_stopping_updates_does_not_mute_requests(host):
     far = host("TDC001")
     far.say(m.HwStopUpdateMsgs())
     assert len(far.ask(m.MotReqDcStatusUpdate(1))) == 1
 
 
-def test_responses_to_faults_are_suspended_too(host):
+def test_error_responses_are_also_suspended(host):
     far = host("TDC001", answer_unsupported=True)
     assert far.ask(m.PzReqMaxTravel(1)) == [m.HwResponse()]
     far.say(m.MotSuspendEndOfMoveMsgs())
@@ -49,7 +49,7 @@ def test_responses_to_faults_are_suspended_too(host):
     assert far.heard() == []
 
 
-def test_it_is_a_matter_of_each_bay(host):
+def test_each_bay_is_suspended_separately(host):
     far = host("BBD102")
     far.say(m.MotSuspendEndOfMoveMsgs(), BAY)
     assert far.ask(STOP, BAY) == []
@@ -64,7 +64,7 @@ def test_a_power_cycle_resumes(host):
 
 
 @pytest.mark.parametrize("unit", ["TPZ001", "BPC201"])
-def test_a_unit_without_the_message_is_not_muted_by_it(unit, host):
+def test_a_unit_without_suspend_is_not_muted(unit, host):
     far = host(unit, answer_unsupported=True)
     assert far.ask(m.MotSuspendEndOfMoveMsgs()) == [m.HwResponse()]
     assert far.ask(m.MotSuspendEndOfMoveMsgs()) == [m.HwResponse()]

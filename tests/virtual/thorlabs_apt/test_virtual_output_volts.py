@@ -1,4 +1,4 @@
-"""The maximum voltage: what may be set, what is in force and told, and what follows from it."""
+"""The maximum voltage: its valid values, the reported value, and its effects."""
 
 import pytest
 from actuator_host import ActuatorHost
@@ -21,7 +21,7 @@ HARDWARE = {
 
 @pytest.mark.parametrize(("asked", "in_force"), ASKED)
 @pytest.mark.parametrize("unit", ["BPC001", "BPC301"])
-def test_a_set_announces_what_is_in_force(unit, asked, in_force):
+def test_setting_the_maximum_voltage_announces_the_effective_one(unit, asked, in_force):
     host = ActuatorHost(unit, travel=300)
     told = m.PzGetOutputMaxVolts(1, voltage=in_force, flags=FLAGS[in_force])
     assert host.tell(m.PzSetOutputMaxVolts(1, voltage=asked, flags=0xFFFF)) == [
@@ -32,20 +32,20 @@ def test_a_set_announces_what_is_in_force(unit, asked, in_force):
 
 
 @pytest.mark.parametrize("maximum", FLAGS)
-def test_the_hardware_bits_are_those_of_the_bpc30x_alone(maximum):
+def test_only_the_bpc30x_reports_the_hardware_voltage_bits(maximum):
     for unit, expected in (("BPC301", HARDWARE[maximum]), ("BPC201", 0)):
         host = ActuatorHost(unit)
         host.tell(m.PzSetOutputMaxVolts(1, voltage=maximum, flags=0))
         assert host.status().status_bits & sum(HARDWARE.values()) == expected
 
 
-def test_more_than_150_volts_is_not_taken():
+def test_more_than_150_volts_is_refused():
     host = ActuatorHost("BPC201")
     host.refuses(m.PzSetOutputMaxVolts.keep({"chan_ident": 1, "voltage": 1501, "flags": 0}))
     assert host.ask(m.PzReqOutputMaxVolts(1)).voltage == 750
 
 
-def test_voltages_are_shares_of_the_maximum():
+def test_voltages_are_fractions_of_the_maximum():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=0x7777))
     host.to(20)
@@ -56,7 +56,7 @@ def test_voltages_are_shares_of_the_maximum():
 
 
 @pytest.mark.parametrize(("limit", "volts"), [(1, 75), (2, 100), (3, 150)])
-def test_the_limit_of_a_cube_is_an_io_setting(limit, volts):
+def test_the_voltage_limit_of_a_cube_is_an_io_setting(limit, volts):
     host = ActuatorHost("TPZ001")
     host.tell(m.PzSetTpzIoSettings(1, limit, 1))
     host.tell(m.PzSetOutputVolts(1, voltage=32767))

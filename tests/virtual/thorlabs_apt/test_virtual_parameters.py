@@ -1,4 +1,4 @@
-"""Parameter sets: every one of every unit is stored by channel and told again."""
+"""Parameter sets: every unit stores them by channel and returns them."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ LIVING = {
     "MOT_SET_PMDSTAGEAXISPARAMS",
     "PZ_SET_IOSETTINGS",
 }
-"""Sets that act, tell what is there or are not of one channel alone: they have tests of their own."""
+"""SETs with an action, with a live value or for all channels; other tests check these."""
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_what_is_set_is_told_again_for_its_own_channel_only(unit):
+def test_a_set_changes_only_its_own_channel(unit):
     far = host_of(unit)
     channels = UNITS[unit].facts["channels"]
     tried = 0
@@ -47,7 +47,7 @@ def test_what_is_set_is_told_again_for_its_own_channel_only(unit):
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_a_new_unit_tells_every_set_within_the_ranges_of_the_document(unit):
+def test_the_parameters_of_a_new_unit_are_within_their_ranges(unit):
     far = host_of(unit)
     for _, req, get in plain_sets(unit):
         [told] = far.ask(req(**channel_of(req)), address_of(unit))
@@ -59,10 +59,10 @@ def test_a_new_unit_tells_every_set_within_the_ranges_of_the_document(unit):
     [
         ("TDC001", m.MotReqDcPidParams(1), "filter_control", 15),  # page 52
         ("TSG001", m.PzReqTsgIoSettings(1), "force_calib", 30_000),  # page 128
-        ("TPZ001", m.PzReqOutputLutParams(1), "delay_time", 1),  # the least that page 109 allows
+        ("TPZ001", m.PzReqOutputLutParams(1), "delay_time", 1),  # the minimum on page 109
     ],
 )
-def test_what_no_behaviour_knows_has_the_default_of_the_registry(unit, request_, field, default):
+def test_other_values_have_the_default_of_the_registry(unit, request_, field, default):
     [told] = host_of(unit).ask(request_)
     assert told.values()[field] == default
 
@@ -75,7 +75,7 @@ def test_all_modes_of_the_led_are_enabled_by_default(unit):
     assert host_of(unit).ask(m.MotReqAvModes(1)) == [m.MotGetAvModes(1, 1 + 2 + 8)]  # page 53
 
 
-def test_both_channels_are_set_and_told_in_order():
+def test_both_channels_are_set_and_returned_in_order():
     far = host_of("BSC002")
     far.say(m.MotSetHomeParams(3, 1, 4, 5, 6))
     assert far.ask(m.MotReqHomeParams(3)) == [
@@ -97,9 +97,9 @@ def test_both_channels_are_set_and_told_in_order():
             bytes.fromhex("da 07 0e 00 d0 01 01 00 01 00 01 00 00 00") + bytes(6)),
          m.PzReqTsgIoSettings(1)),
     ],
-    ids=["no such channel", "not in its table", "above its range", "below its range"],
+    ids=["unknown channel", "not in its table", "above its range", "below its range"],
 )  # fmt: skip
-def test_a_set_that_the_document_does_not_allow_changes_nothing(unit, refused, request_):
+def test_an_invalid_set_changes_nothing(unit, refused, request_):
     far = host_of(unit)
     before = far.ask(request_)
     assert far.ask(refused) == []
@@ -107,7 +107,7 @@ def test_a_set_that_the_document_does_not_allow_changes_nothing(unit, refused, r
     assert far.ask(request_) == before
 
 
-def test_a_table_that_the_registry_calls_open_takes_other_values():
+def test_an_open_table_accepts_other_values():
     far = host_of("BSC001")
     far.say(m.MotSetLimSwitchParams(1, 9, 9, 1, 1, 9))
     assert far.ask(m.MotReqLimSwitchParams(1)) == [m.MotGetLimSwitchParams(1, 9, 9, 1, 1, 9)]
@@ -128,7 +128,7 @@ def test_a_channel_is_enabled_until_it_is_disabled():
 
 
 @pytest.mark.parametrize("channel", [1, 2])
-def test_the_output_filter_is_that_of_all_channels_and_the_current_limit_is_not(channel):
+def test_all_channels_share_the_output_filter_but_not_the_current_limit(channel):
     """The filter "is not channel specific and the Chan Ident parameter is ignored" (page 119)."""
 
     def settings():
@@ -144,13 +144,13 @@ def test_the_output_filter_is_that_of_all_channels_and_the_current_limit_is_not(
     assert settings() == [(0, 0), (0, 0)]
 
 
-def test_what_a_set_announces_is_sent_unasked():
+def test_the_announcements_of_a_set_are_sent_unsolicited():
     far = host_of("BPC301")
     announced = far.ask(m.PzSetOutputMaxVolts(1, 1000, 0))
     assert [type(message) for message in announced] == [m.PzGetOutputMaxVolts, m.PzGetMaxTravel]
 
 
-def test_what_the_behaviour_cannot_do_is_refused_and_not_stored():
+def test_a_set_refused_by_the_behaviour_is_not_stored():
     far = host_of("TPZ001", answer_unsupported=True)
     far.say(m.PzSetOutputLut(1, 512, 7))
     before = far.ask(m.PzReqOutputLut(1))

@@ -1,4 +1,4 @@
-"""Piezo channels: loops, slew rates, zero, inputs, and status bits that tell the truth."""
+"""Piezo channels: loops, slew rates, zeroing, inputs and status bits."""
 
 import math
 
@@ -29,13 +29,13 @@ NEW = [
 
 
 @pytest.mark.parametrize(("request_", "values"), NEW)
-def test_a_new_controller_is_that_of_the_examples(request_, values):
+def test_a_new_controller_has_the_parameters_of_the_examples(request_, values):
     answer = ActuatorHost("BPC301").ask(request_)
     assert {name: getattr(answer, name) for name in values} == values
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_an_open_loop_puts_out_what_is_set(unit):
+def test_an_open_loop_outputs_the_voltage_that_was_set(unit):
     host = ActuatorHost(unit)
     for voltage in (0, 12345, -32768, 32767):
         host.tell(m.PzSetOutputVolts(1, voltage=voltage))
@@ -46,7 +46,7 @@ def test_an_open_loop_puts_out_what_is_set(unit):
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_a_closed_loop_goes_where_it_is_set(unit):
+def test_a_closed_loop_moves_to_the_position_that_was_set(unit):
     host = ActuatorHost(unit)
     host.tell(m.PzSetPosControlMode(1, CLOSED), m.PzSetOutputPos(1, position_sw=0x2666))
     assert host.ask(m.PzReqOutputPos(1)).position_sw == 0x2666
@@ -56,7 +56,7 @@ def test_a_closed_loop_goes_where_it_is_set(unit):
     assert host.behaviour.position == pytest.approx(20 * 0x2666 / FULL)
 
 
-def test_a_position_counts_from_the_zero_of_the_strain_gauge():
+def test_positions_are_relative_to_the_zero_of_the_strain_gauge():
     host = ActuatorHost("BPC201", travel=200, position=20)
     host.tell(m.PzSetPosControlMode(1, CLOSED), m.PzSetOutputPos(1, position_sw=10000))
     host.to(1000)
@@ -64,7 +64,7 @@ def test_a_position_counts_from_the_zero_of_the_strain_gauge():
     assert host.status().op_voltage == 10000 - round(FULL / 10)
 
 
-def test_each_loop_has_its_own_demand():
+def test_each_loop_has_its_own_set_point():
     host = ActuatorHost("BPC201")
     assert "open loop (page 97)" in host.refuses(m.PzSetOutputPos(1, position_sw=5))
     host.tell(m.PzSetOutputVolts(1, voltage=7), m.PzSetPosControlMode(1, CLOSED))
@@ -76,7 +76,7 @@ def test_each_loop_has_its_own_demand():
     assert host.status().op_voltage == 7
 
 
-def test_a_closed_loop_needs_a_strain_gauge():
+def test_closed_loop_requires_a_strain_gauge():
     host = ActuatorHost("BPC201", travel=0)
     assert "strain gauge" in host.refuses(m.PzSetPosControlMode(1, CLOSED))
     assert "strain gauge" in host.refuses(m.PzSetZero(1))
@@ -122,7 +122,7 @@ def test_a_slew_rate_in_volts():
 
 
 @pytest.mark.parametrize(("prop", "integral"), [(100, 15), (10, 10), (255, 255), (0, 5)])
-def test_a_loop_settles_by_its_constants(prop, integral):
+def test_a_loop_settles_according_to_its_constants(prop, integral):
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetPiConsts(1, prop, integral), m.PzSetPosControlMode(1, CLOSED))
     host.tell(m.PzSetOutputPos(1, position_sw=1000))
@@ -134,7 +134,7 @@ def test_a_loop_settles_by_its_constants(prop, integral):
         assert host.status().position == pytest.approx(1000 * (1 - math.exp(-parts)), abs=0.51)
 
 
-def test_a_loop_without_gain_stands_still_until_it_has_some():
+def test_a_loop_without_gain_does_not_move():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetPiConsts(1, 0, 0), m.PzSetPosControlMode(1, CLOSED))
     host.tell(m.PzSetOutputPos(1, position_sw=1000))
@@ -145,7 +145,7 @@ def test_a_loop_without_gain_stands_still_until_it_has_some():
     assert host.status().position == 1000
 
 
-def test_smooth_modes_change_over_slowly_and_then_follow_as_the_others():
+def test_smooth_modes_change_the_loop_slowly_and_then_follow_normally():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=16000))
     host.to(1000)
@@ -157,13 +157,13 @@ def test_smooth_modes_change_over_slowly_and_then_follow_as_the_others():
     host.tell(m.PzSetOutputPos(1, position_sw=16000))
     host.to(3100)
     assert host.status().position == 16000
-    host.tell(m.PzSetPosControlMode(1, OPEN))  # and back at once
+    host.tell(m.PzSetPosControlMode(1, OPEN))  # and back immediately
     host.tell(m.PzSetOutputVolts(1, voltage=0))
     host.to(3105)
     assert host.status().op_voltage == 0
 
 
-def test_a_loop_is_opened_as_slowly():
+def test_a_smooth_mode_also_opens_the_loop_slowly():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=16000))
     host.tell(m.PzSetPosControlMode(1, CLOSED_SMOOTH))
@@ -179,7 +179,7 @@ def test_a_loop_is_opened_as_slowly():
     assert host.status().op_voltage == 0
 
 
-def test_zero_is_what_is_read_at_zero_volts():
+def test_zeroing_uses_the_reading_at_zero_volts():
     host = ActuatorHost("BPC201", travel=200, position=20)
     tenth = round(FULL / 10)
     host.tell(m.PzSetOutputVolts(1, voltage=16000))
@@ -208,7 +208,7 @@ def test_zero_is_what_is_read_at_zero_volts():
     assert host.status().op_voltage == 1000
 
 
-def test_zeroing_again_begins_anew_and_leaves_one_timer():
+def test_zeroing_again_restarts_with_one_timer():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetZero(1))
     host.to(500)
@@ -231,12 +231,12 @@ def test_zeroing_again_begins_anew_and_leaves_one_timer():
         m.PzStopLutOutput(1),
     ],
 )
-def test_nothing_that_is_set_keeps_the_volts_from_zero_while_zeroing(meanwhile):
+def test_no_setting_affects_the_voltage_during_zeroing(meanwhile):
     host = ActuatorHost("BPC301")
     host.behaviour.external_signal = 0.5
     host.tell(m.PzSetTpzSlewRates(1, 0, 0), m.PzSetOutputVolts(1, voltage=FULL))
     host.to(50)
-    # from now on 1 s for the whole range, so that whatever sets out anew is seen
+    # 1 s for the whole range, so that any new motion of the output is visible
     host.tell(m.PzSetZero(1), m.PzSetTpzSlewRates(1, 19, 19))
     host.to(51)
     host.tell(meanwhile)
@@ -247,7 +247,7 @@ def test_nothing_that_is_set_keeps_the_volts_from_zero_while_zeroing(meanwhile):
     assert host.status().op_voltage == 0
 
 
-def test_a_position_below_zero_is_told_as_zero():
+def test_a_position_below_zero_is_reported_as_zero():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=-5000))
     host.to(100)
@@ -255,7 +255,7 @@ def test_a_position_below_zero_is_told_as_zero():
     assert host.behaviour.position < 0
 
 
-def test_inputs_add_to_what_is_set():
+def test_inputs_are_added_to_the_set_point():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=1000))
     host.behaviour.external_signal = 0.5
@@ -278,14 +278,16 @@ def test_inputs_add_to_what_is_set():
 
 @pytest.mark.parametrize("unit", ["BPC201", "TSG001"])
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_signal_is_a_finite_number(unit, value):
+def test_a_signal_must_be_a_finite_number(unit, value):
     behaviour = ActuatorHost(unit).behaviour
     for name in ("external_signal", "potentiometer") if unit == "BPC201" else ("signal",):
-        with pytest.raises(BadValueError, match=f"share of full scale, such as 0.5, not {value}"):
+        with pytest.raises(
+            BadValueError, match=f"fraction of full scale, such as 0.5, not {value}"
+        ):
             setattr(behaviour, name, value)
 
 
-def test_a_disabled_channel_has_no_volts_and_remembers_what_is_set():
+def test_a_disabled_channel_outputs_zero_volts_and_stores_settings():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=1000))
     host.to(100)
@@ -310,7 +312,7 @@ def test_disabling_ends_zeroing():
     assert not bits(host).zeroed
 
 
-def test_a_stuck_actuator_stays_and_the_voltage_does_not():
+def test_a_stuck_actuator_does_not_move_but_its_voltage_does():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=1000))
     host.to(100)
@@ -324,7 +326,7 @@ def test_a_stuck_actuator_stays_and_the_voltage_does_not():
     assert host.status().position == 2000
 
 
-def test_power_off_forgets_the_output_and_the_zero():
+def test_a_power_cycle_resets_the_output_and_the_zero():
     host = ActuatorHost("TPZ001")
     host.tell(m.PzSetOutputVolts(1, voltage=1000), m.PzSetPiConsts(1, 7, 8))
     host.tell(m.PzSetEepromParams(1, 0x0655))
@@ -337,7 +339,7 @@ def test_power_off_forgets_the_output_and_the_zero():
     assert host.status().op_voltage == 0
 
 
-def test_defaults_come_back_when_they_are_asked_for():
+def test_parameters_can_be_restored_to_their_defaults():
     host = ActuatorHost("BPC301")
     asked = (m.PzReqPiConsts(1), m.PzReqTpzSlewRates(1), m.PzReqPosControlMode(1))
     new = [host.ask(message) for message in asked]
@@ -367,7 +369,7 @@ def test_status_bits_are_those_of_the_unit():
     assert bench.ask(m.PzReqPzStatusBits(1)).status_bits == bench.status().status_bits
 
 
-def test_updates_tell_of_every_channel_at_its_instant():
+def test_updates_report_every_channel_at_its_instant():
     host = ActuatorHost("MPZ601", address=0x21)
     host.tell(m.PzSetOutputVolts(3, voltage=500), m.PzSetOutputVolts(2, voltage=600))
     host.tell(m.HwStartUpdateMsgs(0))
@@ -378,7 +380,7 @@ def test_updates_tell_of_every_channel_at_its_instant():
     ]  # fmt: skip
 
 
-def test_a_row_says_what_it_does():
+def test_a_row_describes_the_state_of_a_channel():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputVolts(1, voltage=FULL))
     host.to(100)
@@ -394,17 +396,17 @@ def test_a_row_says_what_it_does():
 @pytest.mark.parametrize(
     ("told", "expected"),
     [
-        ({"travel": 0x10000}, "from 0 to 65535, not 65536"),
-        ({"travel": -1}, "from 0 to 65535, not -1"),
-        ({"travel": 10, "position": 11}, "from -10 to 10, not 11"),
+        ({"travel": 0x10000}, "from 0 to 65535 steps of 100 nm, not 65536"),
+        ({"travel": -1}, "from 0 to 65535 steps of 100 nm, not -1"),
+        ({"travel": 10, "position": 11}, "from -10 to 10 for a travel of 10 .*, not 11"),
     ],
 )
-def test_an_actuator_that_cannot_be_is_not_made(unit, told, expected):
+def test_an_invalid_actuator_is_refused(unit, told, expected):
     with pytest.raises(BadOptionError, match=expected):
         ActuatorHost(unit, **told)
 
 
-def test_an_output_that_is_armed_again_goes_back_to_what_was_set():
+def test_rearming_a_running_output_returns_it_to_the_set_point():
     host = ActuatorHost("BPC201")
     parameters = {
         "cycle_length": 1, "num_cycles": 1, "delay_time": 1, "pre_cycle_rest": 0, "post_cycle_rest": 0,

@@ -1,4 +1,4 @@
-"""What real controllers do otherwise: each quirk changes what it names, and nothing else."""
+"""Quirks: each changes only the messages that it describes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ REQUESTS = [m.HwReqInfo(), m.MotMoveStop(1, 1), m.PzReqMaxTravel(1)]
 
 
 def told(host, unit, *quirks):
-    """Return what a unit says to the same questions, by message."""
+    """Return the answers of a unit to a fixed list of requests, by message."""
     far = host(unit, quirks=frozenset(quirks), answer_unsupported=True)
     status = m.MotReqStatusUpdate(1) if unit == "BSC001" else m.MotReqDcStatusUpdate(1)
     for request in [*REQUESTS, status]:
@@ -29,17 +29,17 @@ CHANGED = {
     "rich_responses": {"response"},
     "unswapped_addresses": {"info", "stopped", "response", "status"},
     "zero_addresses": {"info", "stopped", "response", "status"},
-    "clockwise_is_negative": set(),  # of motion and limits alone: test_virtual_clockwise.py
+    "clockwise_is_negative": set(),  # concerns only motion and limits: test_virtual_clockwise.py
 }
 
 
-def test_every_quirk_is_tried_here():
+def test_every_quirk_is_tested_here():
     assert set(CHANGED) == set(QUIRKS)
 
 
 @pytest.mark.parametrize("unit", ["TDC001", "BSC001"])
 @pytest.mark.parametrize("quirk", CHANGED)
-def test_a_quirk_changes_what_it_names_and_nothing_else(unit, quirk, host):
+def test_a_quirk_changes_only_the_messages_it_describes(unit, quirk, host):
     plain, odd = told(host, unit), told(host, unit, quirk)
     assert {name for name in plain if plain[name] != odd[name]} == CHANGED[quirk]
 
@@ -53,7 +53,7 @@ def test_a_quirk_changes_what_it_names_and_nothing_else(unit, quirk, host):
         ("zero_addresses", "response", "80 00 00 00 00 00"),
     ],
 )
-def test_the_bytes_of_short_messages(quirk, which, expected, host):
+def test_quirks_change_the_bytes_of_short_messages(quirk, which, expected, host):
     assert told(host, "TDC001", quirk)[which] == bytes.fromhex(expected)
 
 
@@ -73,9 +73,13 @@ def test_packets_keep_their_flag_whatever_the_addresses(host):
 
 @pytest.mark.parametrize(
     ("unit", "prefixes"),
-    [("BSC001", (20, 25)), ("BMS001", (25, 30)), ("TDC001", (83, 20))],  # page 7, round and round
+    [
+        ("BSC001", (20, 25)),
+        ("BMS001", (25, 30)),
+        ("TDC001", (83, 20)),
+    ],  # page 7; the last unit is followed by the first
 )
-def test_the_serial_number_begins_like_that_of_the_next_unit(unit, prefixes, host):
+def test_the_serial_number_has_the_prefix_of_the_next_unit(unit, prefixes, host):
     def number(*quirks):
         [info] = host(unit, quirks=frozenset(quirks)).ask(m.HwReqInfo())
         return divmod(info.serial_number, 1_000_000)
@@ -85,7 +89,7 @@ def test_the_serial_number_begins_like_that_of_the_next_unit(unit, prefixes, hos
     assert rest == same
 
 
-def test_completions_of_moves_are_cut_short_too(host):
+def test_completions_of_moves_are_also_shortened(host):
     far = host("BSC001", quirks=frozenset({"header_only_completion"}))
     far.say(m.MotMoveRelative(1, 10))
     far.clock.advance(30)
@@ -96,6 +100,6 @@ def test_completions_of_moves_are_cut_short_too(host):
     ("addresses", "expected"),
     [("zero_addresses", "80 00"), ("unswapped_addresses", "d0 01")],
 )
-def test_quirks_may_be_had_together(addresses, expected, host):
+def test_quirks_can_be_combined(addresses, expected, host):
     raw = told(host, "TDC001", "long_status", addresses)["status"]
     assert (len(raw), raw[4:6]) == (34, bytes.fromhex(expected))

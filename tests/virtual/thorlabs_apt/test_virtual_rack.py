@@ -23,7 +23,7 @@ def rack(*names: str | None, **options) -> Host:
 
 
 def used(far: Host, address: int = MOTHERBOARD) -> list[int]:
-    """Return the bays that are said to be used."""
+    """Return the bays that are reported as used."""
     answers = [far.ask(m.RackReqBayUsed(bay), address) for bay in range(10)]
     assert all(len(answer) == 1 for answer in answers)
     for bay, [answer] in enumerate(answers):
@@ -41,11 +41,11 @@ def used(far: Host, address: int = MOTHERBOARD) -> list[int]:
         ("BPC301", USB, [0]),
     ],
 )
-def test_which_bays_are_used(unit, address, bays, host):
+def test_the_used_bays_are_reported(unit, address, bays, host):
     assert used(host(unit), address) == bays
 
 
-def test_an_empty_bay_is_told_and_does_not_answer(host):
+def test_an_empty_bay_is_reported_and_does_not_answer(host):
     far = host("BSC103", empty_bays=frozenset({1}))
     assert used(far) == [0, 2]
     assert far.ask(m.HwReqInfo(), MOTHERBOARD)[0].nchs == 2
@@ -54,11 +54,11 @@ def test_an_empty_bay_is_told_and_does_not_answer(host):
 
 
 @pytest.mark.parametrize("address", [BAY, BAY + 1])
-def test_a_bay_does_not_know_of_the_others(address, host):
+def test_a_bay_does_not_report_the_others(address, host):
     assert host("BSC103").ask(m.RackReqBayUsed(0), address) == []
 
 
-def test_a_bay_that_cannot_be_is_refused(host):
+def test_an_unknown_bay_is_refused(host):
     far = host("BSC103", answer_unsupported=True)
     assert far.ask(m.RackReqBayUsed(10), MOTHERBOARD) == [m.HwResponse()]
 
@@ -69,7 +69,7 @@ def test_a_motherboard_has_no_channels(host):
     assert far.ask(m.ModSetChanEnableState(1, 2), MOTHERBOARD) == [m.HwResponse()]
     assert far.ask(m.MotSetEepromParams(1, 0x0413), MOTHERBOARD) == [m.HwResponse()]
     assert far.ask(m.MotAckDcStatusUpdate(), MOTHERBOARD) == [m.HwResponse()]
-    assert far.refusals[-1] == "BSC103 at 0x11: it takes no MOT_ACK_DCSTATUSUPDATE"
+    assert far.refusals[-1] == "BSC103 at 0x11: it does not accept MOT_ACK_DCSTATUSUPDATE"
     assert far.ask(m.HwStartUpdateMsgs(10), MOTHERBOARD) == []
     far.clock.advance(1)
     assert far.heard() == []
@@ -83,13 +83,13 @@ def test_bays_keep_parameters_of_their_own(host):
     assert far.ask(m.MotReqVelParams(1), BAY + 1) == [m.MotGetVelParams(1, 0, 11, 22)]
 
 
-def test_outputs_are_kept_and_inputs_are_the_status(host):
+def test_outputs_are_stored_and_inputs_are_the_status(host):
     far = host("BSC103")
     io = far.instrument.user_io()
     far.say(m.RackSetDigOutputs(0x0A), MOTHERBOARD)
     assert io.outputs == 0x0A
     io.inputs = 0x05
-    # Of a card slot system both are the motherboard's, wherever one asks.
+    # In a card slot system both belong to the motherboard, whatever the address of the request.
     for address in (MOTHERBOARD, BAY, BAY + 2):
         assert far.ask(m.RackReqDigOutputs(), address) == [m.RackGetDigOutputs(0x0A)]
         assert far.ask(m.RackReqStatusBits(), address) == [m.RackGetStatusBits(0x05)]
@@ -99,21 +99,21 @@ def test_outputs_are_kept_and_inputs_are_the_status(host):
     assert (io.outputs, io.inputs) == (0, 0x05)
 
 
-def test_the_answer_of_a_bay_is_the_worked_example_of_page_25(host):
+def test_the_answer_of_a_bay_is_the_example_of_page_25(host):
     far = host("BSC103")
     far.say(m.RackReqStatusBits(), BAY + 1)
     assert far.heard_raw() == [bytes.fromhex("27 02 04 00 81 22 00 00 00 00")]
 
 
 @pytest.mark.parametrize("inputs", [-1, 1 << 32, "high"])
-def test_inputs_that_no_message_holds_are_refused_when_they_are_set(inputs, host):
+def test_inputs_that_do_not_fit_are_refused(inputs, host):
     io = host("BSC103").instrument.user_io()
     with pytest.raises(EncodeError, match="status_bits takes"):
         io.inputs = inputs
     assert io.inputs == 0
 
 
-def test_modules_have_connectors_of_their_own():
+def test_each_module_has_its_own_connector():
     far = rack("MST601", "MST601")
     far.instrument.user_io(1).inputs = 0x02
     far.say(m.RackSetDigOutputs(0x01), BAY)
@@ -124,7 +124,7 @@ def test_modules_have_connectors_of_their_own():
     assert far.ask(m.RackReqDigOutputs(), MOTHERBOARD) == [m.RackGetDigOutputs(0)]
 
 
-def test_a_rack_of_different_modules():
+def test_a_rack_can_have_different_modules():
     far = rack("MST601", None, "MPZ601")
     assert used(far) == [0, 2]
     models = {a: far.ask(m.HwReqInfo(), a) for a in (MOTHERBOARD, BAY, BAY + 1, BAY + 2)}
@@ -151,7 +151,7 @@ def test_the_last_bay_has_the_last_address():
     )
 
 
-def test_settings_are_given_bay_by_bay_and_the_last_one_stands_for_the_rest():
+def test_settings_apply_bay_by_bay_and_the_last_one_to_the_rest():
     settings = tuple(Settings(position=place) for place in (10, 20, 30))
     instrument = rack("MST601", None, "MST601", channels=settings).instrument
     assert [channel.settings.position for channel in instrument.channels] == [10, 20, 30, 30]
@@ -159,7 +159,7 @@ def test_settings_are_given_bay_by_bay_and_the_last_one_stands_for_the_rest():
     assert instrument.channel(2).settings.position == 20
 
 
-def test_parts_are_found_and_stuck_by_name(host):
+def test_parts_are_found_and_blocked_by_name(host):
     instrument = host("BBD102").instrument
     instrument.stick("bay 1, channel 1", True)
     assert [channel.stuck for channel in instrument.channels] == [False, True]
@@ -177,17 +177,17 @@ def test_parts_are_found_and_stuck_by_name(host):
         instrument.user_io(7)
 
 
-def test_a_unit_without_bays_has_none_and_says_so(host):
+def test_a_unit_without_bays_reports_that_in_the_error(host):
     instrument = host("TDC001").instrument
-    with pytest.raises(UnknownPartError, match=r"no channel 2 \(there are: channel 1\)"):
+    with pytest.raises(UnknownPartError, match=r"no channel 2 \(available: channel 1\)"):
         instrument.channel(2)
     with pytest.raises(UnknownPartError, match="no bay 1, channel 1"):
         instrument.channel(1, bay=1)
-    with pytest.raises(UnknownPartError, match=r"no bay 0 \(there is nothing of that kind\)"):
+    with pytest.raises(UnknownPartError, match=r"no bay 0 \(none available\)"):
         instrument.user_io(0)
 
 
-def test_a_stuck_axis_stays_where_it_is_and_goes_on_when_freed(host):
+def test_a_stuck_axis_continues_when_released(host):
     far = host("BSC103")
     far.say(m.MotMoveVelocity(1, 1), BAY + 1)
     far.clock.advance(0.5)
@@ -207,19 +207,23 @@ def test_a_stuck_axis_stays_where_it_is_and_goes_on_when_freed(host):
         ("BSC103", {"empty_bays": frozenset({3})}, r"BSC103 has no bay 3 .*0 to 2"),
         ("BSC103", {"empty_bays": frozenset({-1})}, r"BSC103 has no bay -1 .*0 to 2"),
         ("TDC001", {"empty_bays": frozenset({0})}, r"TDC001 has no bay 0 .*it has no bays"),
-        ("TDC001", {"channels": (Settings(),) * 2}, r"TDC001 has 1 channels, .* for 2 were given"),
+        (
+            "TDC001",
+            {"channels": (Settings(),) * 2},
+            r"settings for 2 channels were given, but TDC001 has 1",
+        ),
         ("TDC001", {"quirks": frozenset({"talkative"})}, r"no quirk talkative .*long_status"),
-        ("TDC001", {"strategies": {"colon_in_data": "ends"}}, r"no strategy .*there is none"),
+        ("TDC001", {"strategies": {"colon_in_data": "ends"}}, r"no strategy .*none available"),
     ],
 )
-def test_an_option_that_a_unit_cannot_have_is_refused(unit, options, message):
+def test_an_unsupported_option_is_refused(unit, options, message):
     with pytest.raises(BadOptionError, match=message):
         host_of(unit, **options)
 
 
-def test_a_stage_has_to_be_known_on_one_of_the_modules():
+def test_a_stage_must_be_known_on_one_of_the_modules():
     with_stage = {"channels": (Settings(stage=stages.MLS203),)}
-    unknown = "the scales of MLS203 on MST601 are not known"
+    unknown = "the scales of MLS203 on MST601 are unknown"
     for make in (rack, host_of):
         with pytest.raises(BadOptionError, match=unknown):
             make("MST601", **with_stage)
@@ -229,8 +233,8 @@ def test_a_stage_has_to_be_known_on_one_of_the_modules():
 
 @pytest.mark.parametrize(
     ("modules", "message"),
-    [(["TDC001"], "TDC001 is no module"), ([None] * 11, "at most 10 bays, not 11")],
+    [(["TDC001"], "TDC001 is not a module"), ([None] * 11, "at most 10 bays, not 11")],
 )
-def test_a_rack_that_cannot_be_is_refused(modules, message):
+def test_an_invalid_rack_is_refused(modules, message):
     with pytest.raises(BadOptionError, match=message):
         rack(*modules)

@@ -1,4 +1,4 @@
-"""How an output goes to its target: at the instants that a formula gives, and never too fast."""
+"""An output approaches its target according to a formula, and never too fast."""
 
 import itertools
 import math
@@ -12,11 +12,11 @@ from stagewire_virtual.thorlabs_apt.piezo.drive import Approach
 MS = 1_000_000
 
 WAYS = [
-    # start, target, ns a count, time constant, ms -> value
+    # start, target, ns per count, time constant, ms -> value
     (0, 1000, 0, 0, {0: 1000, 5: 1000}),
     (1000, -1000, 1e4, 0, {0: 1000, 5: 500, 10: 0, 20: -1000, 30: -1000}),
     (0, 1000, 0, 10 * MS, {0: 0, 10: 1000 * (1 - 1 / math.e), 1000: 1000}),
-    # 100 counts/ms: ramp until 500 counts are left of 2000, where the loop becomes slower
+    # 100 counts/ms: ramp until 500 of 2000 counts are left, where the loop becomes slower
     (0, 2000, 1e4, 5 * MS, {0: 0, 10: 1000, 15: 1500, 20: 2000 - 500 / math.e, 500: 2000}),
     (0, -2000, 1e4, 5 * MS, {10: -1000, 15: -1500, 20: -2000 + 500 / math.e}),
     (0, 1000, 0, math.inf, {0: 0, 1e6: 0}),
@@ -26,7 +26,7 @@ WAYS = [
 
 
 @pytest.mark.parametrize(("start", "target", "crossing", "settling", "values"), WAYS)
-def test_a_value_is_where_the_formula_says(start, target, crossing, settling, values):
+def test_a_value_follows_the_formula(start, target, crossing, settling, values):
     approach = Approach(start, target, 7 * MS, crossing, settling)
     for time, value in values.items():
         assert approach.at(round((7 + time) * MS)) == pytest.approx(value, abs=1e-6)
@@ -44,7 +44,9 @@ def test_the_ramp_ends_where_the_target_is_reached_or_the_loop_takes_over():
     st.sampled_from([0.0, 10.0, 152.6, 30519.0]),
     st.sampled_from([0.0, 1.0 * MS, 8.7 * MS]),
 )
-def test_it_goes_straight_to_the_target_and_never_too_fast(start, target, crossing, settling):
+def test_it_approaches_the_target_monotonically_and_never_too_fast(
+    start, target, crossing, settling
+):
     approach = Approach(start, target, 0, crossing, settling)
     step = MS // 4
     values = [start, *(approach.at(time) for time in range(0, 400 * step, step))]

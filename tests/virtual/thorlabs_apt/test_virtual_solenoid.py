@@ -1,4 +1,4 @@
-"""The solenoid driver: four modes, cycles to the nanosecond, and moves that are completed."""
+"""The solenoid driver: four modes, exact cycles, and the completion of moves."""
 
 import pytest
 from actuator_host import ActuatorHost
@@ -21,7 +21,7 @@ def state(host):
 
 
 def changes(host, until):
-    """Return the milliseconds at which the output went on and off."""
+    """Return the milliseconds at which the output was switched on and off."""
     found, before = [], False
     start = host.clock.now // 1_000_000
     for millisecond in range(start, until, 10):
@@ -40,7 +40,7 @@ def test_a_new_driver_is_off_and_manual():
     assert host.ask(m.MotReqSolCycleParams(1)) == m.MotGetSolCycleParams(1, 4000, 4000, 20)
 
 
-def test_by_hand_it_is_on_until_it_is_off():
+def test_in_manual_mode_the_output_stays_on_until_off():
     host = driver(MANUAL)
     host.tell(m.MotSetSolState(1, ON))
     host.to(100_000)
@@ -62,7 +62,7 @@ def test_by_hand_it_is_on_until_it_is_off():
         (TRIGGER, 2, []),
     ],
 )
-def test_on_and_off_by_the_mode(mode, cycles, expected):
+def test_the_mode_determines_when_the_output_is_on(mode, cycles, expected):
     host = driver(mode, cycles=cycles)
     host.tell(m.MotSetSolState(1, ON))
     assert changes(host, 4000) == expected
@@ -77,7 +77,7 @@ def test_a_cycle_is_exact_to_the_nanosecond():
     assert state(host) == OFF
 
 
-def test_a_trigger_begins_the_cycles_of_a_driver_that_is_primed():
+def test_a_trigger_starts_the_cycles_of_an_armed_driver():
     host = driver(TRIGGER)
     host.behaviour.trigger()
     assert state(host) == OFF
@@ -88,7 +88,7 @@ def test_a_trigger_begins_the_cycles_of_a_driver_that_is_primed():
         host.behaviour.trigger()
         assert host.instrument.rows()[0].state == "trigger, cycling"
         host.clock.advance(0.1)
-        host.behaviour.trigger()  # while cycles run: nothing
+        host.behaviour.trigger()  # has no effect during cycles
         assert changes(host, host.clock.now // 1_000_000 + 1500) == [0, 150, 650, 900]
     host.tell(m.MotSetSolState(1, OFF))
     host.behaviour.trigger()
@@ -104,7 +104,7 @@ def test_off_ends_the_cycles():
     assert changes(host, 3000) == []
 
 
-def test_parameters_take_effect_with_the_next_start():
+def test_parameters_take_effect_at_the_next_start():
     host = driver(SINGLE)
     host.tell(m.MotSetSolState(1, ON), m.MotSetSolCycleParams(1, 400, 400, 2))
     assert changes(host, 1000) == [0, 250]
@@ -112,7 +112,7 @@ def test_parameters_take_effect_with_the_next_start():
     assert changes(host, 2000) == [0, 100]
 
 
-def test_another_mode_ends_what_goes_on():
+def test_another_mode_switches_off():
     host = driver(AUTO, cycles=0)
     host.tell(m.MotSetSolState(1, ON), m.MotSetSolOperatingMode(1, AUTO))
     assert state(host) == ON
@@ -169,7 +169,7 @@ def test_a_move_is_completed_when_its_cycles_are_over(mode, cycles, move, comple
 
 
 @pytest.mark.parametrize("end", [m.MotMoveStop(1, 2), m.MotSetSolState(1, OFF)])
-def test_a_move_that_is_ended_is_not_completed(end):
+def test_an_aborted_move_is_not_completed(end):
     host = driver(AUTO)
     host.tell(m.MotMoveAbsoluteHeader(1))
     host.to(100)
@@ -181,7 +181,7 @@ def test_a_move_that_is_ended_is_not_completed(end):
     assert host.said == []
 
 
-def test_a_start_while_cycles_run_begins_anew():
+def test_a_start_during_cycles_restarts_them():
     host = driver(AUTO)
     host.tell(m.MotMoveAbsoluteHeader(1))
     host.to(1200)
@@ -190,14 +190,14 @@ def test_a_start_while_cycles_run_begins_anew():
     assert host.said == []
 
 
-def test_a_state_that_is_set_is_not_completed():
+def test_setting_the_state_sends_no_completion():
     host = driver(SINGLE)
     host.tell(m.MotSetSolState(1, ON))
     host.to(10_000)
     assert host.said == []
 
 
-def test_updates_tell_the_truth_and_power_off_ends_all():
+def test_updates_report_the_output_and_a_power_cycle_ends_everything():
     host = driver(AUTO, cycles=0)
     host.tell(m.MotSetSolState(1, ON), m.HwStartUpdateMsgs(0))
     host.to(1000)
@@ -207,7 +207,7 @@ def test_updates_tell_the_truth_and_power_off_ends_all():
     assert changes(host, 5000) == []
 
 
-def test_what_the_document_does_not_allow_changes_nothing():
+def test_invalid_values_change_nothing():
     host = driver(MANUAL)
     for message in (
         m.MotSetSolOperatingMode(1, 5),

@@ -1,4 +1,4 @@
-"""Status bits tell the truth at every instant, of steppers (page 77) and of DC servos (pages 79 and 80)."""
+"""Status bits are correct at every instant, for steppers (page 77) and DC servos (pages 79 and 80)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOVING = {"moving_forward", "moving_reverse"}
 
 
 def motor(name: str) -> MotorHost:
-    """Moves, jogs and homes at 10,000 counts/s and 20,000 counts/s²."""
+    """Return a motor that moves, jogs and homes at 10,000 counts/s and 20,000 counts/s²."""
     host = MotorHost(name, travel=100_000, position=50_000)
     host.say(m.MotSetVelParams(1, 0, 20_000, 10_000))
     host.say(m.MotSetJogParams(1, 2, 25_000, 0, 20_000, 10_000, 2))
@@ -26,14 +26,14 @@ def motor(name: str) -> MotorHost:
 
 
 def expect(host: MotorHost, *bits: str) -> None:
-    """The bits are these and those that are always set, and a DC servo is settled if and only if it rests."""
+    """Check that the given bits and the permanent ones are set; a DC servo is settled only at rest."""
     kind = "dc" if "channel_enabled" in host.bits else "stepper"
     settled = {"settled"} if kind == "dc" and not MOVING & set(bits) else set()
     assert host.bits == {*bits} | ALWAYS[kind] | settled
 
 
 @pytest.mark.parametrize("name", ["TDC001", "ODC001", "BSC001", "TST001", "MST601"])
-def test_a_session(name: str) -> None:
+def test_the_bits_are_correct_throughout_a_session(name: str) -> None:
     host = motor(name)
     expect(host)
     host.say(m.MotMoveRelative(1, 25_000))
@@ -46,9 +46,9 @@ def test_a_session(name: str) -> None:
     expect(host, "moving_reverse")
     host.wait(1)
     host.say(m.MotMoveRelative(1, 25_000))
-    expect(host, "moving_reverse")  # it has to slow down first
+    expect(host, "moving_reverse")  # it must slow down first
     host.wait(0.5)
-    expect(host, "moving_forward")  # and turns round at this instant
+    expect(host, "moving_forward")  # it turns around at this instant
     host.say(m.MotMoveJog(1, 1))
     expect(host, "moving_forward", "jogging_forward")
     host.wait(10)
@@ -57,7 +57,7 @@ def test_a_session(name: str) -> None:
     expect(host, "moving_reverse", "jogging_reverse")
     host.wait(1)
     host.say(m.MotMoveStop(1, 2))
-    expect(host, "moving_reverse")  # no jog any more
+    expect(host, "moving_reverse")  # no longer a jog
     host.wait(0.5)
     expect(host)
     host.say(m.MotMoveHome(1))
@@ -75,8 +75,10 @@ def test_a_session(name: str) -> None:
 @pytest.mark.parametrize("name", ["TDC001", "BSC001"])
 @settings(deadline=None, max_examples=25)
 @given(st.lists(st.tuples(st.sampled_from("avjhsi"), st.integers(0, 2), st.integers(0, 1500))))
-def test_who_says_it_moves_forward_does(name: str, steps: list[tuple[str, int, int]]) -> None:
-    """Whatever it is told: the bits agree with where it is a moment later."""
+def test_the_motion_bits_agree_with_the_motion(
+    name: str, steps: list[tuple[str, int, int]]
+) -> None:
+    """For any sequence of messages, the bits agree with the position a moment later."""
     host = motor(name)
     commands = {
         "a": lambda value: m.MotMoveAbsolute(1, value * 9_000 - 9_000),
@@ -92,7 +94,7 @@ def test_who_says_it_moves_forward_does(name: str, steps: list[tuple[str, int, i
         bits, place = host.bits, host._motor._axis.place
         host.wait(1e-6)
         went = host._motor._axis.place - place
-        if host._motor._axis.moving:  # who has come to rest has gone to the next whole count
+        if host._motor._axis.moving:  # at rest the position is rounded to a whole count
             assert ("moving_forward" in bits) == (went > 0)
             assert ("moving_reverse" in bits) == (went < 0)
         else:
@@ -114,7 +116,7 @@ def test_both_messages_have_the_same_bits() -> None:
     assert bits == 0x8000_1010
 
 
-def test_a_disabled_channel_says_so() -> None:
+def test_a_disabled_channel_reports_it() -> None:
     host = motor("TDC001")
     host.say(m.ModSetChanEnableState(1, 2))
     assert host.bits == set()
@@ -124,7 +126,7 @@ def test_a_disabled_channel_says_so() -> None:
 
 
 def test_settling_takes_its_cycles() -> None:
-    """Page 66: at rest for so many cycles of 102.4 µs; 1000 cycles are 102.4 ms."""
+    """Page 66: the axis must be at rest for a number of cycles of 102.4 µs; 1000 cycles are 102.4 ms."""
     host = motor("BBD101")
     host.say(m.MotSetPmdTrackSettleParams(1, 1000, 20, 0))
     host.wait(1)
@@ -153,7 +155,7 @@ def test_settling_takes_its_cycles() -> None:
         ([m.MotMoveHome(1), None], "homed"),
     ],
 )
-def test_the_live_table_says_it_in_words(told: list[object], state: str) -> None:
+def test_the_live_table_describes_the_state(told: list[object], state: str) -> None:
     host = motor("TDC001")
     for message in told:
         if message is None:

@@ -1,4 +1,4 @@
-"""The strain gauge reader: three modes, its zero, samples at 500 Hz, smoothing and noise."""
+"""The strain gauge reader: three modes, zeroing, samples at 500 Hz, smoothing and noise."""
 
 import pytest
 from actuator_host import ActuatorHost
@@ -22,7 +22,7 @@ def show(host, mode, force_calib=30000):
     host.tell(m.PzSetTsgIoSettings(1, 1, mode, force_calib))
 
 
-def test_a_new_reader_is_that_of_the_document():
+def test_a_new_reader_has_the_parameters_of_the_document():
     host = ActuatorHost("TSG001")
     settings = host.ask(m.PzReqTsgIoSettings(1))
     assert (settings.display_mode, settings.force_calib) == (POSITION, 30000)
@@ -38,7 +38,7 @@ def test_a_new_reader_is_that_of_the_document():
         (VOLTAGE, 16384, 16384, "5.000 V"),
     ],
 )
-def test_zero_is_that_of_positions_and_forces(mode, before, after, shown):
+def test_zeroing_applies_to_positions_and_forces(mode, before, after, shown):
     host = ActuatorHost("TSG001", travel=200, position=100)
     show(host, mode)
     assert reading(host) == (before, before)
@@ -58,7 +58,7 @@ def test_zero_is_that_of_positions_and_forces(mode, before, after, shown):
 @pytest.mark.parametrize(
     ("mode", "shown"), [(POSITION, "-10.000 µm"), (FORCE, "-15.000 N"), (VOLTAGE, "-5.000 V")]
 )
-def test_a_row_has_the_unit_of_the_display(mode, shown):
+def test_a_row_has_the_displayed_unit(mode, shown):
     host = ActuatorHost("TSG001")
     host.behaviour.signal = -0.5
     show(host, mode)
@@ -76,7 +76,7 @@ def test_a_reading_is_the_last_sample_of_the_signal():
         assert reading(host)[0] == round(sampled / 1000 * FULL)
 
 
-def test_smoothing_remembers_what_was_before():
+def test_smoothing_includes_earlier_signals():
     host = ActuatorHost("TSG001")
     host.to(100)
     host.behaviour.signal = 0.5
@@ -86,7 +86,7 @@ def test_smoothing_remembers_what_was_before():
         host.clock.advance(0.002)
 
 
-def test_smoothing_remembers_a_signal_of_each_sample():
+def test_smoothing_uses_the_signal_of_each_sample():
     host = ActuatorHost("TSG001")
     signals = [(-1) ** sample * sample / 100 for sample in range(40)]
     for signal in signals:
@@ -96,7 +96,7 @@ def test_smoothing_remembers_a_signal_of_each_sample():
     assert reading(host) == (counts[-1], round(sum(counts) / 16) & 0xFFFF)
 
 
-def test_signals_of_one_sample_push_nothing_out():
+def test_several_signals_in_one_sample_count_once():
     host = ActuatorHost("TSG001", travel=200, position=200)
     host.to(100)
     for _ in range(20):
@@ -113,7 +113,7 @@ def test_a_smoothed_reading_below_zero_is_twos_complement():
 
 @given(st.lists(st.tuples(st.integers(0, 40), st.floats(-2, 2)), max_size=40))
 @settings(max_examples=30)
-def test_smoothing_forgets_nothing_that_it_needs(steps):
+def test_smoothing_keeps_every_signal_that_it_needs(steps):
     host = ActuatorHost("TSG001")
     truth = [0.0]  # by sample
     for wait, signal in steps:
@@ -126,7 +126,7 @@ def test_smoothing_forgets_nothing_that_it_needs(steps):
         assert host.ask(m.PzReqTsgReading(1)).smoothed == round(sum(counts) / len(counts)) & 0xFFFF
 
 
-def test_noise_is_that_of_the_seed_and_of_the_sample():
+def test_noise_depends_only_on_the_seed_and_the_sample():
     def readings(seed, asked_twice):
         host = ActuatorHost("TSG001", seed=seed)
         host.behaviour.noise = 0.01
@@ -146,9 +146,9 @@ def test_noise_is_that_of_the_seed_and_of_the_sample():
 
 @pytest.mark.parametrize("name", ["noise", "signal"])
 @pytest.mark.parametrize("share", [float("nan"), float("inf")])
-def test_what_no_message_holds_is_refused_when_it_is_set(name, share):
+def test_a_value_that_does_not_fit_is_refused(name, share):
     host = ActuatorHost("TSG001")
-    with pytest.raises(BadValueError, match="a signal is a share of full scale"):
+    with pytest.raises(BadValueError, match="a signal must be a fraction of full scale"):
         setattr(host.behaviour, name, share)
     assert reading(host) == (0, 0)
 

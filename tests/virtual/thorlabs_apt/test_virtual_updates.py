@@ -1,4 +1,4 @@
-"""Status messages: from the start to the stop, on request, and nothing after a farewell."""
+"""Status messages: periodic updates, answers to requests, and silence after HW_DISCONNECT."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STATUS = {
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_updates_come_ten_times_a_second_for_each_channel(unit, host):
+def test_updates_are_sent_ten_times_a_second_for_each_channel(unit, host):
     far = host(unit)
     facts = UNITS[unit].facts
     address = USB if facts["address"] == "generic_usb" else BAY
@@ -42,7 +42,7 @@ def test_updates_come_ten_times_a_second_for_each_channel(unit, host):
     assert far.heard() == []
 
 
-def test_a_unit_without_a_rate_of_its_own_has_that_of_the_message():
+def test_a_unit_without_a_rate_uses_that_of_the_message():
     registry = copy.deepcopy(PROTOCOL.registry())
     [facts] = [unit for unit in registry["units"] if unit["name"] == "TDC001"]
     [start] = [entry for entry in registry["messages"] if entry["name"] == "HW_START_UPDATEMSGS"]
@@ -54,7 +54,7 @@ def test_a_unit_without_a_rate_of_its_own_has_that_of_the_message():
     assert len(far.heard()) == 4
 
 
-def test_a_second_start_keeps_the_beat_and_takes_over_the_address(host):
+def test_a_second_start_keeps_the_timing_and_changes_the_address(host):
     far = host("TDC001")
     far.say(m.HwStartUpdateMsgs(10))
     far.clock.advance(0.06)
@@ -65,7 +65,7 @@ def test_a_second_start_keeps_the_beat_and_takes_over_the_address(host):
     assert len(far.heard()) == 2
 
 
-def test_started_anew_the_first_comes_after_a_whole_period(host):
+def test_after_a_restart_the_first_update_comes_after_a_whole_period(host):
     far = host("TDC001")
     far.say(m.HwStartUpdateMsgs(10))
     far.clock.advance(0.06)
@@ -77,7 +77,7 @@ def test_started_anew_the_first_comes_after_a_whole_period(host):
     assert len(far.heard()) == 1
 
 
-def test_late_time_gives_the_same_updates_as_time_in_small_steps(host):
+def test_updates_do_not_depend_on_the_steps_of_time(host):
     early, late = host("BSC002"), host("BSC002")
     for far in (early, late):
         far.say(m.HwStartUpdateMsgs(10))
@@ -98,11 +98,11 @@ def test_late_time_gives_the_same_updates_as_time_in_small_steps(host):
         ("TDC001", m.MotReqStatusUpdate(1), []),  # not in its list
     ],
 )
-def test_a_status_is_given_on_request(unit, request_, idents, host):
+def test_a_status_is_sent_on_request(unit, request_, idents, host):
     assert [message.chan_ident for message in host(unit).ask(request_)] == idents
 
 
-def test_a_bay_gives_updates_of_its_own_only(host):
+def test_a_bay_sends_only_its_own_updates(host):
     far = host("BBD103")
     far.say(m.HwStartUpdateMsgs(10), BAY + 2)
     far.say(m.HwStartUpdateMsgs(10), MOTHERBOARD)
@@ -110,7 +110,7 @@ def test_a_bay_gives_updates_of_its_own_only(host):
     assert [frame.source for frame in far.heard()] == [BAY + 2]
 
 
-def test_after_the_farewell_of_the_host_nothing_is_said_until_it_speaks_again(host):
+def test_after_disconnect_nothing_is_sent_until_the_next_message(host):
     far = host("BBD102")
     for bay in (BAY, BAY + 1):
         far.say(m.HwStartUpdateMsgs(10), bay)
@@ -120,7 +120,7 @@ def test_after_the_farewell_of_the_host_nothing_is_said_until_it_speaks_again(ho
     assert far.heard() == []
     assert len(far.ask(m.MotReqDcStatusUpdate(1), BAY)) == 1
     far.clock.advance(1)
-    assert far.heard() == []  # updates have to be started again
+    assert far.heard() == []  # updates must be started again
     far.say(m.HwStartUpdateMsgs(10), BAY)
     far.clock.advance(0.1)
     assert len(far.heard()) == 1

@@ -1,4 +1,4 @@
-"""The waveform table and its output: every sample at its instant, triggers, gates, and what ends it."""
+"""The waveform table and its output: exact samples, triggers, gates, and what ends the output."""
 
 import itertools
 from fractions import Fraction
@@ -45,7 +45,7 @@ def loaded(unit="BPC201", mode=FIXED, samples=SAMPLES, **others):
 
 
 def outputs(host, milliseconds, start=0):
-    """Return the voltage in the middle of each of so many milliseconds."""
+    """Return the voltage in the middle of each millisecond."""
     found = []
     for millisecond in range(start, milliseconds):
         host.to(millisecond + 0.5)
@@ -53,7 +53,7 @@ def outputs(host, milliseconds, start=0):
     return found
 
 
-def test_samples_follow_one_another_and_then_comes_what_was_set():
+def test_after_the_samples_the_set_point_is_output_again():
     host = loaded(pre_cycle_rest=3, post_cycle_rest=2, delay_time=1)
     host.tell(m.PzStartLutOutput(1))
     cycle = [1000] * (3 + 2) + [-2000] * 2 + [3000] * 2 + [4000] * (2 + 2)
@@ -63,7 +63,7 @@ def test_samples_follow_one_another_and_then_comes_what_was_set():
 
 
 @pytest.mark.parametrize(("unit", "rate"), [("BPC301", 1), ("TPZ001", 4)])
-def test_the_sample_interval_is_that_of_the_unit(unit, rate):
+def test_the_sample_interval_depends_on_the_unit(unit, rate):
     host = loaded(unit, CONTINUOUS)
     host.tell(m.PzStartLutOutput(1))
     for number in range(20):
@@ -71,8 +71,8 @@ def test_the_sample_interval_is_that_of_the_unit(unit, rate):
         assert host.status().op_voltage == SAMPLES[number % 4]
 
 
-def test_a_third_of_a_nanosecond_does_not_add_up():
-    """A sample of the MPZ601 lasts 1/7 ms, which no whole number of nanoseconds is."""
+def test_fractions_of_a_nanosecond_do_not_accumulate():
+    """A sample of the MPZ601 lasts 1/7 ms, which is not a whole number of nanoseconds."""
     waveform = Waveform(range(8000), 8000, None, 1, Fraction(MS, 7))
     assert waveform.sample(7999 * MS // 7) == 7998
     assert waveform.sample(7999 * MS // 7 + 1) == 7999
@@ -89,7 +89,7 @@ def test_a_third_of_a_nanosecond_does_not_add_up():
     repeat=st.integers(0, 4),
 )
 @settings(max_examples=60)
-def test_the_formula_is_what_counting_interval_by_interval_gives(
+def test_the_formula_agrees_with_counting_intervals(
     samples, hold, before, after, first, width, repeat
 ):
     pulses = Pulses(first, width * MS, repeat)
@@ -110,7 +110,7 @@ def test_the_formula_is_what_counting_interval_by_interval_gives(
     assert waveform.duration == 2 * len(cycle) * MS
 
 
-def test_continuous_goes_on_until_it_is_stopped_and_leaves_no_timer():
+def test_a_continuous_output_continues_until_a_stop_without_a_timer():
     host = loaded(mode=CONTINUOUS | FIXED)
     host.tell(m.PzSetOutputVolts(1, voltage=16000))
     host.to(100)
@@ -124,11 +124,11 @@ def test_continuous_goes_on_until_it_is_stopped_and_leaves_no_timer():
     assert host.status().op_voltage == 16000
 
 
-def test_without_cycles_or_samples_nothing_is_put_out():
+def test_an_output_without_cycles_or_samples_is_refused():
     host = loaded(mode=0)
     assert "neither continuous nor" in host.refuses(m.PzStartLutOutput(1))
     host.tell(parameters(FIXED, cycle_length=0))
-    assert "no samples" in host.refuses(m.PzStartLutOutput(1))
+    assert "cycle_length is 0" in host.refuses(m.PzStartLutOutput(1))
     host.tell(parameters(FIXED), m.ModSetChanEnableState(1, 2))
     assert "disabled" in host.refuses(m.PzStartLutOutput(1))
 
@@ -144,15 +144,15 @@ def test_an_armed_waveform_waits_for_its_edge(sense):
     host.behaviour.trigger_input = bool(sense)  # the falling edge, or none
     assert host.status().op_voltage == 1000
     host.to(30)
-    host.behaviour.trigger()  # while it is put out: nothing
+    host.behaviour.trigger()  # has no effect during the output
     assert outputs(host, 36, 30) == [-2000, 3000, 3000, 4000, 4000, 4000]
-    assert host.behaviour.row().state == "open loop"  # it begins at 4000 to go back to 0
+    assert host.behaviour.row().state == "open loop"  # it starts to return from 4000 to 0
     host.to(60)
     host.behaviour.trigger()  # one start, one waveform
     assert host.status().op_voltage == 0
 
 
-def test_a_pulse_has_the_edge_that_is_waited_for():
+def test_a_trigger_pulse_includes_the_active_edge():
     for sense, level in itertools.product((0, IN_HI), (False, True)):
         host = loaded(mode=FIXED | IN | sense)
         host.behaviour.trigger_input = level
@@ -163,7 +163,7 @@ def test_a_pulse_has_the_edge_that_is_waited_for():
         assert host.behaviour.trigger_input == level
 
 
-def test_a_level_that_stays_is_no_edge():
+def test_a_constant_level_is_not_an_edge():
     host = loaded(mode=FIXED | IN | IN_HI)
     host.behaviour.trigger_input = True
     host.tell(m.PzStartLutOutput(1))
@@ -171,7 +171,7 @@ def test_a_level_that_stays_is_no_edge():
     assert host.behaviour.row().state == "waveform armed"
 
 
-def test_an_armed_waveform_does_not_trigger():
+def test_an_armed_waveform_has_no_trigger_output():
     host = loaded(mode=FIXED | IN | OUT | OUT_HI, op_trig_start=1)
     host.tell(m.PzStartLutOutput(1))
     assert not host.behaviour.trigger_output
@@ -179,7 +179,7 @@ def test_an_armed_waveform_does_not_trigger():
     assert host.behaviour.trigger_output
 
 
-def test_a_gate_holds_the_waveform_while_it_is_closed():
+def test_a_closed_gate_pauses_the_waveform():
     host = loaded(mode=FIXED | IN | IN_HI | GATE)
     host.tell(m.PzStartLutOutput(1))
     host.to(10)
@@ -234,7 +234,7 @@ def test_a_cube_has_no_triggers_and_a_smaller_table():
     assert host.ask(m.PzReqOutputLutParams(1)).cycle_length == 4
 
 
-def test_a_cube_does_not_hear_a_gate():
+def test_a_cube_ignores_a_gate():
     host = loaded("TPZ001", FIXED | IN | OUT | GATE)
     host.tell(m.PzStartLutOutput(1))
     host.behaviour.trigger_input = True
@@ -243,22 +243,22 @@ def test_a_cube_does_not_hear_a_gate():
     assert not host.behaviour.trigger_output
 
 
-def test_a_table_ends_where_the_document_says():
+def test_a_table_has_the_size_in_the_document():
     host = ActuatorHost("BPC201")
     host.tell(m.PzSetOutputLut(1, index=7999, output=-32768))
     host.tell(parameters(CONTINUOUS, cycle_length=7999))
     assert host.refusals == []
-    assert "below the cycle length" in host.refuses(parameters(CONTINUOUS | OUT, op_trig_start=4))
-    assert "below the cycle length" in host.refuses(parameters(CONTINUOUS | OUT))
+    assert "below cycle_length" in host.refuses(parameters(CONTINUOUS | OUT, op_trig_start=4))
+    assert "below cycle_length" in host.refuses(parameters(CONTINUOUS | OUT))
 
 
 @pytest.mark.parametrize("lut_type", [1, 2])
-def test_samples_are_loaded_after_their_type_is_set(lut_type):
+def test_setting_the_type_clears_the_samples(lut_type):
     host = ActuatorHost("MPZ601", address=0x21)
     host.tell(m.PzSetLutValueType(lut_type), parameters(CONTINUOUS, cycle_length=1))
     host.tell(m.PzSetOutputLut(1, index=0, output=500), m.PzStartLutOutput(1))
     assert host.status().op_voltage == 500
-    host.tell(m.PzSetLutValueType(lut_type))  # what is put out ends, and the table is empty
+    host.tell(m.PzSetLutValueType(lut_type))  # ends the output and clears the table
     host.to(100)
     assert host.status().op_voltage == 0
     assert host.behaviour.row().state == "open loop"
@@ -273,12 +273,12 @@ def test_samples_are_positions_in_closed_loop():
     host.tell(m.PzSetPosControlMode(1, 2), m.PzStartLutOutput(1))
     assert host.status().position == 10000
     assert host.status().op_voltage == 10000 - round(32767 / 10)
-    host.tell(m.PzSetPosControlMode(1, 1))  # another meaning: the waveform ends
+    host.tell(m.PzSetPosControlMode(1, 1))  # samples change their meaning, so the waveform ends
     host.to(100)
     assert host.status().op_voltage == 0
 
 
-def test_the_table_is_forgotten_at_power_off():
+def test_a_power_cycle_clears_the_table():
     host = loaded(mode=CONTINUOUS)
     host.tell(m.PzStartLutOutput(1))
     host.instrument.power_cycle()

@@ -1,7 +1,7 @@
-"""Every motor as a host sees it, in bytes: where it is every 10 ms, what its status says, when it is done.
+"""Every motor at the level of bytes: its position every 10 ms, its status, and its completion.
 
-Nothing generated is used. Ids and places of fields are those of pages 30 (velocity parameters), 42 (relative
-moves), 44 (completion), 77 (status of a stepper) and 79 (status of a DC servo).
+The tests use no generated code. Ids and offsets of fields are those of pages 30 (velocity parameters), 42
+(relative moves), 44 (completion), 77 (status of a stepper) and 79 (status of a DC servo).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOVING_FORWARD, MOVING_REVERSE = 0x10, 0x20
 
 
 class Motor:
-    """A new unit whose first channel moves at the velocity and acceleration above, in counts."""
+    """The host of a new unit whose first channel has the velocity and acceleration above, in counts."""
 
     def __init__(self, name: str) -> None:
         facts = all_units()[name].facts
@@ -40,7 +40,7 @@ class Motor:
         self.say(0x0448, struct.pack("<Hi", 1, distance))
 
     def heard(self) -> Iterator[tuple[int, bytes]]:
-        """Yield the packets that came, by id."""
+        """Yield the ids and packets of the received messages."""
         raw = self.controller.read()
         while raw:
             ident, size, dest, source = struct.unpack_from("<HHBB", raw)
@@ -49,7 +49,7 @@ class Motor:
             raw = raw[6 + size :]
 
     def status(self) -> tuple[int, int, int]:
-        """Ask for position, velocity (0 of a stepper) and status bits; nothing else may have come."""
+        """Return position, velocity (0 for a stepper) and status bits; fail if anything else arrived."""
         ident = 0x0490 if self.is_dc else 0x0480
         self.controller.write(struct.pack("<HBBBB", ident, 1, 0, self.address, 0x01))
         ((answer, data),) = self.heard()
@@ -62,7 +62,7 @@ class Motor:
 
 
 def formula(seconds: float, distance: int) -> float:
-    """Where a trapezoid, or a triangle, from rest to rest is."""
+    """Return the position of a trapezoid or triangle from rest to rest."""
     peak, ramp, duration = shape(distance)
     time = min(seconds, duration)
     if time < ramp:
@@ -75,18 +75,18 @@ def formula(seconds: float, distance: int) -> float:
 
 
 def shape(distance: int) -> tuple[float, float, float]:
-    """Its peak velocity, how long it accelerates, and how long it lasts."""
+    """Return its peak velocity, the duration of the acceleration, and its whole duration."""
     peak = min(VELOCITY, math.sqrt(abs(distance) * ACCELERATION))
     return peak, peak / ACCELERATION, abs(distance) / peak + peak / ACCELERATION
 
 
-def test_there_are_eighteen() -> None:
+def test_there_are_18_units_with_motors() -> None:
     assert len(MOTORS) == 18
 
 
 @pytest.mark.parametrize("distance", [15_000, -15_000, 900, -1])
 @pytest.mark.parametrize("name", MOTORS)
-def test_a_move_as_a_host_sees_it(name: str, distance: int) -> None:
+def test_positions_and_status_during_a_move_follow_the_formula(name: str, distance: int) -> None:
     motor = Motor(name)
     motor.move(distance)
     peak, _, duration = shape(distance)
@@ -111,7 +111,7 @@ def test_a_move_as_a_host_sees_it(name: str, distance: int) -> None:
 
 @pytest.mark.parametrize("distance", [15_000, -15_000, 900])
 @pytest.mark.parametrize("name", MOTORS)
-def test_the_instant_of_its_completion(name: str, distance: int) -> None:
+def test_a_completion_is_sent_at_the_exact_instant(name: str, distance: int) -> None:
     motor = Motor(name)
     motor.move(distance)
     _, _, duration = shape(distance)

@@ -1,6 +1,6 @@
-"""The MS-2000 and the MFC-2000: servo axes behind a line without addresses, frames or acknowledgement.
+"""Virtual MS-2000 and MFC-2000: servo axes on a line without addresses, frames or acknowledgements.
 
-Built upon :class:`stagewire.framing.CommandFramer`. Where the document leaves two readings open, both can be
-had (:mod:`~stagewire_virtual.asi_ms2000.instrument`), so that hosts can be tried with either. Sections in
-docstrings are those of the document, counted from one as in the registry.
+Built on :class:`stagewire.framing.CommandFramer`. Strategies choose between two readings of the document
+(:mod:`~stagewire_virtual.asi_ms2000.instrument`), so that hosts can be tested with both. Sections in
+docstrings are those of the document, numbered from 1 as in the registry.
 """

@@ -1,6 +1,6 @@
-"""The two formats of an MS-2000: what each command does to an axis, and what it answers.
+"""The two formats of an MS-2000: the effects and the answers of their commands.
 
-The high-level format has lines of text, of which two are understood here; the low-level format has binary
+The high-level format has lines of text, of which this module supports two; the low-level format has binary
 commands.
 """
 
@@ -16,30 +16,30 @@ from stagewire_virtual.asi_ms2000.servo_axis import ServoAxis
 from stagewire_virtual.instrument import Unit
 
 _LONGEST: Final = 255
-"""How many characters of a line are kept; no command is longer, and what is longer is no command."""
+"""How many characters of a line are kept; a longer line is an unknown command."""
 _UNKNOWN_COMMAND: Final = ":N-1"
 _UNKNOWN_AXIS: Final = ":N-2"
 _MISSING_PARAMETER: Final = ":N-3"
 
 
 class HighLevel:
-    """Reads lines, byte by byte, and answers them.
+    """Reads lines byte by byte and answers them.
 
-    :param axes: the axes that are fitted, by their letters, in the order in which WHERE answers.
+    :param axes: the fitted axes by their letters, in the order of the answer to WHERE.
     """
 
     def __init__(self, axes: Mapping[str, ServoAxis]) -> None:
         self._axes = axes
         self._line = bytearray()
         self.hundredths = False
-        """Whether WHERE answers in hundredths of a micrometre (section 1): as tenths with a decimal."""
+        """Whether WHERE answers in hundredths of a micrometre (section 1): tenths with one decimal place."""
 
     def clear(self) -> None:
-        """Forget a line that has begun."""
+        """Discard an incomplete line."""
         self._line.clear()
 
     def feed(self, byte: int) -> bytes:
-        """Take a byte and return the answer to the line that it ends; empty when it ends none."""
+        """Add a byte and return the answer to the line that it ends; empty if it ends none."""
         if byte != ord("\r"):
             if len(self._line) <= _LONGEST:
                 self._line.append(byte)
@@ -60,7 +60,7 @@ class HighLevel:
         return _UNKNOWN_COMMAND
 
     def _where(self, axes: Sequence[str]) -> str:
-        """Return positions in the order of the axes, whatever the order in which they were asked for."""
+        """Return positions in the order of the axes, regardless of the order in the request."""
         if not axes:
             return _MISSING_PARAMETER
         if any(name not in self._axes for name in axes):
@@ -75,7 +75,7 @@ class HighLevel:
 
 
 _IDENTIFICATION: Final = "EMOT :"
-"""What X, Y and Z answer (section 7); the F axis, of which the document says nothing, answers the same."""
+"""The answer of X, Y and Z (section 7); the F axis, which the document does not mention, answers the same."""
 
 _READ: Final[Mapping[type[Command], Callable[[ServoAxis], Reply]]] = {
     m.ReadStatus: lambda axis: m.ReadStatusReply(Busy.BUSY if axis.busy else Busy.NOT_BUSY),
@@ -87,21 +87,21 @@ _READ: Final[Mapping[type[Command], Callable[[ServoAxis], Reply]]] = {
     ),
     m.ReadCurrentSpeed: lambda axis: m.ReadCurrentSpeedReply(_low_bytes(axis.speed, 2)),
     m.ReadRampTime: lambda axis: m.ReadRampTimeReply(axis.ramp_time),
-    m.ReadStartSpeed: lambda axis: m.ReadStartSpeedReply(0),  # a dummy answers, but with nothing
+    m.ReadStartSpeed: lambda axis: m.ReadStartSpeedReply(0),  # a dummy function, which answers 0
     m.ReadMaximumSpeed: lambda axis: m.ReadMaximumSpeedReply(axis.top_speed),
     m.ReadTargetPosition: lambda axis: m.ReadTargetPositionReply(_low_bytes(axis.target, 3)),
     m.ReadStatusByte: lambda axis: m.ReadStatusByteReply(axis.status),
 }
-"""Commands that are answered."""
+"""The commands that are answered."""
 
 
 class LowLevel:
-    """Carries out commands of the low-level format; whatever has an error is ignored (section 2).
+    """Carries out commands of the low-level format; invalid commands are ignored (section 2).
 
-    :param unit: what the registry says of the controller.
-    :param axes: the axes that are fitted, by their identifiers.
-    :param readings: the reading of every strategy.
-    :param refuse: is told why a command is ignored.
+    :param unit: the unit in the registry.
+    :param axes: the fitted axes by their identifiers.
+    :param readings: the reading of each strategy.
+    :param refuse: called with the reason if a command is ignored.
     """
 
     def __init__(
@@ -118,10 +118,10 @@ class LowLevel:
         self._signed = readings["vector_speed"] == "signed"
 
     def carry_out(self, axis: int, command: Command, sized: bool) -> bytes:
-        """Do what a command says and return its reply; empty where there is none.
+        """Carry out a command and return its reply; empty if it has none.
 
-        :param axis: the identifier that the command is addressed to.
-        :param sized: whether the size was there.
+        :param axis: the identifier of the addressed axis.
+        :param sized: whether the command has its size.
         """
         name = command.layout.message
         addressed = self._axes.get(axis)
@@ -130,7 +130,7 @@ class LowLevel:
         elif addressed is None:
             self._refuse(f"{name}: no axis {axis:#04x} is fitted")
         elif self._needs_size and not sized and command.layout.size:
-            self._refuse(f"{name} came without its size")
+            self._refuse(f"{name} has no size")
         elif read := _READ.get(type(command)):
             return read(addressed).pack()
         else:
@@ -138,7 +138,7 @@ class LowLevel:
         return b""
 
     def _write(self, axis: ServoAxis, command: Command) -> None:
-        """Do what a command says that has no reply. WRITE_START_SPEED, a dummy, does nothing."""
+        """Carry out a command without a reply. WRITE_START_SPEED, a dummy function, does nothing."""
         match command:
             case m.StartMotor():
                 axis.start()
@@ -155,7 +155,7 @@ class LowLevel:
             case m.WriteIncrementValue(increment=increment):
                 axis.increment = increment
             case m.WriteRampingTime(ramp_time=0):
-                self._refuse("WRITE_RAMPING_TIME: 0 would divide the top speed by nothing")
+                self._refuse("WRITE_RAMPING_TIME: the ramp time must not be 0")
             case m.WriteRampingTime(ramp_time=time):
                 axis.ramp_time = time
             case m.WriteTopSpeed(top_speed=speed):
@@ -169,6 +169,6 @@ class LowLevel:
 
 
 def _low_bytes(value: int, size: int) -> int:
-    """Return the number that the ``size`` lowest bytes of a number say, as section 2 breaks numbers down."""
+    """Return the signed number in the ``size`` lowest bytes of a number, as section 2 splits numbers."""
     half = 1 << (8 * size - 1)
     return (value + half) % (2 * half) - half

@@ -1,6 +1,6 @@
-"""A virtual MS-2000 or MFC-2000: both formats, the ways between them, and its axes.
+"""A virtual MS-2000 or MFC-2000: its axes, both formats, and the switches between them.
 
-``STRATEGIES`` are the readings that it can be made to follow where the document leaves something open.
+``STRATEGIES`` has the readings to choose from where the document is ambiguous.
 """
 
 from __future__ import annotations
@@ -51,26 +51,26 @@ STRATEGIES: Final[Mapping[str, Mapping[str, str]]] = {
         "signed": "Vector speeds are -32768 to 32767 µm/s, as READ_CURRENT_SPEED returns them.",
     },
 }
-"""Strategy -> reading -> what the controller does then. The first reading is the default."""
+"""Strategy -> reading -> its effect. The first reading is the default."""
 
 
 def readings(unit: str, chosen: Mapping[str, str]) -> dict[str, str]:
-    """Return the reading of every strategy: the one that was chosen, or the default.
+    """Return the reading of each strategy: the chosen one, or the default.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a strategy or a reading that there is not.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an unknown strategy or reading.
     """
     known_only("strategy", chosen, STRATEGIES, unit)
     for name, reading in chosen.items():
-        known_only(f"{name} that is", [reading], STRATEGIES[name], unit)
+        known_only(f"{name} reading", [reading], STRATEGIES[name], unit)
     return {name: next(iter(known)) for name, known in STRATEGIES.items()} | dict(chosen)
 
 
 _FITTED: Final = 3
-"""Axes of a controller that nothing is told of: X, Y and Z. A fourth one, F, comes with its settings."""
+"""The number of axes without settings: X, Y and Z. Settings for a fourth channel add F."""
 
 
 def identifiers(unit: Unit) -> dict[str, int]:
-    """Return the identifiers of all axes by name, in order, without those for the future (section 2)."""
+    """Return the identifiers of all axes by name, in order, without the reserved ones (section 2)."""
     values = unit.registry["enumerations"]["axis"]["values"]
     found = {name: value["value"] for name, value in values.items() if not value.get("reserved")}
     return dict(sorted(found.items(), key=lambda axis: axis[1]))
@@ -81,7 +81,7 @@ def fit_axes(
 ) -> dict[str, ServoAxis]:
     """Make the axes of a controller, by name.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it cannot have.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it does not support.
     """
     names = list(identifiers(unit))
     _check(unit, options, names)
@@ -99,9 +99,9 @@ def _check(unit: Unit, options: Options, names: list[str]) -> None:
         "does not report a serial number": options.serial_number is not None,
         "does not report a hardware type": options.hardware_type is not None,
         "does not report a stage id": options.stage_id is not None,
-        "stays silent on what it does not know": options.answer_unsupported,
+        "never answers unknown commands": options.answer_unsupported,
         "has no bays": bool(options.empty_bays),
-        f"has no more axes than {', '.join(names)}": len(options.channels) > len(names),
+        f"has only the axes {', '.join(names)}": len(options.channels) > len(names),
     }
     for settings in options.channels:
         wrong |= _unsupported_options(settings)
@@ -114,30 +114,30 @@ def _unsupported_options(settings: Settings) -> dict[str, bool]:
     travel = TRAVEL if settings.travel is None else settings.travel
     position = 0 if settings.position is None else settings.position
     return {
-        "counts in tenths of a micrometre, whatever its stages": settings.stage is not None,
-        f"needs a travel above 0, not {travel}": travel <= 0,
-        f"cannot stand at {position} of a travel of {travel}": not 0 <= position <= travel,
+        "always counts in tenths of a micrometre and accepts no stage": settings.stage is not None,
+        f"requires a travel above 0, not {travel}": travel <= 0,
+        f"cannot start at {position} within a travel of {travel}": not 0 <= position <= travel,
     }
 
 
 class Ms2000Instrument(Instrument):
     """A controller of servo axes.
 
-    Bytes are taken one by one, so that nothing depends on how they come in chunks. No time-out gives up a
-    command that is not finished (section 2).
+    It processes bytes one by one, so the chunks in which they arrive do not matter. Incomplete commands have
+    no timeout (section 2).
 
-    :param options: of its ``channels``, the axes X, Y, Z and F in order, travel and position in tenths of a
-        micrometre; of its ``strategies``, the names in
+    :param options: its ``channels`` are the axes X, Y, Z and F in order, with travel and position in tenths
+        of a micrometre; its ``strategies`` are those in
         :data:`~stagewire_virtual.asi_ms2000.instrument.STRATEGIES`.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it cannot have.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it does not support.
     """
 
     def __init__(self, unit: Unit, clock: Clock, options: Options) -> None:
         super().__init__(unit, clock)
         self._readings = readings(unit.name, options.strategies)
         self.axes = fit_axes(unit, clock, options, self._readings)
-        """The axes that are fitted, by name."""
+        """The fitted axes by name."""
         self._framer = PROTOCOL.framer()
         self._high = HighLevel(self.axes)
         addresses = identifiers(unit)
@@ -146,7 +146,7 @@ class Ms2000Instrument(Instrument):
         self._wake()
 
     def receive(self, data: bytes) -> None:
-        """Take what the host sends, cut at any byte."""
+        """Process bytes from the host, in any chunks."""
         for byte in data:
             if self._low_level and self._readings["prefix_in_frame"] == "data":
                 self._take(byte)
@@ -154,16 +154,16 @@ class Ms2000Instrument(Instrument):
                 self._look_for_prefix(byte)
 
     def power_cycle(self) -> None:
-        """Switch it off and on; RESET_CONTROLLER does the same (section 1).
+        """Switch off and on; RESET_CONTROLLER does the same (section 1).
 
-        Nothing is kept but where the stages stand: the document knows no memory.
+        Only the physical positions of the stages are kept, because the document mentions no memory.
         """
         for axis in self.axes.values():
             axis.power_on()
         self._wake()
 
     def rows(self) -> Sequence[Row]:
-        """Return what the live table shows, an axis a line."""
+        """Return the rows of the live table, one for each axis."""
         return [
             Row(
                 _part(name),
@@ -174,7 +174,7 @@ class Ms2000Instrument(Instrument):
         ]
 
     def stick(self, part: str, stuck: bool) -> None:
-        """Hold an axis, or let it go; its servo pushes on meanwhile.
+        """Block an axis, or release it; its servo keeps pushing.
 
         Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that :meth:`rows` does not name.
         """
@@ -191,13 +191,13 @@ class Ms2000Instrument(Instrument):
         self._forget()
 
     def _forget(self) -> None:
-        """Forget what is pending in either format."""
+        """Discard incomplete input in both formats."""
         self._prefixed = False
         self._framer.reset()
         self._high.clear()
 
     def _look_for_prefix(self, byte: int) -> None:
-        """Take a byte where 255 and the letter of a setup command are one wherever they stand."""
+        """Process a byte in a mode where 255 and a setup letter are a setup command anywhere."""
         marks = PROTOCOL.marks
         if self._prefixed:
             self._prefixed = False
@@ -212,7 +212,7 @@ class Ms2000Instrument(Instrument):
             self._take(byte)
 
     def _take(self, byte: int) -> None:
-        """Take a byte of the format that is in force."""
+        """Process a byte in the present format."""
         if not self._low_level:
             self._say(self._high.feed(byte))
             return
@@ -231,18 +231,18 @@ class Ms2000Instrument(Instrument):
         if isinstance(frame.message, SetupCommand):
             self._set_up(frame.message)
         else:
-            assert frame.axis is not None  # only setup commands have none
+            assert frame.axis is not None  # only setup commands have no axis
             self._say(self._low.carry_out(frame.axis, frame.message, frame.sized))
 
     def _set_up(self, command: SetupCommand) -> None:
-        """Do what a setup command says (section 1)."""
+        """Carry out a setup command (section 1)."""
         if command.layout.message not in self.unit.messages:
             self._refuse(f"{command.layout.message} is not a command of this controller")
             return
         match command.layout.switches_to:
             case "power_on":
                 self.power_cycle()
-            case None:  # the other two say how WHERE answers
+            case None:  # the other two select the unit of WHERE
                 self._high.hundredths = isinstance(command, m.WhereInHundredths)
             case format:
                 self._low_level = format == "low_level"

@@ -1,7 +1,7 @@
-"""One axis of an MS-2000: its buffers, its servo, and the stage that it moves.
+"""One axis of an MS-2000: its buffers, its servo and its stage.
 
-Places are counted from the reverse end of the stage, in tenths of a micrometre as positions are on the wire.
-The counter of positions has an offset to them, so that another number for where a stage stands moves nothing.
+Places are tenths of a micrometre from the reverse end of the stage. Positions on the wire have the same unit
+and an offset, so that writing the position of a stage does not move it.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from stagewire_virtual.options import Settings
 from stagewire_virtual.profiles import Profile, run_on, stop, trapezoid
 
 TRAVEL: Final = 1_000_000
-"""How far apart the ends of a stage are that nothing is told of: 100 mm."""
+"""The default travel: 100 mm."""
 SETTLING: Final = 20 * SECOND // 1000
-"""Nanoseconds in which a servo settles after a move; the axis is busy then, without motor signal."""
+"""Nanoseconds that a servo settles after a move; the axis is then busy, without motor signal."""
 _TOP_SPEED: Final = 6000
-"""Of a new controller, in µm/s: that of the examples of sections 24 and 25."""
+"""The top speed of a new controller in µm/s, from the examples of sections 24 and 25."""
 _RAMP_TIME: Final = 100
-"""Of a new controller, in milliseconds; section 22 advises more than 50."""
+"""The ramp time of a new controller in milliseconds; section 22 recommends more than 50."""
 
 _COUNTS_PER_SPEED: Final = float(POSITION.counts_per_unit / SPEED.counts_per_unit)
 _RAMP_TIMES_PER_SECOND: Final = float(1000 * TIME.counts_per_unit)
@@ -39,9 +39,9 @@ class _State(StrEnum):
 class ServoAxis:
     """An axis that moves to targets and at vector speeds.
 
-    :param clock: the time.
+    :param clock: the clock.
     :param settings: travel and position of its stage in tenths of a micrometre.
-    :param readings: the reading of every strategy.
+    :param readings: the reading of each strategy.
     """
 
     def __init__(self, clock: Clock, settings: Settings, readings: Mapping[str, str]) -> None:
@@ -57,7 +57,7 @@ class ServoAxis:
         self.power_on()
 
     def power_on(self) -> None:
-        """Begin anew, with the counter at zero where the stage stands; whether it is stuck stays as it is."""
+        """Reset to the power-on state, with position 0 at the present place; a stuck stage stays stuck."""
         self._rest()
         self._zero = round(self._stage.place)
         self.enabled = True
@@ -66,25 +66,25 @@ class ServoAxis:
         self.ramp_time = _RAMP_TIME
         self.top_speed = _TOP_SPEED
 
-    # What it is told
+    # Commands
 
     def set_position(self, position: int) -> None:
-        """Call the place where it stands ``position``; a target keeps its place, too (section 17)."""
+        """Make ``position`` the number of the present place; a target keeps its place (section 17)."""
         self._zero = round(self._stage.place) - position
 
     def move_to(self, position: int) -> None:
-        """Make ``position`` the target and go there; a stopped axis goes when it is started (section 18)."""
+        """Move to a new target; a stopped axis moves when it is started (section 18)."""
         self._goal = self._zero + position
         self._move()
 
     def move_by(self, distance: int) -> None:
-        """Go as far as ``distance`` from where it is at this instant (sections 19 and 20)."""
+        """Move by ``distance`` from the present position (sections 19 and 20)."""
         self.move_to(self.position + distance)
 
     def run(self, speed: int) -> None:
-        """Ramp to a speed in µm/s and go on; 0 ramps to rest. A stopped axis does nothing (section 25).
+        """Ramp to a speed in µm/s and keep it; 0 ramps to rest. A stopped axis ignores it (section 25).
 
-        No axis is allowed to be faster than its top speed (section 12).
+        The top speed limits the speed of an axis (section 12).
         """
         if self.enabled:
             self._goal = None
@@ -101,7 +101,7 @@ class ServoAxis:
                 self._move()
 
     def stop(self) -> None:
-        """Disable the motor (section 16): it stands at once, and keeps its target."""
+        """Disable the motor (section 16): it stops immediately and keeps its target."""
         goal = self._goal
         self._rest()
         self._goal = goal
@@ -109,7 +109,7 @@ class ServoAxis:
 
     @property
     def stuck(self) -> bool:
-        """Whether something holds the stage, against which the servo pushes for ever; faults set it."""
+        """Whether the stage is blocked by a fault, while the servo keeps pushing."""
         return self._stuck
 
     @stuck.setter
@@ -119,38 +119,38 @@ class ServoAxis:
             if self._state is _State.MOVING:
                 self._move()
 
-    # What it tells
+    # State
 
     @property
     def exact_position(self) -> float:
-        """What the counter would show if it had more digits."""
+        """The present position with its fraction."""
         return self._stage.place - self._zero
 
     @property
     def position(self) -> int:
-        """What the counter shows at this instant."""
+        """The present position."""
         return round(self._stage.place) - self._zero
 
     @property
     def target(self) -> int:
-        """Where it goes to or has gone to; where it is while it runs without a target."""
+        """The last target; the present position during a motion without a target."""
         return self.position if self._goal is None else self._goal - self._zero
 
     @property
     def speed(self) -> int:
-        """The speed of the trajectory at this instant in µm/s, with its sign (section 9)."""
+        """The present speed of the trajectory in µm/s, with a sign (section 9)."""
         return round(self._stage.velocity / _COUNTS_PER_SPEED)
 
     @property
     def busy(self) -> bool:
-        """Whether a command is still being carried out (sections 4 and 16)."""
+        """Whether a command is still in progress (sections 4 and 16)."""
         if self.enabled:
             return self._state is not _State.IDLE
         return self._readings["disabled_axis"] == "busy" and self.target != self.position
 
     @property
     def status(self) -> StatusBits:
-        """The status byte of this instant (section 14)."""
+        """The present status byte (section 14)."""
         velocity, acceleration = self._stage.velocity, self._stage.acceleration
         return StatusBits.of(
             motor_signal=self._state is _State.MOVING,
@@ -164,7 +164,7 @@ class ServoAxis:
 
     @property
     def words(self) -> str:
-        """What it does, for people."""
+        """The present state for people."""
         if not self.enabled:
             return "stopped"
         if self._state is not _State.MOVING:
@@ -176,7 +176,7 @@ class ServoAxis:
     # The servo
 
     def _move(self) -> None:
-        """Go to the goal, or at the speed that was told, from whatever it does at this instant."""
+        """Start towards the target or at the vector speed, from the present motion."""
         if not self.enabled:
             return
         self._unsettle()
@@ -186,7 +186,7 @@ class ServoAxis:
             return
         self._stage.halt()
         if self.target == self.position and (self._goal is not None or not self._run_speed):
-            self._arrived()  # it need not move to do what it was told
+            self._arrived()  # no motion is necessary
 
     def _plan(self) -> Profile:
         place = self._stage.place
@@ -202,13 +202,13 @@ class ServoAxis:
         return run_on(place, self._run_speed * _COUNTS_PER_SPEED, **ramp)
 
     def _arrived(self) -> None:
-        """Settle at the goal, at an end of the travel or where it slowed down; the target is there now."""
+        """Settle at the target, at an end of the travel or after a stop; this place becomes the target."""
         self._rest()
         self._state = _State.SETTLING
         self._settled = self._clock.call_later(SETTLING, self._rest)
 
     def _rest(self) -> None:
-        """Stand, with the target where it stands."""
+        """Stop, and make the present place the target."""
         self._unsettle()
         self._stage.halt()
         self._state = _State.IDLE

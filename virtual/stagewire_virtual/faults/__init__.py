@@ -1,7 +1,7 @@
-"""Faults on demand: what goes wrong on the line between a host and a virtual controller.
+"""Faults on the line between a host and a virtual controller.
 
-:func:`parse_fault` reads ``to_host drop frame every=10``; a :class:`FaultyLink` stands between a link and a
-controller and does it. The same seed, the same bytes and the same clock give the same faults. What each
-can have is in :mod:`stagewire_virtual.faults.fault`, what it does in
-:mod:`stagewire_virtual.faults.chain`.
+:func:`~stagewire_virtual.faults.fault.parse_fault` reads a fault such as ``to_host drop frame every=10``. A
+:class:`~stagewire_virtual.faults.link.FaultyLink` between a link and a controller applies it. The same seed,
+bytes and clock produce the same faults. :mod:`stagewire_virtual.faults.fault` defines the faults,
+:mod:`stagewire_virtual.faults.chain` applies them to bytes.
 """

@@ -1,8 +1,8 @@
-"""One direction of a link: bytes on their way through its faults, in their order, and what is late.
+"""The faults of one direction of a link.
 
-Bytes travel as a :class:`Chunk`. An :class:`Effect` is a fault at work: it chooses the pieces that its rule
-hits, and makes of them what its action says. A :class:`FaultChain` sends chunks through all effects of its
-direction, and keeps those that are late until they are due.
+Bytes travel as a :class:`Chunk`. An :class:`Effect` applies one fault: it selects pieces by the rule and
+changes them according to the action. A :class:`FaultChain` sends chunks through all effects of its direction
+in order, and holds delayed chunks until they are due.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stagewire_virtual.clock import Clock, Timer, nanoseconds
 from stagewire_virtual.faults.fault import Action, Fault, Piece
 
 MOST_HELD: Final = 1 << 16
-"""Bytes that one direction holds back; what comes beyond that is lost."""
+"""The number of bytes that one direction can hold back; further bytes are lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,11 +26,11 @@ class Chunk:
     """Bytes that travel together.
 
     :param data: the bytes.
-    :param is_frame: whether they were sent as one whole frame; it stays one when bytes in it are damaged.
-    :param message: name of its message, where somebody asks for it.
-    :param delay: nanoseconds by which it is late.
-    :param overtaken: whether what follows may be there before it.
-    :param cut: of a chunk without bytes: it cuts the line.
+    :param is_frame: whether they were sent as one whole frame; damage does not change that.
+    :param message: the name of its message, if a fault needs it.
+    :param delay: its delay in nanoseconds.
+    :param overtaken: whether later chunks may arrive before it.
+    :param cut: whether this chunk, which has no bytes, cuts the line.
     """
 
     data: bytes
@@ -42,14 +42,14 @@ class Chunk:
 
 
 def bytes_of(chunk: Chunk) -> Iterator[Chunk]:
-    """Yield every byte of a chunk by itself."""
+    """Yield each byte of a chunk as a chunk."""
     data = chunk.data
     for at in range(len(data)):
         yield replace(chunk, data=data[at : at + 1])
 
 
 def joined(parts: Iterable[Chunk]) -> Iterator[Chunk]:
-    """Yield parts of one chunk, those joined that still travel together; the first one is the frame."""
+    """Join the parts of a chunk that still travel together; the first result remains the frame."""
     run: Chunk | None = None
     data = bytearray()
     for part in parts:
@@ -68,16 +68,16 @@ def _travel_together(one: Chunk, next: Chunk) -> bool:
     return (one.delay, one.overtaken, one.cut) == (next.delay, next.overtaken, next.cut)
 
 
-_SHOWN: Final = 16  # bytes of a piece in a report
+_SHOWN: Final = 16  # bytes shown of a piece in a report
 
 
 class Effect:
-    """What one fault does among those of a direction.
+    """Applies one fault of a direction.
 
-    :param fault: what goes wrong.
-    :param chance: its own stream of chance.
-    :param report: told which piece was hit.
-    :param flood: begins the flood, of a fault that is one.
+    :param fault: the fault.
+    :param chance: its own random stream.
+    :param report: called with a description of each piece that was hit.
+    :param flood: begins the flood, if the fault is one.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Effect:
         self._count = 0
 
     def apply(self, chunk: Chunk) -> Iterable[Chunk]:
-        """Return what becomes of a chunk, made as it is asked for: a fault may make very much of it."""
+        """Return the chunks that replace a chunk, lazily, because a fault may make very many."""
         if not chunk.data or self._fault.message not in (None, chunk.message):
             return [chunk]
         if self._fault.piece is Piece.FRAME:
@@ -102,7 +102,7 @@ class Effect:
         return joined(self._bytes_passed(chunk))
 
     def _bytes_passed(self, chunk: Chunk) -> Iterator[Chunk]:
-        """Yield what becomes of the bytes of a chunk; nothing follows the end of the line."""
+        """Yield the chunks that replace the bytes of a chunk, until one cuts the line."""
         for byte in bytes_of(chunk):
             for part in self._passed(byte):
                 yield part
@@ -110,20 +110,20 @@ class Effect:
                     return
 
     def _passed(self, piece: Chunk) -> Iterable[Chunk]:
-        """Return what becomes of one piece."""
+        """Return the chunks that replace one piece."""
         self._count += 1
         if not self._hits():
             return [piece]
         fault = self._fault
         shown = piece.data[:_SHOWN].hex(" ") + (" …" if len(piece.data) > _SHOWN else "")
-        assert fault.piece is not None  # only what has no direction has no pieces
+        assert fault.piece is not None  # only a fault without direction counts no pieces
         self._report(fault, f"{fault.piece.value} {self._count}: {shown}")
         if fault.action is Action.FLOOD:
             self._flood()
         return _BECOMES[fault.action](piece, fault, self._chance)
 
     def _hits(self) -> bool:
-        """Say whether the rule chooses the piece that was just counted."""
+        """Return whether the rule selects the piece that was counted last."""
         fault = self._fault
         if fault.at is not None:
             return self._count == fault.at
@@ -159,11 +159,11 @@ def _duplicate(piece: Chunk, fault: Fault, chance: Random) -> Iterable[Chunk]:
 
 
 def _flood(piece: Chunk, fault: Fault, chance: Random) -> list[Chunk]:
-    return [piece]  # the flood comes behind it
+    return [piece]  # the flood follows it
 
 
 def _disconnect(piece: Chunk, fault: Fault, chance: Random) -> list[Chunk]:
-    """Cut the line behind a byte, but in the midst of a frame."""
+    """Cut the line after a byte, or in the middle of a frame."""
     half = len(piece.data) // 2
     data = piece.data if fault.piece is Piece.BYTE else piece.data[:half]
     return [replace(piece, data=data), replace(piece, data=b"", is_frame=False, cut=True)]
@@ -178,17 +178,17 @@ _BECOMES: Final[Mapping[Action, Callable[[Chunk, Fault, Random], Iterable[Chunk]
     Action.FLOOD: _flood,
     Action.DISCONNECT: _disconnect,
 }
-"""What becomes of a piece that is hit."""
+"""The function of each action; it returns the chunks that replace a selected piece."""
 
 
 class FaultChain:
-    """Takes chunks, sends them through the faults, and hands on what comes out, when it is due.
+    """Sends chunks through the faults of a direction and delivers the results when they are due.
 
-    A chunk that is late holds up what follows, as on a serial line, unless it may be overtaken.
+    A delayed chunk holds up the following ones, as on a serial line, unless it may be overtaken.
 
-    :param clock: the time.
-    :param hand_on: takes what arrives; it may lead to :meth:`clear`.
-    :param lost: told, in words, of bytes for which there is no room.
+    :param clock: the clock.
+    :param hand_on: called with each chunk that arrives; it may call :meth:`clear`.
+    :param lost: called with a message when bytes are lost because the limit is reached.
     """
 
     def __init__(
@@ -202,12 +202,12 @@ class FaultChain:
         self._hand_on = hand_on
         self._lost = lost
         self._timer: Timer | None = None
-        self._count = 0  # chunks of one instant arrive in the order in which they were sent
-        self._latest = 0  # when the last chunk arrives that holds up others
+        self._count = 0  # chunks with the same instant arrive in the order in which they were sent
+        self._latest = 0  # the instant at which the last chunk that holds up others arrives
         self.clear()
 
     def clear(self) -> None:
-        """Lose all that is late: the line was cut."""
+        """Discard all delayed chunks, because the line was cut."""
         self._late: list[tuple[int, int, Chunk]] = []
         self._held = 0
         self._in_order = 0  # late chunks that hold up others
@@ -224,12 +224,12 @@ class FaultChain:
             self.send(one)
 
     def _within(self, size: int, chunks: Iterable[Chunk]) -> Iterator[Chunk]:
-        """Yield what came of ``size`` bytes, to the end of the line, or until it is too much."""
+        """Yield the chunks that replace ``size`` bytes, until one cuts the line or the limit is reached."""
         room = size + MOST_HELD
         for chunk in chunks:
             room -= len(chunk.data)
             if room < 0:
-                self._lost(f"lost the rest of what came of {size} bytes: over {MOST_HELD} more")
+                self._lost(f"faults added over {MOST_HELD} bytes to {size}; the rest is lost")
                 return
             yield chunk
             if chunk.cut:
@@ -241,7 +241,7 @@ class FaultChain:
             self._hand_on(chunk)
             return
         if self._held + len(chunk.data) > MOST_HELD:
-            self._lost(f"lost {len(chunk.data)} bytes: over {MOST_HELD} are held back")
+            self._lost(f"over {MOST_HELD} bytes are held back; {len(chunk.data)} more are lost")
             return
         due = self._clock.now + chunk.delay
         if not chunk.overtaken:
@@ -255,7 +255,7 @@ class FaultChain:
         self._set_timer()
 
     def _set_timer(self) -> None:
-        """See to it that there is a timer for what is due next, and no other."""
+        """Set the one timer to the next chunk that is due."""
         due = self._late[0][0] if self._late else None
         if self._timer is not None:
             if self._timer.when == due:
@@ -264,7 +264,7 @@ class FaultChain:
         self._timer = None if due is None else self._clock.call_at(due, self._arrive)
 
     def _arrive(self) -> None:
-        """Hand on what is due."""
+        """Deliver the chunks that are due."""
         self._timer = None
         while self._late and self._late[0][0] <= self._clock.now:
             chunk = heapq.heappop(self._late)[2]

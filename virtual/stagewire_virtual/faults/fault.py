@@ -1,7 +1,7 @@
-"""One fault: what goes wrong with which bytes or frames, or with which axis.
+"""Descriptions of faults: an action, and the bytes, frames or axis that it affects.
 
-``ACTIONS`` and ``KEYS`` say what can be said of a fault: actions, what rules count, and every key with the
-values that it takes. Command lines and benches write faults as text: ``to_host drop frame every=10``.
+``ACTIONS`` has the actions with their keys, and ``KEYS`` has each key with its valid values. Command lines
+and benches describe faults as text: ``to_host drop frame every=10``.
 """
 
 from __future__ import annotations
@@ -19,12 +19,14 @@ from stagewire_virtual.options import several
 
 _LONGEST: Final = 1_000_000.0  # seconds
 _MOST: Final = 10**9
-_MOST_OFTEN: Final = 10**6  # a flood without a period sends all at once, and has to come to an end
+_MOST_OFTEN: Final = (
+    10**6
+)  # bounds a flood without a period, which sends all its frames at one instant
 _MOST_SHOWN: Final = 20  # names in a message for people
 
 
 class Action(enum.Enum):
-    """What a fault does."""
+    """The action of a fault."""
 
     DROP = "drop"
     INSERT = "insert"
@@ -37,7 +39,7 @@ class Action(enum.Enum):
 
 
 class Piece(enum.Enum):
-    """What a rule counts."""
+    """The pieces that a rule counts."""
 
     BYTE = "byte"
     FRAME = "frame"
@@ -48,10 +50,10 @@ class Key:
     """A key of a fault.
 
     :param attribute: its name in :class:`Fault`.
-    :param read: makes the value of a text; raises :class:`ValueError`.
-    :param takes: what it takes, for people.
-    :param allows: whether a value is one.
-    :param spell: makes the text of a value.
+    :param read: converts text to a value; raises :class:`ValueError` or :class:`KeyError`.
+    :param takes: a description of its values for people.
+    :param allows: returns whether a value is valid.
+    :param spell: converts a value to text.
     """
 
     attribute: str
@@ -61,15 +63,15 @@ class Key:
     spell: Callable[[Any], str] = str
 
     def of(self, fault: object) -> Any:
-        """Return its value in a fault, None where it is not given."""
+        """Return its value in a fault; None if it is not given."""
         return getattr(fault, self.attribute)
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What an action can have.
+    """The properties of an action.
 
-    :param piece: what its rules count unless it is said; None for one without rules.
+    :param piece: the pieces that its rules count by default; None for an action without rules.
     :param keys: the names of its keys.
     """
 
@@ -78,7 +80,7 @@ class Kind:
 
     @property
     def has_direction(self) -> bool:
-        """Whether it befalls bytes that go one way."""
+        """Whether it affects the bytes of one direction."""
         return self.piece is not None
 
 
@@ -141,7 +143,7 @@ KEYS: Final[dict[str, Key]] = {
     "bay": _whole("bay", 0),
     "axis": _name("axis", "the name of an axis"),
 }
-"""What can be said of a fault, as it is spelled in text, in the order in which it is printed."""
+"""The keys of faults by their names in text, in the order in which they are printed."""
 
 _RULE: Final = ("every", "at", "p", "seed", "message")
 
@@ -155,49 +157,49 @@ ACTIONS: Final[dict[Action, Kind]] = {
     Action.DISCONNECT: Kind(Piece.BYTE, (*_RULE, "after")),
     Action.STICK: Kind(None, ("channel", "bay", "axis", "after", "for")),
 }
-"""The actions, with what each can have."""
+"""The properties of each action."""
 
 
 def one_of(word: str, known: Collection[str]) -> str:
-    """Return a word that is not known, with what is like it and, unless they are many, what there is."""
+    """Return an unknown word, quoted, with suggestions and, unless there are many, all known words."""
     spelled = {name.lower(): name for name in known}
     close = difflib.get_close_matches(word[:40].lower(), spelled, n=2)
     hint = f"; did you mean {' or '.join(map(spelled.__getitem__, close))}?" if close else ""
-    there = "" if len(known) > _MOST_SHOWN else f" (there are: {', '.join(known)})"
+    choices = "" if len(known) > _MOST_SHOWN else f" (choose from {', '.join(known)})"
     shown = word if len(word) <= 40 else f"{word[:40]}…"
-    return f"{shown!r}{hint}{there}"
+    return f"{shown!r}{hint}{choices}"
 
 
 DIRECTIONS: Final = {"to_host": Direction.TO_HOST, "to_controller": Direction.TO_CONTROLLER}
-"""How directions are spelled."""
+"""The directions by their names in text."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """Something that goes wrong; :func:`~stagewire_virtual.faults.parse_fault` makes one of a text.
+    """A fault; :func:`~stagewire_virtual.faults.fault.parse_fault` makes one from text.
 
-    A rule chooses the pieces that are hit: each ``every``-th, the one that is number ``at`` (from 1), or each
-    with the probability ``p``; without a rule, all of them. With ``message`` only frames of that message, or
-    their bytes, are counted.
+    A rule selects pieces: every ``every``-th piece, the piece number ``at`` (from 1), or each piece with
+    probability ``p``; without a rule, all pieces. With ``message`` only frames of that message, or their
+    bytes, are counted.
 
-    :param action: what is done.
-    :param direction: which way the bytes go; None for an axis that sticks.
-    :param piece: what the rule counts; by default frames, and bytes where the line is cut. None for what
-        comes at an instant, and not with a piece.
-    :param seed: of what is left to chance; None takes it from the line.
-    :param message: name of a message; of a protocol of commands, a reply is named by what it answers.
-    :param data: the bytes of ``insert`` and ``flood``; by default one byte by chance, and a status message.
-    :param bit: the bit that is flipped, from 0, the lowest of the first byte; by default one by chance.
-    :param count: how many times more (``duplicate``), or how many frames (``flood``).
-    :param by: seconds of delay.
-    :param overtaken: whether what follows goes on in the meantime; otherwise it waits, as on a serial line.
-    :param period: seconds between frames of a flood.
-    :param after: seconds from the beginning to a flood, a cut or an axis that sticks, where no rule is given.
-    :param lasting: seconds until the axis moves again; None: never. Spelled ``for`` in text.
-    :param channel: the channel that sticks, in the bay ``bay`` of a rack.
-    :param axis: the axis that sticks, where axes have names.
+    :param action: the action.
+    :param direction: the direction of the bytes; None for a stuck axis.
+    :param piece: the pieces that the rule counts; by default frames, or bytes for a cut. None for a fault
+        that happens at an instant.
+    :param seed: the seed of its random choices; None derives it from the seed of the unit.
+    :param message: the name of a message; replies without a name have that of their command.
+    :param data: the bytes of ``insert`` and ``flood``; by default one random byte, or a status message.
+    :param bit: the bit to flip, where 0 is the lowest bit of the first byte; by default a random one.
+    :param count: the number of repetitions (``duplicate``) or of frames (``flood``).
+    :param by: the delay in seconds.
+    :param overtaken: whether later bytes may arrive first; otherwise they wait, as on a serial line.
+    :param period: the time between frames of a flood, in seconds.
+    :param after: the time from the start to a flood, a cut or a stuck axis, in seconds; excludes a rule.
+    :param lasting: the time until the axis moves again, in seconds; None: never. The key in text is ``for``.
+    :param channel: the channel that is stuck, in bay ``bay`` of a rack.
+    :param axis: the axis that is stuck, for controllers with named axes.
 
-    Raises :class:`~stagewire_virtual.errors.FaultError` for a fault that makes no sense.
+    Raises :class:`~stagewire_virtual.errors.FaultError` for an invalid fault.
     """
 
     action: Action
@@ -223,10 +225,10 @@ class Fault:
     def __post_init__(self) -> None:
         kind = ACTIONS.get(self.action)
         if kind is None:
-            raise FaultError(f"{self.action!r} is no action")
+            raise FaultError(f"{self.action!r} is not an Action")
         if (self.direction in DIRECTIONS.values()) is not kind.has_direction:
             raise FaultError(
-                f"{self.action.value} needs a direction, {' or '.join(DIRECTIONS)}"
+                f"{self.action.value} requires a direction, {' or '.join(DIRECTIONS)}"
                 if kind.has_direction
                 else f"{self.action.value} has no direction"
             )
@@ -235,43 +237,42 @@ class Fault:
             if name not in kind.keys:
                 raise FaultError(f"{self.action.value} has no key {one_of(name, kind.keys)}")
             if not key.allows(key.of(self)):
-                raise FaultError(f"{name} takes {key.takes}, not {key.of(self)!r}")
+                raise FaultError(f"{name} must be {key.takes}, not {key.of(self)!r}")
         self._check_together(given)
         self._check_piece(kind)
 
     def _check_piece(self, kind: Kind) -> None:
-        """Raise for a piece that nothing counts; without one, take that of the action."""
+        """Raise for an invalid piece; without one, use that of the action."""
         if self.piece is None:
             object.__setattr__(self, "piece", None if self.is_timed else kind.piece)
         elif not isinstance(self.piece, Piece):
             raise FaultError(f"{self.piece!r} is neither byte nor frame")
         elif kind.piece is None:
-            raise FaultError(f"{self.action.value} has neither byte nor frame")
+            raise FaultError(f"{self.action.value} accepts neither byte nor frame")
         elif self.is_timed:
-            raise FaultError(f"{self.piece.value} goes with a rule: every, at, p or message")
+            raise FaultError(f"{self.piece.value} requires a rule: every, at, p or message")
         if self.piece is Piece.BYTE and self.bit is not None and self.bit > 7:
-            raise FaultError(f"the bits of a byte are 0 to 7, not {self.bit}")
+            raise FaultError(f"bit must be from 0 to 7 for a byte, not {self.bit}")
         if self.action is Action.INSERT and self.piece is Piece.FRAME and self.data is None:
-            raise FaultError("insert frame needs hex=BYTES; insert byte puts one in by chance")
+            raise FaultError("insert frame requires hex=BYTES; insert byte inserts a random byte")
 
     def _check_together(self, given: Collection[str]) -> None:
-        """Raise for keys that contradict each other, or that lack another."""
+        """Raise for keys that exclude each other, and for missing keys."""
         rules = [name for name in ("every", "at", "p", "after") if name in given]
         if len(rules) > 1:
-            raise FaultError(f"{' and '.join(rules)} exclude each other; give one of them")
+            raise FaultError(f"{' and '.join(rules)} exclude each other; give only one of them")
         if "after" in rules and "message" in given:
-            raise FaultError("message goes with every, at or p, not with after")
+            raise FaultError("message requires every, at or p, and excludes after")
         if self.action is Action.DELAY and self.by is None:
-            raise FaultError("delay needs by=SECONDS")
+            raise FaultError("delay requires by=SECONDS")
         if self.seed is not None and not self._has_chance:
             raise FaultError(
-                "seed goes with p, with flip without bit, or with insert byte without hex; "
-                "nothing else is left to chance"
+                "seed requires a random choice: p, flip without bit, or insert byte without hex"
             )
         if self.action is Action.STICK and (self.axis is None) is (self.channel is None):
-            raise FaultError("stick needs channel=N, perhaps with bay=N, or axis=NAME")
+            raise FaultError("stick requires channel=N, with bay=N in a rack, or axis=NAME")
         if self.axis is not None and self.bay is not None:
-            raise FaultError("bay goes with channel, not with axis")
+            raise FaultError("bay requires channel and excludes axis")
 
     @property
     def _has_chance(self) -> bool:
@@ -283,7 +284,7 @@ class Fault:
 
     @property
     def is_timed(self) -> bool:
-        """Whether it comes at an instant, ``after`` so long, and not with a piece that a rule chooses."""
+        """Whether it happens at an instant instead of at a piece that a rule selects."""
         if self.action is Action.FLOOD:
             return not (self.every or self.at or self.message) and self.p is None
         return self.action is Action.STICK or self.after is not None
@@ -306,8 +307,8 @@ _PIECES = {piece.value: piece for piece in Piece}
 def parse_fault(text: str) -> Fault:
     """Return the fault that a text describes: ``DIRECTION ACTION [byte|frame] [KEY=VALUE …]``.
 
-    ``stick`` has no direction. ``str`` of a fault is such a text. Raises
-    :class:`~stagewire_virtual.errors.FaultError`, which says what was expected.
+    ``stick`` has no direction. ``str`` of a fault returns such a text. Raises
+    :class:`~stagewire_virtual.errors.FaultError` for an invalid text.
     """
     try:
         return _parse(text.split())
@@ -317,14 +318,14 @@ def parse_fault(text: str) -> Fault:
 
 
 def parse_faults(faults: Iterable[Fault | str]) -> tuple[Fault, ...]:
-    """Return the faults that are given as text or as values.
+    """Return faults that are given as text or as :class:`Fault`.
 
-    Raises :class:`~stagewire_virtual.errors.VirtualError` for what is neither, and for one alone.
+    Raises :class:`~stagewire_virtual.errors.VirtualError` for anything else, and for a single fault.
     """
     made: list[Fault] = []
     for fault in several("faults", faults):
         if not isinstance(fault, (Fault, str)):
-            raise FaultError(f"a fault is a text or a Fault, not {fault!r}")
+            raise FaultError(f"a fault must be a string or a Fault, not {fault!r}")
         made.append(parse_fault(fault) if isinstance(fault, str) else fault)
     return tuple(made)
 
@@ -340,21 +341,21 @@ def _parse(words: list[str]) -> Fault:
         del words[0]
     action = words.pop(0) if words else ""
     if action not in _ACTIONS:
-        raise FaultError(f"there is no action {one_of(action, _ACTIONS)}")
+        raise FaultError(f"unknown action {one_of(action, _ACTIONS)}")
     if words and words[0] in _PIECES:
         values["piece"] = _PIECES[words.pop(0)]
     for word in words:
         name, equals, value = word.partition("=")
         if not equals:
-            raise FaultError(f"{word!r} is neither byte or frame, before all keys, nor KEY=VALUE")
+            raise FaultError(f"{word!r} is not KEY=VALUE; byte or frame comes before all keys")
         key = KEYS.get(name)
         if key is None:
-            raise FaultError(f"there is no key {one_of(name, KEYS)}")
+            raise FaultError(f"unknown key {one_of(name, KEYS)}")
         if key.attribute in values:
-            raise FaultError(f"{name} is there twice")
+            raise FaultError(f"{name} is given more than once")
         try:
             values[key.attribute] = key.read(value)
         except (ValueError, KeyError):
             shown = value if len(value) <= 40 else f"{value[:40]}…"
-            raise FaultError(f"{name} takes {key.takes}, not {shown!r}") from None
+            raise FaultError(f"{name} must be {key.takes}, not {shown!r}") from None
     return Fault(action=_ACTIONS[action], **values)

@@ -1,7 +1,4 @@
-"""A faulty link: it is placed between a link and a controller, and looks like the latter.
-
-A flood sends frames that nobody asked for, one after another.
-"""
+"""A wrapper around a controller that applies faults to its line, and the floods that it sends."""
 
 from __future__ import annotations
 
@@ -23,17 +20,17 @@ from stagewire_virtual.framings.framing import Framing, RequestReader
 from stagewire_virtual.instrument import Instrument, Unit, ignore
 
 _COUNT: Final = 100
-_PERIOD: Final = 0.01  # seconds: ten times as often as status updates come
+_PERIOD: Final = 0.01  # seconds: ten times as often as status updates
 
 
 class Flood:
-    """Sends the same frame again and again; begun anew while it runs, it goes on as it is.
+    """Sends the same frame repeatedly; beginning again while it runs has no effect.
 
-    :param clock: the time.
-    :param send: takes a frame.
+    :param clock: the clock.
+    :param send: sends a frame.
     :param data: the frame.
-    :param count: how many; by default 100.
-    :param period: seconds between two; by default 0.01.
+    :param count: the number of frames; 100 by default.
+    :param period: the time between two frames in seconds; 0.01 by default.
     """
 
     def __init__(
@@ -52,7 +49,7 @@ class Flood:
         self._left = 0
 
     def begin(self) -> None:
-        """Begin as soon as time goes on."""
+        """Begin when the clock runs next."""
         if not self._left:
             self._left = self._count
             self._clock.call_later(0, self._next)
@@ -69,11 +66,11 @@ _REMEMBERED: Final = 1000
 
 @dataclass(frozen=True, slots=True)
 class FaultEvent:
-    """What a fault did.
+    """A record of a fault that happened.
 
-    :param time: when, in nanoseconds of the clock.
-    :param fault: which one; None where the line itself had no room.
-    :param what: to what: ``frame 10: 64 04 01 00 01 50``.
+    :param time: the instant, in nanoseconds of the clock.
+    :param fault: the fault; None if bytes were lost because the limit was reached.
+    :param what: the affected piece, such as ``frame 10: 64 04 01 00 01 50``.
     """
 
     time: int
@@ -85,18 +82,18 @@ class FaultEvent:
 
 
 class FaultyLink:
-    """Takes what the host sends and gives what the controller says, with faults; without any it adds nothing.
+    """Passes bytes between a host and a controller and applies faults to them.
 
-    The faults of one direction come in the order in which they are given, each of them over what the others
-    before it left. In each direction 64 KiB may be late at a time; what is beyond that is lost.
+    The faults of one direction apply in the given order, each to the result of the previous one. Each
+    direction holds back at most 64 KiB; further bytes are lost.
 
-    Frames are what the controller says at once, and what the protocol cuts the bytes of the host into.
-    Where a fault counts those, bytes of the host pass on as soon as their frame is whole; the text of a
-    terminal, which is no frame, perhaps never.
+    Towards the host, a frame is what the controller sends at one instant. Towards the controller, it is what
+    the framer of the protocol finds in the bytes of the host. If a fault counts these frames, bytes of the
+    host are passed on when their frame is complete, which may never happen to text from a terminal.
 
     :param instrument: the controller.
-    :param faults: what goes wrong, as text or as :class:`Fault`.
-    :param seed: of what is left to chance; each fault has a stream of chance of its own.
+    :param faults: the faults, as text or as :class:`Fault`.
+    :param seed: the seed of random choices; each fault derives its own random stream from it.
 
     Raises :class:`~stagewire_virtual.errors.FaultError` for a fault that the unit cannot have.
     """
@@ -106,16 +103,16 @@ class FaultyLink:
     ) -> None:
         self.instrument = instrument
         self.on_send: Callable[[bytes], None] = ignore
-        """Called with what arrives at the host."""
+        """Called with bytes that arrive at the host."""
         self.on_disconnect: Callable[[], None] = ignore
-        """Called when the line is cut; who serves it closes the connection."""
+        """Called when the line is cut, so that the server closes the connection."""
         self.on_fault: Callable[[FaultEvent], None] = ignore
-        """Called with what a fault did, when it did."""
+        """Called when a fault happens."""
         self.happened: deque[FaultEvent] = deque(maxlen=_REMEMBERED)
-        """What faults did last."""
+        """The last faults that happened."""
         self._clock = instrument.clock
         self._asked: str | None = None  # the command that the controller is about to answer
-        self._is_cut = False  # until the host sends again: then it has connected anew
+        self._is_cut = False  # until the host sends again, after it has reconnected
         self._framing = framing_of(instrument.unit.protocol)
         made = parse_faults(faults)
         for fault in made:
@@ -134,12 +131,12 @@ class FaultyLink:
         instrument.on_send = self._said
 
     def host_came(self) -> None:
-        """Hear that a host has come: what is on its way to the one before it is lost."""
+        """Note that a host has connected; bytes on their way to the previous one are lost."""
         self._chains[Direction.TO_HOST].clear()
         self.instrument.host_came()
 
     def receive(self, data: bytes) -> None:
-        """Take what the host sends, cut at any byte."""
+        """Process bytes from the host, in any chunks."""
         if self._reader is None:
             self._chains[Direction.TO_CONTROLLER].take(Chunk(data))
             return
@@ -147,15 +144,15 @@ class FaultyLink:
         self._reader.feed(data)
 
     def _take(self, event: Event) -> None:
-        """Take a frame of the host, or what is none."""
+        """Take a frame of the host, or bytes outside a frame."""
         if self._is_cut:
-            return  # it was still on its way
+            return  # the frame was still on its way when the line was cut
         is_frame = not isinstance(event, Garbage)
         name = self._framing.message_name(event.raw) if self._named and is_frame else None
         self._chains[Direction.TO_CONTROLLER].take(Chunk(event.raw, is_frame, name))
 
     def _said(self, data: bytes) -> None:
-        """Take a frame of the controller."""
+        """Take a frame from the controller."""
         name = None
         if self._named:
             named_by_request = self._framing.replies_are_named_by_requests
@@ -176,7 +173,7 @@ class FaultyLink:
             self._cut()
 
     def _cut(self) -> None:
-        """Cut the line: what is on its way is lost."""
+        """Cut the line; bytes on their way are lost."""
         self._is_cut = True
         for chain in self._chains.values():
             chain.clear()
@@ -185,7 +182,7 @@ class FaultyLink:
     # Faults
 
     def _install(self, fault: Fault, seed: int, number: int) -> None:
-        """Put a fault in its place: in its chain, or on the clock."""
+        """Add a fault to its chain, or set its timer."""
         if fault.direction is None:
             self._stick(fault)
             return
@@ -203,13 +200,13 @@ class FaultyLink:
             chain.send(Chunk(data, is_frame=True))
 
         if fault.data is None and fault.direction is not Direction.TO_HOST:
-            raise FaultError(f"{fault}: a flood to the controller needs hex=BYTES")
+            raise FaultError(f"{fault}: a flood to the controller requires hex=BYTES")
         data = (
             self._framing.status_frame(self.instrument.unit) if fault.data is None else fault.data
         )
         if data is None:
             name = self.instrument.unit.name
-            raise FaultError(f"the {name} has no status message that is known; give hex=BYTES")
+            raise FaultError(f"the {name} has no known status message; give hex=BYTES")
         return Flood(self._clock, send, data, fault.count, fault.period).begin
 
     def _stick(self, fault: Fault) -> None:
@@ -218,7 +215,7 @@ class FaultyLink:
         stick = self.instrument.stick
         try:
             stick(part, False)
-        except VirtualError as error:  # a part that is not there
+        except VirtualError as error:  # the part does not exist
             raise FaultError(f"{fault}: {error}") from None
         begin = fault.after or 0
         self._at(begin, fault, f"{part} is stuck", partial(stick, part, True))
@@ -226,9 +223,9 @@ class FaultyLink:
             self._at(begin + fault.lasting, fault, f"{part} is free", partial(stick, part, False))
 
     def _at(self, seconds: float, fault: Fault, what: str, act: Callable[[], None]) -> None:
-        """Let a fault do something after so many seconds, and report it.
+        """Run ``act`` after a number of seconds, and report it.
 
-        By the clock for none, too: who serves the line wants to be told, and is not there yet.
+        A timer is used even for 0 seconds, because the callback for reports is not set yet.
         """
 
         def now() -> None:
@@ -244,21 +241,21 @@ class FaultyLink:
 
 
 def _check(fault: Fault, unit: Unit, framing: Framing) -> None:
-    """Raise for a message that never passes there."""
+    """Raise if the message of a fault is never sent in its direction."""
     if fault.message is None:
         return
     if fault.message not in unit.messages:
         known = sorted(unit.messages)
         raise FaultError(
             f"{fault}: the {unit.name} has no message {one_of(fault.message, known)} "
-            f"('stagewire show {unit.name}' names them)"
+            f"('stagewire show {unit.name}' lists them)"
         )
     if why := framing.never_passes(unit, fault.message, fault.direction):
         raise FaultError(f"{fault}: {why}")
 
 
 def _need_frames(faults: Iterable[Fault], framing: Framing) -> bool:
-    """Say whether what the host sends has to be cut into frames."""
+    """Return whether the bytes of the host must be cut into frames."""
     return any(
         (fault.message and framing.replies_are_named_by_requests)
         or (

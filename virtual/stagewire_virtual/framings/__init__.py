@@ -1,7 +1,7 @@
-"""Framings, as virtual controllers see them: one module each, named as ``framing.kind`` in ``protocol.yaml``.
+"""Framings for virtual controllers: one module for each ``framing.kind`` in ``protocol.yaml``.
 
-All that a virtual controller, its faults and its recordings ask of a framing is in
-:class:`~stagewire_virtual.framings.framing.Framing`.
+:class:`~stagewire_virtual.framings.framing.Framing` is the interface that virtual controllers, their faults
+and their recordings use.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ FRAMINGS: Final[dict[type[Protocol], type[Framing]]] = {
 
 
 def framing_of(protocol: Protocol) -> Framing:
-    """Return the framing of a protocol; one without frames where it is framed in no known way."""
+    """Return the framing of a protocol; the base class, without frames, for an unknown kind."""
     for kind, framing in FRAMINGS.items():
         if isinstance(protocol, kind):
             return framing(protocol)

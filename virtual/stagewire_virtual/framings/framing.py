@@ -1,4 +1,4 @@
-"""What virtual controllers, their faults and their recordings ask of a framing."""
+"""The interface of a framing for virtual controllers, their faults and their recordings."""
 
 from __future__ import annotations
 
@@ -16,136 +16,137 @@ from stagewire_virtual.instrument import Unit
 _T = TypeVar("_T")
 
 PATIENCE: Final = SECOND
-"""How long the rest of a frame is waited for. The APT document has no such time; without one, a length that
-was damaged would swallow what comes after it. A command without a header ends by its terminator, a
-line of text by its carriage return: they are waited for."""
+"""How long a reader waits for the rest of a frame. The APT document has no such timeout; without one, a
+damaged length would swallow the following frames. Commands without a header and lines of text have no
+timeout, because they end with a terminator or a carriage return."""
 
 Share: TypeAlias = tuple[int, int]
-"""How many of the bytes that were said belong to which request, as an index."""
+"""A number of bytes, and the index of the request that they answer."""
 
 
 class StreamFramer(typing.Protocol):
-    """What cuts a stream into events; the bytes of all events are the bytes that were fed."""
+    """Cuts a stream into events, without losing a byte."""
 
     @property
     def pending(self) -> bytes:
-        """The bytes that wait for more."""
+        """The bytes of an incomplete event."""
         ...
 
     def feed(self, data: bytes) -> list[Event]:
-        """Take the next bytes and return what they complete."""
+        """Add bytes and return the events that they complete."""
         ...
 
 
 Abandon: TypeAlias = Callable[[], list[Event]]
-"""Gives up the frame that a framer waits for."""
+"""Gives up an incomplete frame and returns the resulting events."""
 
 
 class ReplyReader:
-    """Reads a conversation from the side of the host; the base of those of all framings."""
+    """Decodes the replies of a controller for the host; the base of the readers of all framings."""
 
     def wrote(self, data: bytes) -> None:
-        """Note what the host has sent."""
+        """Note bytes that the host has sent."""
 
     def read(self, data: bytes) -> list[Event]:
-        """Return what bytes of the controller complete."""
+        """Add bytes from the controller and return the events that they complete."""
         raise NotImplementedError
 
 
 class Framing:
-    """The framing of a protocol; this base is that of a protocol which is framed in no known way.
+    """The framing of a protocol; this base class is for protocols with an unknown kind of framing.
 
-    :param protocol: whose frames they are.
+    :param protocol: the protocol.
     """
 
     replies_are_named_by_requests = False
-    """Whether a reply does not say itself of which message it is."""
+    """Whether the message of a reply can only be derived from its request."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol
 
     def request_framer(self) -> tuple[StreamFramer, Abandon | None]:
-        """Return a framer of what a host sends, and what gives up the frame that it waits for.
+        """Return a framer for the bytes of a host, and a function that gives up its incomplete frame.
 
-        Raises :class:`~stagewire.errors.UnsupportedError` where nothing can cut it.
+        Raises :class:`~stagewire.errors.UnsupportedError` if the protocol has no framer.
         """
-        raise UnsupportedError(f"nothing cuts {self.protocol!r} into frames")
+        raise UnsupportedError(f"{self.protocol!r} has no framer")
 
     def reply_framer(self) -> StreamFramer | None:
-        """Return a framer of what a controller says; None where replies have no frame that shows its end."""
+        """Return a framer for the bytes of a controller; None if replies have no frames."""
         return None
 
     def reply_reader(self, statuses: Collection[str | None]) -> ReplyReader:
-        """Return what reads a conversation from the side of the host.
+        """Return a reader that decodes replies for the host.
 
-        :param statuses: which status blocks the far end sends; of those that bytes do not tell apart, one.
+        :param statuses: the status blocks that the far end sends, to distinguish layouts that have the same
+            bytes.
 
-        Raises :class:`~stagewire_virtual.errors.VirtualError` for a protocol that cannot be read.
+        Raises :class:`~stagewire_virtual.errors.VirtualError` if the replies of the protocol have no frames.
         """
         raise VirtualError(
-            f"{self.protocol.name} has no frames that could be read; read() returns bytes"
+            f"the replies of {self.protocol.name} have no frames; use read(), which returns bytes"
         )
 
     def is_text(self, request: bytes) -> bool:
-        """Say whether a request is a line of text, which ends as no command does."""
+        """Return whether a request is a line of text."""
         return False
 
     def message_name(self, raw: bytes) -> str | None:
-        """Return the name of the message that a frame carries; None when it is none that is known."""
+        """Return the name of the message in a frame; None for an unknown message."""
         return None
 
     def shares(self, requests: Sequence[bytes], data: bytes, unit: Unit) -> list[Share]:
-        """Return which of several requests an answer belongs to, from the last of its bytes to the first.
+        """Assign the bytes of an answer to requests, from the last byte to the first.
 
-        What is not shared out belongs to the last request.
+        Bytes that are not assigned belong to the last request.
         """
         return []
 
     def never_passes(self, unit: Unit, message: str, direction: Direction | None) -> str | None:
-        """Return why a message of a unit never goes in a direction; None where it does."""
+        """Return why a message of a unit is never sent in a direction; None if it may be."""
         goes = unit.message(message)["direction"]
         passes = {"to_host": Direction.TO_HOST, "to_controller": Direction.TO_CONTROLLER}
         if goes == "both" or passes[goes] is direction:
             return None
-        return f"{message} goes {goes} and never the other way"
+        return f"{message} is only sent {goes}"
 
     def status_frame(self, unit: Unit) -> bytes | None:
-        """Return the status message that a unit sends unsolicited; None for a unit that sends none.
+        """Return the frame of a unit's unsolicited status message; None for a unit that sends none.
 
-        It is that of its first channel, with all values zero.
+        The message is that of the first channel, with all values zero.
         """
         return None
 
 
 class RequestReader:
-    """Cuts what the host sends into frames and lines of text, without waiting for ever for the rest of one.
+    """Cuts the bytes of a host into frames and lines of text, and gives up incomplete frames after a timeout.
 
-    :param framing: of the protocol whose frames they are.
-    :param clock: the time.
-    :param take: takes each event of the framer.
+    :param framing: the framing of the protocol.
+    :param clock: the clock.
+    :param take: called with each event of the framer.
 
-    Raises :class:`~stagewire.errors.UnsupportedError` for a protocol that is framed in no known way.
+    Raises :class:`~stagewire.errors.UnsupportedError` for a protocol with an unknown kind of framing.
     """
 
     def __init__(self, framing: Framing, clock: Clock, take: Callable[[Event], None]) -> None:
         self._framing = framing
         self._clock = clock
         self._take = take
-        self._fed = 0  # when the last bytes came
-        self._waits = False  # one timer at most, however finely the bytes are cut
+        self._fed = 0  # the instant of the last bytes
+        self._waits = False  # whether the timer is set; one is enough for any number of chunks
         self.clear()
 
     def clear(self) -> None:
-        """Forget what has come of a frame."""
+        """Discard an incomplete frame."""
         self._framer, self._abandon = self._framing.request_framer()
 
     @property
     def pending(self) -> bytes:
-        """What has come of a frame whose rest is waited for."""
+        """The bytes of an incomplete frame."""
         return self._framer.pending
 
     def feed(self, data: bytes) -> None:
-        """Take what the host sends, cut at any byte."""
+        """Process bytes from the host, in any chunks."""
         self._fed = self._clock.now
         for event in self._framer.feed(data):
             self._take(event)
@@ -154,7 +155,7 @@ class RequestReader:
             self._clock.call_later(PATIENCE, self._look)
 
     def _look(self) -> None:
-        """Give up what waits if nothing has come for long; frames after a damaged length are found so."""
+        """Give up an incomplete frame after the timeout, so that frames after a damaged length are found."""
         due = self._fed + PATIENCE
         self._waits = bool(self._framer.pending) and self._clock.now < due
         if self._waits:
@@ -165,7 +166,7 @@ class RequestReader:
 
 
 def decoded(decode: Callable[[bytes], _T], raw: bytes) -> _T | None:
-    """Return what bytes decode to; None where they are no frame of a message that is known."""
+    """Return the decoded bytes; None if they are not the frame of a known message."""
     try:
         return decode(raw)
     except CodecError:

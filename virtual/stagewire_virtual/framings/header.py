@@ -1,4 +1,4 @@
-"""Frames with a header, which say themselves what they are."""
+"""Frames with a header that contains the message id."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class HeaderFraming(Framing):
     protocol: FramedProtocol
 
     def request_framer(self) -> tuple[StreamFramer, Abandon | None]:
-        """Return a framer of the end of the device."""
+        """Return a framer for the bytes of the host."""
         framer = self.protocol.framer(End.DEVICE)
         return framer, framer.abandon
 
     def reply_framer(self) -> StreamFramer:
-        """Return a framer of the end of the host."""
+        """Return a framer for the bytes of the controller."""
         return self.protocol.framer(End.HOST)
 
     def reply_reader(self, statuses: Collection[str | None]) -> ReplyReader:
-        """Return a reader that knows which status block comes."""
+        """Return a reader that is configured with the expected status block."""
         return _FrameReader(self.protocol, statuses)
 
     def message_name(self, raw: bytes) -> str | None:
@@ -42,7 +42,10 @@ class HeaderFraming(Framing):
         return None if frame is None else frame.message.layout.message
 
     def shares(self, requests: Sequence[bytes], data: bytes, unit: Unit) -> list[Share]:
-        """Share frames out, the last first: an answer comes from where the request went, and has its name."""
+        """Assign frames to requests, the last frame first.
+
+        An answer comes from the address of the request, and its message is one that answers the request.
+        """
         unanswered: dict[tuple[str, int], list[int]] = {}
         for index, request in enumerate(requests):
             if (asked := decoded(self.protocol.decode, request)) is not None:
@@ -59,7 +62,7 @@ class HeaderFraming(Framing):
         return found
 
     def status_frame(self, unit: Unit) -> bytes | None:
-        """Return the first status message that messages of the unit begin to have sent again and again."""
+        """Return the frame of the first status message that the unit can send periodically."""
         own = unit.facts.get("address")
         name = next((name for name in _unsolicited(unit) if name in unit.messages), None)
         if name is None or own is None:
@@ -74,12 +77,12 @@ class HeaderFraming(Framing):
 
 
 class _FrameReader(ReplyReader):
-    """Frames that say themselves what they are, but for their status block."""
+    """Decodes frames by their headers, and statuses by the given status blocks."""
 
     def __init__(self, protocol: FramedProtocol, statuses: Collection[str | None]) -> None:
         self._framer = protocol.framer(End.HOST)
         deciding = {cls.layout.when.get("status") for cls in protocol.messages}
-        # By some quirks a controller calls itself 0, or what the host is called.
+        # With some quirks a controller sends address 0, or the address of the host, as its own.
         sources = {*protocol.devices, protocol.host, 0}
         for status in sorted(filter(None, deciding.intersection(statuses))):
             for source in sources:
@@ -90,7 +93,7 @@ class _FrameReader(ReplyReader):
 
 
 def _unsolicited(unit: Unit) -> list[str]:
-    """Return what messages of the unit begin to have sent again and again."""
+    """Return the messages that the unit can send periodically."""
     found: list[str] = []
     for entry in unit.registry["messages"]:
         exchange = entry.get("exchange") or {}

@@ -1,4 +1,4 @@
-"""Packets with a start, a length or an end, and a check; alike in both directions."""
+"""Packets with a start, a length or an end, and a checksum; the same in both directions."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class PacketFraming(Framing):
     protocol: PacketProtocol
 
     def request_framer(self) -> tuple[StreamFramer, Abandon | None]:
-        """Return a framer of packets."""
+        """Return a framer for packets."""
         framer = self.protocol.framer()
         return framer, framer.abandon
 
     def reply_reader(self, statuses: Collection[str | None]) -> ReplyReader:
-        """Return a reader of packets."""
+        """Return a reader for packets."""
         return _PacketReader(self.protocol)
 
     def message_name(self, raw: bytes) -> str | None:
@@ -30,7 +30,7 @@ class PacketFraming(Framing):
 
 
 class _PacketReader(ReplyReader):
-    """Packets, alike in both directions."""
+    """Decodes packets."""
 
     def __init__(self, protocol: PacketProtocol) -> None:
         self._framer = protocol.framer()

@@ -1,4 +1,4 @@
-"""Commands of slots without a header, and lines of text; replies without a frame."""
+"""Commands without a header, lines of text, and replies without frames."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ class SlotsFraming(Framing):
     replies_are_named_by_requests = True
 
     def request_framer(self) -> tuple[StreamFramer, Abandon | None]:
-        """Return a framer of commands and text; both are waited for until their end."""
+        """Return a framer for commands and text, which have no timeout."""
         return host_framer(self.protocol), None
 
     def reply_reader(self, statuses: Collection[str | None]) -> ReplyReader:
-        """Return a reader that knows the replies by the commands that were written."""
+        """Return a reader that decodes replies by the commands that were written."""
         return _CommandReplyReader(self.protocol)
 
     def is_text(self, request: bytes) -> bool:
-        """Say whether a request is a line of text, which ends as no command does."""
+        """Return whether a request is a line of text; its last byte ends no command."""
         return request[-1:] in (b"\r", b"\n") and request[-1] != self.protocol.marks.terminator
 
     def message_name(self, raw: bytes) -> str | None:
-        """Return the name of a command; a reply does not say what it is."""
+        """Return the name of a command; replies do not contain a name."""
         command = decoded(self.protocol.decode, raw)
         return None if command is None else command.message.layout.message
 
     def shares(self, requests: Sequence[bytes], data: bytes, unit: Unit) -> list[Share]:
-        """Share bytes without a frame out, the last first, as far as they suffice for whole replies.
+        """Assign bytes to requests, the last bytes first, as long as they suffice for whole replies.
 
-        A line of text is answered by a line.
+        The reply to a line of text is a line.
         """
         found: list[Share] = []
         size = len(data)
@@ -61,7 +61,7 @@ class SlotsFraming(Framing):
         return [*found, (size, len(requests) - 1)]
 
     def never_passes(self, unit: Unit, message: str, direction: Direction | None) -> str | None:
-        """Return why a message never passes; a reply is named by its command."""
+        """Return why a message is never sent in a direction; a reply has the name of its command."""
         command: Any = self.protocol.message_class(message)
         if direction is Direction.TO_HOST and command.reply is None:
             return f"{message} has no reply"
@@ -74,10 +74,10 @@ class SlotsFraming(Framing):
 
 
 class _CommandReplyReader(ReplyReader):
-    """Replies without a frame, which are cut by the requests before them.
+    """Decodes replies without frames by the commands before them.
 
-    All that is written before the next reading is asked at once; who asks after a reading has given up what
-    has not been answered by then.
+    The commands that are written between two calls of :meth:`read` form one batch. The next batch gives up
+    the commands that have not been answered by then.
     """
 
     def __init__(self, protocol: CommandProtocol) -> None:
@@ -95,5 +95,5 @@ class _CommandReplyReader(ReplyReader):
 
 
 def _last_line(data: bytes) -> int:
-    """Return the length of the line that bytes end with, 0 for none."""
+    """Return the length of the line at the end of ``data``; 0 if there is none."""
     return len(data) - data.rfind(b"\n", 0, -1) - 1 if data.endswith(b"\n") else 0

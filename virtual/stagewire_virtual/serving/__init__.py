@@ -1,1 +1,1 @@
-"""How a host reaches a virtual controller: in memory, by TCP, by a pseudo-terminal."""
+"""Links from a host to a virtual controller: in memory, by TCP and on a pseudo-terminal."""

@@ -1,4 +1,4 @@
-"""Where a virtual controller is served: the choices that a user has, as values."""
+"""Endpoints at which a virtual controller is served: a TCP port or a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LOOPBACK: Final = "127.0.0.1"
 
 
 class Endpoint(Protocol):
-    """Makes the link of a far end; it is open when a server has opened it."""
+    """A place to serve controllers at; it makes links, which a server then opens."""
 
     def link(
         self, far_end: FarEnd, *, label: str = "", observer: Observer | None = None
@@ -26,7 +26,7 @@ class Endpoint(Protocol):
 class TcpEndpoint:
     """A TCP port.
 
-    :param port: 0 for one that the system chooses.
+    :param port: the port; 0 for a free one.
     :param host: the address to listen on.
     """
 
@@ -44,7 +44,7 @@ class TcpEndpoint:
 
 @dataclass(frozen=True, slots=True)
 class PtyEndpoint:
-    """A pseudo-terminal, with a symbolic link to it if one is named."""
+    """A pseudo-terminal, with an optional symbolic link to it."""
 
     symlink: Path | None = None
 
@@ -58,16 +58,16 @@ class PtyEndpoint:
 
 
 def parse_tcp(text: str, bind: str | None = None) -> TcpEndpoint:
-    """Return the port that ``127.0.0.1:4001``, ``[::1]:4001``, ``:4001`` or ``4001`` names.
+    """Return the endpoint that ``127.0.0.1:4001``, ``[::1]:4001``, ``:4001`` or ``4001`` names.
 
-    A virtual controller obeys whoever can reach it. So it listens to this machine alone, unless ``bind``
-    says on which address of the network; the text then names that address, or none.
+    A virtual controller obeys every host that connects. It therefore listens only on this machine, unless
+    ``bind`` is an address of the network; ``text`` must then name that address, or none.
 
-    Raises :class:`~stagewire_virtual.errors.ServingError` for what is no port, and for an address of the
+    Raises :class:`~stagewire_virtual.errors.ServingError` for an invalid text, and for an address of the
     network without ``bind``.
     """
-    if bind == "":  # the system would take it for every address that it has
-        raise ServingError("an empty address was allowed to bind to; 0.0.0.0 is every one of IPv4")
+    if bind == "":  # the system would listen on all its addresses
+        raise ServingError("the address to bind to is empty; use 0.0.0.0 for all IPv4 addresses")
     host, _, digits = text.strip().rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
     if not (digits.isascii() and digits.isdigit() and int(digits) <= 0xFFFF):
@@ -80,14 +80,14 @@ def parse_tcp(text: str, bind: str | None = None) -> TcpEndpoint:
         return TcpEndpoint(int(digits), _numeric(wanted))
     if not _is_loopback(_numeric(host)):
         raise ServingError(
-            f"{text!r} is not an address of this machine alone, and virtual controllers obey whoever "
-            f"reaches them; leave the address out, or allow it with --bind {host} (bind={host!r})"
+            f"{text!r} may be reachable from the network, and virtual controllers obey every host that "
+            f"connects; leave the address out, or allow it with --bind {host} (bind={host!r})"
         )
     return TcpEndpoint(int(digits), _numeric(host))
 
 
 def _numeric(host: str) -> str:
-    """Return the number of ``localhost``, which stands for two addresses where one port is meant."""
+    """Replace ``localhost``, which may have two addresses, by the IPv4 loopback address."""
     return LOOPBACK if host.lower() == "localhost" else host
 
 

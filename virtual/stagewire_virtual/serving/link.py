@@ -1,7 +1,6 @@
-"""Links between a host and a far end: the counting, the watching and the bounds that all kinds share.
+"""Links between a host and a far end: the base class with counters, an observer and limits.
 
-The simplest kind is here, too: the link in memory, for tests, on which the host writes and reads, and lets
-time go on.
+This module also has the link in memory, for tests, on which the host writes, reads and advances the clock.
 """
 
 from __future__ import annotations
@@ -16,37 +15,40 @@ from stagewire_virtual.faults.link import FaultEvent, FaultyLink
 from stagewire_virtual.instrument import Instrument
 
 BACKLOG: Final = 64 * 1024
-"""Bytes that are kept for a host that does not read; frames beyond them are dropped whole."""
+"""Bytes that are buffered for a host that does not read; whole frames beyond that are dropped."""
 
 FarEnd: TypeAlias = Instrument | FaultyLink
-"""What a host talks to: an instrument, by itself or behind faults."""
+"""An instrument, with or without faults on its line."""
 
 Maker: TypeAlias = Callable[[Clock], FarEnd]
 """Makes a far end on a clock."""
 
 Run: TypeAlias = Callable[[Callable[[], None]], None]
-"""Does something at the present instant of a clock; see :func:`at_this_instant`."""
+"""Runs a callback at the present instant of a clock; see :func:`at_this_instant`."""
 
 
 class Observer:
-    """Hears what goes over links; does nothing of its own. Times are nanoseconds of the link's clock."""
+    """Callbacks for the traffic of links; they do nothing by default.
+
+    Times are nanoseconds of the link's clock.
+    """
 
     def received(self, link: Link, when: int, data: bytes) -> None:
-        """Hear of bytes of the host, as they came."""
+        """Note bytes from the host, as they arrived."""
 
     def sent(self, link: Link, when: int, data: bytes) -> None:
-        """Hear of what goes to the host: one frame, unless a fault made something else of it."""
+        """Note bytes to the host: one frame, unless a fault changed it."""
 
     def noted(self, link: Link, when: int, text: str) -> None:
-        """Hear of what a person would want to know, such as that a second host was turned away."""
+        """Take a note for people, for example that a second host was turned away."""
 
 
 class Link:
-    """One end of a line, with the far end behind it; the base of all kinds.
+    """The controller's end of a line; the base of all kinds of links.
 
-    :param far_end: what speaks and listens here.
-    :param label: for people.
-    :param observer: hears of all that goes over it.
+    :param far_end: the instrument on this link, with or without faults.
+    :param label: a name for people.
+    :param observer: receives the traffic and the notes.
     """
 
     limit: ClassVar = BACKLOG
@@ -56,7 +58,7 @@ class Link:
     ) -> None:
         self.far_end = far_end
         self.instrument: Instrument
-        """What is at the end of the line, behind the faults if there are some."""
+        """The instrument, without the faults on its line."""
         if isinstance(far_end, FaultyLink):
             self.instrument = far_end.instrument
             far_end.on_disconnect = self.disconnect
@@ -68,11 +70,11 @@ class Link:
         self.label = label
         self.observer = observer or Observer()
         self.received = 0
-        """Bytes of the host."""
+        """Number of bytes from the host."""
         self.sent = 0
-        """Frames to the host; what is said while no host is connected is lost and not counted."""
+        """Number of frames to the host; frames sent while no host is connected are lost and not counted."""
         self.dropped = 0
-        """Frames that were dropped because the host did not read."""
+        """Number of frames that were dropped because the host did not read."""
         self._dropping = False
         self._run: Run = lambda callback: at_this_instant(self.clock, callback)
 
@@ -81,40 +83,40 @@ class Link:
         """The clock of the far end."""
         return self.instrument.clock
 
-    # What each kind of line does in its own way
+    # Implemented by each kind of link
 
     @property
     def connected(self) -> bool:
-        """Whether what is said reaches a host."""
+        """Whether frames of the controller reach a host."""
         raise NotImplementedError
 
     def disconnect(self) -> None:
-        """Pull the plug."""
+        """Unplug the line."""
         raise NotImplementedError
 
     def _backlog(self) -> int:
-        """Return how many bytes wait for the host to read."""
+        """Return the number of bytes that the host has not read yet."""
         raise NotImplementedError
 
     def _put(self, data: bytes) -> None:
         """Send bytes to the host."""
         raise NotImplementedError
 
-    # What all have in common
+    # Common to all kinds
 
     def note(self, text: str) -> None:
-        """Tell the observer something for people."""
+        """Pass a note for people to the observer."""
         self.observer.noted(self, self.clock.now, text)
 
     def _note_fault(self, happened: FaultEvent) -> None:
         self.note(str(happened))
 
     def _greet(self) -> None:
-        """Let the far end know that a host has come."""
+        """Notify the far end that a host has connected."""
         self._run(self.far_end.host_came)
 
     def _take(self, data: bytes) -> None:
-        """Take bytes of the host."""
+        """Process bytes from the host."""
         self.received += len(data)
         self._run(lambda: self._pass_on(data))
 
@@ -123,13 +125,15 @@ class Link:
         self.far_end.receive(data)
 
     def _say(self, data: bytes) -> None:
-        """Take what the far end says."""
+        """Send a frame of the far end to the host."""
         if not self.connected:
             return
         if self._backlog() + len(data) > self.limit:
             self.dropped += 1
             if not self._dropping:
-                self.note(f"the host does not read: {self.limit // 1024} KiB wait, more is dropped")
+                self.note(
+                    f"the host does not read: {self.limit // 1024} KiB are waiting, more is dropped"
+                )
             self._dropping = True
             return
         self._dropping = False
@@ -139,43 +143,43 @@ class Link:
 
 
 class ServedLink(Link):
-    """A link that programs open from outside, on an event loop."""
+    """A link on an event loop, which other programs connect to."""
 
     @property
     def url(self) -> str:
-        """What a host opens; pyserial's ``serial_for_url`` understands it."""
+        """The URL that a host opens, for example with pyserial's ``serial_for_url``."""
         raise NotImplementedError
 
     async def open(self, run: Run) -> None:
-        """Let hosts come; what they send is taken within ``run``.
+        """Accept hosts; process their bytes within ``run``.
 
-        Raises :class:`~stagewire_virtual.errors.ServingError` where that cannot be.
+        Raises :class:`~stagewire_virtual.errors.ServingError` if it cannot be served there.
         """
         raise NotImplementedError
 
     async def close(self) -> None:
-        """Let no more hosts come and leave nothing behind; harmless when done twice."""
+        """Stop accepting hosts and clean up; safe to call twice."""
         raise NotImplementedError
 
 
 def at_this_instant(clock: Clock, callback: Callable[[], None]) -> None:
-    """Run ``callback`` as a timer of ``clock`` that is due now, after whatever else is due.
+    """Run ``callback`` as a timer of ``clock`` that is due now, after all other timers that are due.
 
-    Thus time stands still while a far end takes what came, also on a real clock, and nothing that should
-    have happened before is still to come.
+    While the callback processes bytes, time stands still even on a real clock, and everything that should
+    have happened before has happened.
     """
     clock.call_at(clock.now, callback)
     clock.run_until(clock.now)
 
 
-_LIMIT: Final = 16 * 1024 * 1024  # a test may let hours pass before it reads
+_LIMIT: Final = 16 * 1024 * 1024  # a test may advance by hours before it reads
 
 
 class MemoryLink(Link):
-    """A line whose host is a test in the same thread.
+    """A link whose host is a test in the same thread.
 
-    What the host writes is taken at once, at the instant at which the clock stands; what the far end says
-    waits until it is read, 16 MiB of it at most.
+    The far end processes bytes of the host immediately, at the present instant of the clock. Its own bytes
+    are buffered until they are read, up to 16 MiB.
     """
 
     limit: ClassVar = _LIMIT
@@ -195,45 +199,45 @@ class MemoryLink(Link):
 
     @property
     def in_waiting(self) -> int:
-        """How many bytes can be read without letting time pass."""
+        """The number of bytes that can be read without waiting."""
         return len(self._waiting)
 
     def disconnect(self) -> None:
-        """Pull the plug: what was said before can still be read, nothing else."""
+        """Unplug the line; bytes sent before can still be read."""
         self._connected = False
 
     def connect(self) -> None:
-        """Plug the line in again; nothing of what was said before waits any more."""
+        """Plug the line in again; bytes that were not read are discarded."""
         self._waiting.clear()
         self._connected = True
         self._greet()
 
     def write(self, data: bytes) -> int:
-        """Send bytes to the controller, and return how many.
+        """Send bytes to the controller and return their number.
 
         Raises :class:`~stagewire_virtual.errors.UnpluggedError`, and
-        :class:`~stagewire.errors.BadValueError` for what is not bytes.
+        :class:`~stagewire.errors.BadValueError` if ``data`` is not bytes.
         """
         if not isinstance(data, (bytes, bytearray, memoryview)):
-            raise BadValueError(f"a line carries bytes, not {type(data).__name__}")
+            raise BadValueError(f"write requires bytes, not {type(data).__name__}")
         if not self._connected:
             raise UnpluggedError("the line to the controller is unplugged; plug_in() connects it")
         self._take(bytes(data))
         return len(data)
 
     def read(self, size: int | None = None, timeout: float = 0) -> bytes:
-        """Return what the controller said, and let time pass for it if need be.
+        """Return bytes from the controller, and advance its clock while waiting for them.
 
-        :param size: how many bytes are wanted; None: all that there are, and one at least.
-        :param timeout: seconds by the clock of the controller; no more time passes than until there are
-            enough. What there is by then is returned.
+        :param size: the number of bytes; None: all that are available, at least one.
+        :param timeout: the longest time to wait, in seconds of the controller's clock; after that, the bytes
+            received so far are returned.
 
-        Raises :class:`~stagewire_virtual.errors.UnpluggedError` when nothing can come any more.
+        Raises :class:`~stagewire_virtual.errors.UnpluggedError` if the line is unplugged and nothing is left.
         """
         if not (size is None or (isinstance(size, int) and size >= 0)) or not passes(timeout):
             raise BadValueError(
-                "read takes a size of 0 or more, and a time in seconds that has an end, "
-                f"not {size!r}, {timeout!r}"
+                "read requires a size of at least 0 and a finite timeout in seconds of at least 0, "
+                f"not {size!r} and {timeout!r}"
             )
         wanted = 1 if size is None else size
         end = self.clock.now + nanoseconds(timeout)
@@ -241,7 +245,7 @@ class MemoryLink(Link):
             due = self.clock.next_due
             self.clock.run_until(end if due is None else min(due, end))
         if not self._waiting and not self._connected:
-            raise UnpluggedError("the line to the controller is unplugged; nothing will come")
+            raise UnpluggedError("the line to the controller is unplugged; plug_in() connects it")
         taken = bytes(self._waiting if size is None else self._waiting[:size])
         del self._waiting[: len(taken)]
         return taken

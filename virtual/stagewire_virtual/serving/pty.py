@@ -1,4 +1,4 @@
-"""A virtual controller on a pseudo-terminal, which programs take for a serial port."""
+"""A virtual controller on a pseudo-terminal, which programs open like a serial port."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from stagewire_virtual.errors import ServingError
 from stagewire_virtual.serving.link import FarEnd, Observer, Run, ServedLink
 
 _CHUNK = 64 * 1024
-_GRACE = 1.0  # seconds in which a program may read what came before the plug was pulled
-_LOOK = 0.01  # seconds; what is written to a pseudo-terminal takes a moment to be there
+_GRACE = 1.0  # seconds in which a program can read what was sent before a hang-up
+_LOOK = 0.01  # seconds between checks; bytes written to a pseudo-terminal take a moment to arrive
 
 
 class PtyLink(ServedLink):
-    """A far end behind a pseudo-terminal; only where the system has them.
+    """A link on a pseudo-terminal, on systems that have them.
 
-    Nobody can tell whether a program has it open, so it always counts as connected; what nobody reads
-    waits, within bounds, and pyserial throws it away when it opens the port.
+    It cannot detect whether a program has opened it, so it always counts as connected. Unread bytes are
+    buffered up to the limit; pyserial discards them when it opens the port.
 
-    :param symlink: a symbolic link that is made, and removed at the end.
+    :param symlink: a symbolic link to create, and to remove at the end.
     """
 
     def __init__(
@@ -40,16 +40,16 @@ class PtyLink(ServedLink):
 
     @property
     def url(self) -> str:
-        """The symbolic link, or the device, such as ``/dev/pts/7``."""
+        """The symbolic link, or else the device, such as ``/dev/pts/7``."""
         return str(self.symlink or (self._terminal.name if self._terminal else "pty"))
 
     @property
     def connected(self) -> bool:
-        """Whether the pseudo-terminal is there."""
+        """Whether the pseudo-terminal exists."""
         return self._terminal is not None
 
     async def open(self, run: Run) -> None:
-        """Make the pseudo-terminal and the symbolic link; see :meth:`ServedLink.open`."""
+        """Create the pseudo-terminal and the symbolic link; see :meth:`ServedLink.open`."""
         self._run = run
         self._plug_in()
 
@@ -60,21 +60,20 @@ class PtyLink(ServedLink):
             terminal.close()
 
     def disconnect(self) -> None:
-        """Hang up: a program that has it open meets an error, as when a plug is pulled.
+        """Hang up; a program that has it open gets an error, as when a cable is unplugged.
 
-        It can read what was said before, for a second: when a terminal hangs up, systems throw away
-        what waits there.
-        Another pseudo-terminal is there at once, behind the same symbolic link; without one,
-        :attr:`url` changes.
+        For one second the program can still read what was sent before, because systems discard unread bytes
+        when a terminal hangs up. A new pseudo-terminal is immediately available through the same symbolic
+        link; without a link, :attr:`url` changes.
         """
         if self._terminal is not None:
             self._hang_up(at_once=False)
             try:
                 self._plug_in()
             except ServingError as error:
-                self.note(f"hung up for good: {error}")
+                self.note(f"hung up permanently: {error}")
             else:
-                self.note(f"hung up; from now on at {self.url}")
+                self.note(f"hung up; now at {self.url}")
 
     def _plug_in(self) -> None:
         terminal = _Terminal(self)
@@ -84,8 +83,8 @@ class PtyLink(ServedLink):
         except OSError as error:
             terminal.close()
             raise ServingError(
-                f"cannot make the symbolic link {self.symlink}: {error.strerror or error}; "
-                "choose a name that is free, in a folder that you may write to"
+                f"cannot create the symbolic link {self.symlink}: {error.strerror or error}; "
+                "choose an unused name in a directory that you can write to"
             ) from error
         self._terminal = terminal
         self._greet()
@@ -99,7 +98,7 @@ class PtyLink(ServedLink):
             else:
                 terminal.leave()
             if self.symlink is not None and _points_to(self.symlink, terminal.name):
-                with contextlib.suppress(OSError):  # its folder may be somebody else's by now
+                with contextlib.suppress(OSError):  # its directory may no longer be writable
                     self.symlink.unlink()
 
     def _backlog(self) -> int:
@@ -111,43 +110,43 @@ class PtyLink(ServedLink):
 
 
 class _Terminal:
-    """A pseudo-terminal in raw mode, read and written by the running event loop."""
+    """A pseudo-terminal in raw mode on the running event loop."""
 
     def __init__(self, link: PtyLink) -> None:
         try:
             import pty
             import tty
         except ImportError:
-            raise ServingError("this system has no pseudo-terminals; serve it by TCP") from None
+            raise ServingError("this system has no pseudo-terminals; use TCP instead") from None
 
         self._link = link
         self._loop = asyncio.get_running_loop()
         self.waiting = bytearray()
-        """What the system does not take yet."""
+        """Bytes that the system has not accepted yet."""
         self._looking: asyncio.TimerHandle | None = None
         try:
             self._master, self._slave = pty.openpty()
         except OSError as error:
-            raise ServingError(f"no pseudo-terminal is to be had: {error.strerror}") from error
-        # Our own end of the program's side stays open: the master reads an error while nobody has it open.
+            raise ServingError(f"cannot open a pseudo-terminal: {error.strerror}") from error
+        # Keep the slave side open: the master reads an error while no process has it open.
         tty.setraw(self._slave)
         self.name = os.ttyname(self._slave)
         os.set_blocking(self._master, False)
         self._loop.add_reader(self._master, self._readable)
 
     def write(self, data: bytes) -> None:
-        """Send bytes as soon as the system takes them."""
+        """Send bytes as soon as the system accepts them."""
         self.waiting += data
         if len(self.waiting) == len(data):
             self._flush()
 
     def leave(self) -> None:
-        """Hear and say nothing any more; hang up when the program has read what is there, or had its time."""
+        """Stop reading and writing, and hang up once the program has read everything or the time is over."""
         self._fall_silent()
         self._look_again(self._loop.time() + _GRACE)
 
     def close(self) -> None:
-        """Hang up; what waits is lost."""
+        """Hang up; unread bytes are lost."""
         self._fall_silent()
         if self._looking is not None:
             self._looking.cancel()
@@ -169,7 +168,7 @@ class _Terminal:
             self.close()
 
     def _unread(self) -> int:
-        """Return how many bytes the program has not read yet."""
+        """Return the number of bytes that the program has not read yet."""
         import fcntl
         import termios
 
@@ -193,10 +192,10 @@ class _Terminal:
 
 
 def _point(symlink: Path, device: str) -> None:
-    """Make a symbolic link to a device, in place of one that a server left behind.
+    """Create a symbolic link to a device; replace a link that a previous server left.
 
-    Its pseudo-terminal is gone, or is the new one: systems number them anew. One that is there belongs to
-    another server. Raises :class:`OSError` for that, and for whatever else has the name.
+    The pseudo-terminal of such a link no longer exists, or has the same name as the new one, because systems
+    reuse the numbers. Raises :class:`OSError` if the name is in use by another server or another file.
     """
     if _points_to(symlink, device):
         return

@@ -1,8 +1,8 @@
-"""Virtual controllers served to other programs, on an event loop or from a thread.
+"""Servers for virtual controllers, on an event loop or in a thread.
 
-A :class:`Server` serves any number of them on one event loop, and is awake only when something is due or
-comes. A :class:`ServingThread` is the one thread in which controllers are served for a program that has no
-event loop of its own; users hold each of those as a :class:`ServedController`.
+A :class:`Server` serves any number of controllers on one event loop; it wakes up only for timers and incoming
+bytes. :class:`ServingThread` is the one thread that serves controllers for programs without an event loop.
+Users get a :class:`ServedController` for each of them.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from stagewire_virtual.serving.link import Maker, ServedLink, at_this_instant
 
 
 class Server(AsyncClosing):
-    """Serves links whose far ends share one clock, in the event loop that is running.
+    """Serves links whose far ends share one clock, on the running event loop.
 
-    On a :class:`~stagewire_virtual.clock.RealClock` it sleeps until the next timer is due. A
-    :class:`~stagewire_virtual.clock.SteppedClock` stands still between the calls of its ``advance``, which
-    are to be made in the thread of the event loop.
+    With a :class:`~stagewire_virtual.clock.RealClock` it sleeps until the next timer. A
+    :class:`~stagewire_virtual.clock.SteppedClock` runs only when its ``advance`` is called, which must happen
+    in the thread of the event loop.
 
-    :param clock: a new real one by default; no other server may have it at the same time.
+    :param clock: the clock, which no other server may use; a new real clock by default.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:
@@ -40,28 +40,28 @@ class Server(AsyncClosing):
         self.clock.on_earlier = self._set_alarm
 
     async def open(self, link: ServedLink) -> None:
-        """Serve a link whose far end has the clock of this server.
+        """Serve a link whose far end uses the clock of this server.
 
-        Raises :class:`~stagewire_virtual.errors.ServingError` where that cannot be.
+        Raises :class:`~stagewire_virtual.errors.ServingError` if it cannot be served there.
         """
         await link.open(self.run)
         self.links.append(link)
         self._set_alarm()
 
     async def close_link(self, link: ServedLink) -> None:
-        """Serve a link no more."""
+        """Stop serving a link."""
         self.links.remove(link)
         await link.close()
 
     async def close(self) -> None:
-        """Close all links, and wake no more."""
+        """Close all links and stop waking up."""
         for link in list(self.links):
             await self.close_link(link)
         self.clock.on_earlier = None
         self._cancel_alarm()
 
     def run(self, callback: Callable[[], None]) -> None:
-        """Do something at this instant, after all that is due, and see what is due next."""
+        """Run ``callback`` at this instant, after all timers that are due, and set the next alarm."""
         self._running = True
         try:
             at_this_instant(self.clock, callback)
@@ -70,7 +70,7 @@ class Server(AsyncClosing):
             self._set_alarm()
 
     def _set_alarm(self) -> None:
-        """See to being woken when the next timer is due; nobody wakes a clock that is stepped."""
+        """Schedule a wake-up for the next timer; a stepped clock needs none."""
         if self._running or not isinstance(self.clock, RealClock):
             return
         due = self.clock.next_due
@@ -93,18 +93,18 @@ class Server(AsyncClosing):
 
 
 def _nothing() -> None:
-    """Do nothing but let time go on."""
+    """Do nothing, so that only the timers that are due run."""
 
 
 _T = TypeVar("_T")
-_ROUNDS = 8  # of the event loop, from a connection that the system has made to its first bytes
+_ROUNDS = 8  # iterations of the event loop between a connection in the system and its first bytes
 
 
 class ServingThread:
-    """A thread with an event loop, for all controllers that are served at a time.
+    """A thread with an event loop that serves all controllers of a process.
 
-    It begins with the first of them and ends with the last. One thread for all lets several share a clock.
-    Use :meth:`enter` and :meth:`leave`, not the constructor.
+    It starts with the first controller and ends with the last. Controllers can share a clock because they
+    share this thread. Use :meth:`enter` and :meth:`leave`, not the constructor.
     """
 
     _lock: ClassVar = threading.Lock()
@@ -122,16 +122,16 @@ class ServingThread:
 
     @classmethod
     def enter(cls) -> ServingThread:
-        """Return the thread; :meth:`leave` is to be called once for each call."""
+        """Return the thread; call :meth:`leave` once for each call of this method."""
         with cls._lock:
-            # A process that was forked has the object, but not the thread.
+            # A forked process has a copy of the object, but not the thread.
             if cls._current is None or not cls._current._thread.is_alive():
                 cls._current = cls()
             cls._current._users += 1
             return cls._current
 
     def leave(self) -> None:
-        """Need the thread no more; the last one to leave ends it."""
+        """Release the thread; the last call ends it."""
         with self._lock:
             self._users -= 1
             if self._users:
@@ -143,7 +143,7 @@ class ServingThread:
 
     def _live(self) -> None:
         while not self._over:
-            # These alone leave the event loop. Who called has them, too, as in any thread.
+            # Only these two exceptions stop the event loop. The caller also gets them, from the future.
             with contextlib.suppress(SystemExit, KeyboardInterrupt):
                 self._loop.run_forever()
 
@@ -152,44 +152,44 @@ class ServingThread:
         self._loop.stop()
 
     def check(self) -> None:
-        """Raise :class:`~stagewire_virtual.errors.VirtualError` where waiting for the thread has no end."""
+        """Raise :class:`~stagewire_virtual.errors.VirtualError` if waiting for the thread would never end."""
         if threading.current_thread() is self._thread:
             raise VirtualError(
-                "in the thread that serves (within call(), or in an observer) nothing can be served or "
-                "closed; do it from the thread that called"
+                "cannot serve or close a controller from the server thread (inside call() or an "
+                "observer); do it from another thread"
             )
         if not self._thread.is_alive():
             raise VirtualError(
-                "the thread that serves is not in this process, which was forked from that one"
+                "the server thread is not running in this process, which was forked after it started"
             )
 
     def serve(
         self, make: Maker, place: Endpoint, clock: Clock | None = None, label: str = ""
     ) -> ServedLink:
-        """Make a far end and serve it; on a real clock of its own if none is given.
+        """Make a far end and serve it, on a new real clock by default.
 
-        Raises what ``make`` raises, and :class:`~stagewire_virtual.errors.ServingError`.
+        Raises the errors of ``make``, and :class:`~stagewire_virtual.errors.ServingError`.
         """
         clock = RealClock() if clock is None else clock
         return self._wait(lambda: self._serve(make, place, clock, label))
 
     def close(self, link: ServedLink) -> None:
-        """Serve a link no more.
+        """Stop serving a link.
 
-        Raises :class:`~stagewire_virtual.errors.VirtualError` when a controller failed meanwhile: nothing
-        that a host sends should make it, so that this is an error in this package or in an observer.
+        Raises :class:`~stagewire_virtual.errors.VirtualError` if a controller has failed since. No bytes of a
+        host should cause that, so it indicates a bug in this package or in an observer.
         """
         self._wait(lambda: self._close(link))
         if self._errors:
             error = self._errors.pop(0)
             raise VirtualError(
-                f"a virtual controller failed while it was served: {error!r}"
+                f"a virtual controller failed while being served: {error!r}"
             ) from error
 
     def call(self, function: Callable[..., _T], *arguments: Any) -> _T:
-        """Run a function in the thread and return what it returns, or raise what it raises.
+        """Run a function in the thread and return its result or raise its error.
 
-        What a host on this machine has sent by TCP before is taken first.
+        Bytes that a host on this machine has sent by TCP are processed first.
         """
         if threading.current_thread() is self._thread:
             return function(*arguments)
@@ -220,7 +220,7 @@ class ServingThread:
             del self._servers[link.clock]
             if isinstance(link.clock, SteppedClock):
                 link.clock.call = None
-        await _yield_to_hosts()  # who came just now, or was broken off, is told so
+        await _yield_to_hosts()  # close connections that were made or aborted just now
 
     def _note_error(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
@@ -229,22 +229,22 @@ class ServingThread:
 
 
 async def _yield_to_hosts() -> None:
-    """Take what hosts on this machine have done by now."""
+    """Process everything that hosts on this machine have sent by now."""
     for _ in range(_ROUNDS):
         await asyncio.sleep(0)
 
 
 class ServedController(Closing):
-    """A virtual controller that other programs, or a serial port in this one, reach by :attr:`url`.
+    """A virtual controller that other programs, or a serial port in this one, open by :attr:`url`.
 
-    It lives in a thread, the same for all that are served, and in real time, unless it was made with a
-    :class:`~stagewire_virtual.clock.SteppedClock`: then :meth:`advance` lets time go on. Whatever is done to
-    it goes through :meth:`call`. Of controllers that share a clock either all are served or none.
+    All served controllers run in one thread; use :meth:`call` to access one. They run in real time, except
+    with a :class:`~stagewire_virtual.clock.SteppedClock`, which :meth:`advance` advances. Controllers that
+    share a clock must either all be served or all be in memory.
 
-    :param make: makes the controller, in that thread.
-    :param place: where it is served.
-    :param clock: a stepped one; None: real time.
-    :param label: for people.
+    :param make: makes the controller, in the server thread.
+    :param place: the endpoint to serve it at.
+    :param clock: a stepped clock; None: real time.
+    :param label: a name for people.
     """
 
     def __init__(
@@ -265,48 +265,48 @@ class ServedController(Closing):
 
     @property
     def url(self) -> str:
-        """What pyserial's ``serial_for_url`` opens: ``socket://127.0.0.1:40123``, ``/dev/pts/7``."""
+        """The URL for pyserial's ``serial_for_url``: ``socket://127.0.0.1:40123``, ``/dev/pts/7``."""
         return self.link.url
 
     @property
     def instrument(self) -> Instrument:
-        """The controller itself; to be touched within :meth:`call` only."""
+        """The controller itself; use it only within :meth:`call`."""
         return self.link.instrument
 
     def call(self, function: Callable[..., _T], *arguments: Any) -> _T:
-        """Run a function in the thread where the controller lives; return or raise what it does.
+        """Run a function in the server thread and return its result or raise its error.
 
-        What a host on this machine has sent by TCP before is taken first; over a pseudo-terminal bytes are on
-        their way for a while, so that a test waits for an answer instead.
+        Bytes that a host on this machine has sent by TCP are processed first. On a pseudo-terminal bytes take
+        some time to arrive: wait for an answer first.
         """
         self._check_open()
         return self._thread.call(function, *arguments)
 
     def advance(self, seconds: float) -> None:
-        """Let time go on, on a stepped clock; see :meth:`call` for what is taken before.
+        """Advance a stepped clock; bytes of hosts are processed first, as in :meth:`call`.
 
-        Raises :class:`~stagewire_virtual.errors.VirtualError` on a real one.
+        Raises :class:`~stagewire_virtual.errors.VirtualError` on a real clock.
         """
         clock = self.link.clock
         if not isinstance(clock, SteppedClock):
             raise VirtualError(
-                "real time goes on by itself; give clock=SteppedClock() to let it go on step by step"
+                "cannot advance real time; create the controller with clock=SteppedClock() instead"
             )
         self.call(clock.advance, seconds)
 
     def power_cycle(self) -> None:
-        """Switch it off and on; a connection stays."""
+        """Switch the controller off and on; its connection stays open."""
         self.call(at_this_instant, self.link.clock, self.instrument.power_cycle)
 
     def unplug(self) -> None:
-        """Break the connection off; the host may come again. See the links for what that means to each."""
+        """Break the connection; the host may connect again. See ``disconnect`` of each kind of link."""
         self.call(self.link.disconnect)
 
     def close(self) -> None:
-        """Serve it no more, and end the thread if it was the last one; harmless when done twice.
+        """Stop serving it, and end the thread after the last controller; safe to call twice.
 
-        Raises :class:`~stagewire_virtual.errors.VirtualError` when a controller failed in that thread, and,
-        before anything is done, when it is called in it.
+        Raises :class:`~stagewire_virtual.errors.VirtualError` if a controller failed in the server thread, or
+        if it is called in that thread, where it has no effect.
         """
         if self._closed:
             return
@@ -319,4 +319,4 @@ class ServedController(Closing):
 
     def _check_open(self) -> None:
         if self._closed:
-            raise VirtualError(f"{self.label or 'the controller'} is not served any more")
+            raise VirtualError(f"{self.label or 'the controller'} is no longer served")

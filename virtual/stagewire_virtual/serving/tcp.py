@@ -11,13 +11,13 @@ from stagewire_virtual.serving.link import FarEnd, Observer, Run, ServedLink
 
 
 class TcpLink(ServedLink):
-    """A far end that listens on a TCP port, as if behind a serial-to-network adapter.
+    """A link on a TCP port, like a controller on a serial-to-network adapter.
 
-    A serial line has one host: who connects while another one is there is turned away at once, with a
-    note. A host that comes later finds the controller as the one before has left it.
+    A serial line has one host: a second one is turned away immediately, with a note. The next host finds the
+    controller as the previous one left it.
 
-    :param host: the address to listen on, by number or name.
-    :param port: 0 for one that the system chooses; :attr:`url` says which.
+    :param host: the address to listen on, as a number or a name.
+    :param port: the port; 0 for a free one, which :attr:`url` contains.
     """
 
     def __init__(
@@ -37,26 +37,26 @@ class TcpLink(ServedLink):
 
     @property
     def url(self) -> str:
-        """The port, such as ``socket://127.0.0.1:4001``."""
+        """The URL of the port, such as ``socket://127.0.0.1:4001``."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"socket://{host}:{self.port}"
 
     @property
     def connected(self) -> bool:
-        """Whether a host is there."""
+        """Whether a host is connected."""
         return self._connection is not None
 
     async def open(self, run: Run) -> None:
-        """Listen; see :meth:`ServedLink.open`."""
+        """Start listening; see :meth:`ServedLink.open`."""
         self._run = run
         loop = asyncio.get_running_loop()
         try:
-            # Asyncio sets TCP_NODELAY by itself: each frame goes out at its own instant.
+            # asyncio sets TCP_NODELAY, so each frame is sent immediately.
             self._server = await loop.create_server(lambda: _Connection(self), self.host, self.port)
         except (OSError, OverflowError) as error:
             raise ServingError(
                 f"cannot listen on {self.host}:{self.port}: {_reason(error)}; "
-                "choose an address of this machine, and a port that is free (0 finds one)"
+                "choose an address of this machine and a free port (0 finds one)"
             ) from error
         self.port = self._server.sockets[0].getsockname()[1]
 
@@ -68,9 +68,9 @@ class TcpLink(ServedLink):
         self.disconnect()
 
     def disconnect(self) -> None:
-        """Break the connection off; the host may come again.
+        """Break the connection; the host may connect again.
 
-        What the system has taken still arrives, what waits for a host that does not read is lost.
+        Bytes that the system has accepted still arrive; bytes that are still buffered here are lost.
         """
         if self._connection is not None:
             self._connection.transport.abort()
@@ -85,7 +85,7 @@ class TcpLink(ServedLink):
 
 
 class _Connection(asyncio.Protocol):
-    """A host that has come."""
+    """The connection of a host."""
 
     transport: asyncio.Transport
 
@@ -94,7 +94,7 @@ class _Connection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = cast(asyncio.Transport, transport)
-        if self._link._server is None:  # it came just as the port was closed
+        if self._link._server is None:  # the port was closed in the meantime
             self.transport.abort()
             return
         if self._link._connection is not None:
@@ -129,9 +129,9 @@ class _Connection(asyncio.Protocol):
 
 
 def _reason(error: OSError | OverflowError) -> str:
-    """Return what the system has against it, without the number and the address, which it repeats."""
+    """Return the system's reason without the error number and the address, which the message already has."""
     if not isinstance(error, OSError) or error.errno is None:
         return str(error)
-    # Of a name that nobody knows the number is none of the system.
+    # The error number of an unknown host name is negative and not one of the system's.
     known = os.strerror(error.errno) if error.errno > 0 else error.strerror or str(error)
     return known.lower()

@@ -1,9 +1,9 @@
-"""A channel with its parameters and its part of the EEPROM, and its behaviour.
+"""A channel with its parameters, its part of the EEPROM and its behaviour.
 
-A controller answers by the registry alone: it stores what a SET brings and gives it back to the REQ. A
-:class:`Behaviour` is the part of a virtual controller that is written by hand: what a channel does over time,
-which no table can say. It takes messages that start something (:func:`handles`), gives the values of sets
-that live (:func:`live`), is called with sets that were stored (:func:`stored`), and fills the status.
+A controller answers parameter messages from the registry alone: a SET stores values, and a REQ returns them.
+A :class:`Behaviour` is written by hand and simulates a channel over time. It handles messages that start
+actions (:func:`handles`), computes the values of live sets (:func:`live`), is called when a set was stored
+(:func:`stored`), and fills the status.
 """
 
 from __future__ import annotations
@@ -19,21 +19,20 @@ from stagewire_virtual.options import Settings
 
 
 class Channel:
-    """What a behaviour may know of its channel, and how it speaks to the host.
+    """A channel: the state that its behaviour uses, and the functions that send to the host.
 
     :param ident: the channel ident on the wire, 1 or 2.
-    :param unit: what the registry says of the unit.
-    :param clock: the time.
-    :param settings: what the user told.
-    :param random: for whatever is left to chance; seeded by the instrument, its own for each channel.
-    :param clockwise: 1 where the position counter rises clockwise, -1 where it falls. Clockwise (CW) is
-        direction 1, forward, of jogs and velocity moves, of the motion and limit bits of the status, and of
-        the limit switch parameters; the document gives it no sign. Homing, positions and distances do not
-        depend on it.
+    :param unit: the unit in the registry.
+    :param clock: the clock.
+    :param settings: the settings of the user.
+    :param random: random numbers of this channel, seeded by the instrument.
+    :param clockwise: 1 if the position counter rises clockwise, -1 if it falls. Clockwise (CW) is direction
+        1, forward, of jogs and velocity moves, of the motion and limit bits of the status, and of the limit
+        switch parameters; the document gives it no sign. Homing, positions and distances do not depend on it.
     """
 
     behaviour: Behaviour
-    """What it does over time; a behaviour puts itself here when it is made."""
+    """The behaviour, which sets this attribute when it is created."""
 
     def __init__(
         self,
@@ -54,19 +53,19 @@ class Channel:
         self.parameters: MutableMapping[str, dict[str, Any]] = {}
         """The values of each parameter set, ``MOT_VELPARAMS`` -> field -> value, without the channel.
 
-        All are integers but the part number of the stage, which is text.
+        All are integers, except the part number of the stage, which is a string.
         """
         self._defaults: Mapping[str, Mapping[str, Any]] = {}
         self._saved: dict[str, dict[str, Any]] = {}
         self._stuck = False
         self.send: Callable[[FramedMessage, Frame], None] = ignore
-        """Say something that a frame of the host caused; addresses and muting are the controller's."""
+        """Sends a message that a frame of the host caused; the controller adds addresses and mutes."""
         self.report_fault: Callable[[Frame, str], None] = ignore
-        """Say why a message was refused; the controller tells the host if it answers such things."""
+        """Reports why a message was refused; the controller notifies the host if that option is set."""
 
     @property
     def stuck(self) -> bool:
-        """Whether the axis does not move, whatever its motor does; set by a fault."""
+        """Whether a fault blocks the axis, whatever its motor does."""
         return self._stuck
 
     @stuck.setter
@@ -76,25 +75,25 @@ class Channel:
             self.behaviour.stuck_changed()
 
     def answers(self, message: str) -> bool:
-        """Say whether the unit has a message."""
+        """Return whether the unit has a message."""
         return message in self.unit.messages
 
     def parameter(self, set_name: str, field: str, otherwise: int = 0) -> int:
-        """Return a value of a parameter set, or ``otherwise`` where the unit does not have the set."""
+        """Return a value of a parameter set, or ``otherwise`` if the unit does not have the set."""
         value: int = self.parameters.get(set_name, {}).get(field, otherwise)
         return value
 
     def initialize(self, defaults: Mapping[str, Mapping[str, Any]]) -> None:
-        """Take the parameters of a new controller, whose EEPROM is empty."""
+        """Set the parameters of a new controller, whose EEPROM is empty."""
         self._defaults = defaults
         self.restore()
 
     def save(self, set_name: str) -> None:
-        """Write the values of a parameter set into the EEPROM."""
+        """Save the values of a parameter set to the EEPROM."""
         self._saved[set_name] = dict(self.parameters[set_name])
 
     def restore(self) -> None:
-        """Take the parameters of the EEPROM again, and of a new controller where nothing was saved."""
+        """Restore the saved parameters, and the defaults of those that were not saved."""
         for set_name, values in self._defaults.items():
             self.parameters[set_name] = {**values, **self._saved.get(set_name, {})}
 
@@ -103,16 +102,15 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 def handles(*messages: str) -> Callable[[_Method], _Method]:
-    """Mark a method that takes messages: ``def move_home(self, frame: Frame) -> None``."""
+    """Mark a method that handles messages: ``def move_home(self, frame: Frame) -> None``."""
     return _mark("handles", messages)
 
 
 def live(*sets: str) -> Callable[[_Method], _Method]:
-    """Mark a method that gives the values of a set at this instant, without the channel.
+    """Mark a method that returns the present values of a set, without the channel, for the answer to a REQ.
 
-    ``def position(self) -> dict[str, int]``, with ``@live("MOT_POSCOUNTER")``: what is answered to the
-    REQ. Also for ``MOT_STATUSBITS`` and ``PZ_PZSTATUSBITS``; status messages are filled by
-    :meth:`Behaviour.status`.
+    For example ``def position(self) -> dict[str, int]`` with ``@live("MOT_POSCOUNTER")``. Also for
+    ``MOT_STATUSBITS`` and ``PZ_PZSTATUSBITS``; :meth:`Behaviour.status` fills status messages.
     """
     return _mark("live", sets)
 
@@ -126,20 +124,20 @@ def stored(*sets: str) -> Callable[[_Method], _Method]:
 
 
 class LiveState(NamedTuple):
-    """What the live table shows of a channel; see :class:`~stagewire_virtual.instrument.Row`."""
+    """The position and state of a channel for its :class:`~stagewire_virtual.instrument.Row`."""
 
     position: str = ""
     state: str = ""
 
 
 class Behaviour:
-    """Base of the behaviours of one channel; does nothing of its own.
+    """The base of the behaviours of a channel, which does nothing.
 
-    :param channel: its parameters, its clock, and the way to the host.
+    :param channel: its channel.
     """
 
     can_stick: ClassVar[bool] = False
-    """Whether it moves something that may stick."""
+    """Whether the channel has a moving part that can be blocked."""
 
     _marked: ClassVar[Mapping[str, Mapping[str, str]]] = {"handles": {}, "live": {}, "stored": {}}
 
@@ -156,20 +154,20 @@ class Behaviour:
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, Any]]:
-        """Return the values that parameter sets have in a new controller: set -> field -> value.
+        """Return the parameters of a new controller: set -> field -> value.
 
-        What is not named is the default of the registry, or else zero.
+        Missing values are the default of the registry, or else zero.
         """
         return {}
 
     def power_on(self) -> None:
-        """Begin anew after a power cycle; the parameters are those of the EEPROM again."""
+        """Reset to the power-on state; the parameters have been restored from the EEPROM."""
 
     def enabled_changed(self) -> None:
-        """Hear that the channel has been enabled or disabled."""
+        """React to a channel that has been enabled or disabled."""
 
     def stuck_changed(self) -> None:
-        """Hear that the axis has begun to stick, or is free again."""
+        """React to an axis that has been blocked or released."""
 
     def refusal(self, frame: Frame) -> str | None:
         """Return why a SET that the registry allows cannot be stored now; None if it can.
@@ -179,15 +177,15 @@ class Behaviour:
         return None
 
     def status(self) -> Mapping[str, int]:
-        """Return the fields of the status message of this instant, without the channel and reserved ones."""
+        """Return the present fields of the status message, without the channel and reserved fields."""
         return {}
 
     def row(self) -> LiveState:
-        """Return what the live table shows of the channel."""
+        """Return the position and state for the live table."""
         return LiveState()
 
     def method(self, kind: str, name: str) -> Callable[..., Any] | None:
-        """Return the method that is marked for a message or set; ``kind`` is the name of the mark."""
+        """Return the method marked for a message or set; ``kind`` is the name of the decorator."""
         found = self._marked[kind].get(name)
         return getattr(self, found) if found else None
 

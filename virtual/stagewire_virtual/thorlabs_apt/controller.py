@@ -1,7 +1,4 @@
-"""One controller at its address: a motherboard, a card in a bay, or a unit of its own.
-
-Status updates go out from the start to the stop, at the unit's own rate.
-"""
+"""One controller at its address: a motherboard, a card in a bay, or a stand-alone unit."""
 
 from __future__ import annotations
 
@@ -27,10 +24,10 @@ from stagewire_virtual.thorlabs_apt.transmitter import Handler, Panel, Transmitt
 
 
 class Updates:
-    """Says the status of a controller again and again.
+    """Sends the status of a controller periodically.
 
-    :param clock: the time.
-    :param say: says the status once, to who sent the frame that it is given.
+    :param clock: the clock.
+    :param say: sends the status once, to the sender of a frame.
     """
 
     def __init__(self, clock: Clock, say: Callable[[Frame], None]) -> None:
@@ -39,9 +36,9 @@ class Updates:
         self._timer: Timer | None = None
 
     def start(self, cause: Frame, period: int) -> None:
-        """Say the status to who sent ``cause``, once a period from now on, in nanoseconds.
+        """Send the status to the sender of ``cause`` every ``period`` nanoseconds.
 
-        When it is being said already, the beat goes on.
+        If updates are already running, their timing does not change.
         """
         self._cause = cause
         self._period = period
@@ -49,7 +46,7 @@ class Updates:
             self._timer = self._clock.call_later(self._period, self._tick)
 
     def stop(self) -> None:
-        """Say nothing more; harmless when nothing is said."""
+        """Stop the updates, if they are running."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -60,21 +57,21 @@ class Updates:
 
 
 IDENTIFYING: Final = 5 * SECOND
-"""How long the front panel flashes after MOD_IDENTIFY; the document does not say."""
+"""How long the front panel flashes after MOD_IDENTIFY; the document does not specify it."""
 
 
 class Controller:
-    """Answers what comes to one address, by the registry and by the behaviours of its channels.
+    """Answers the messages to one address, from the registry and the behaviours of its channels.
 
-    :param unit: what the registry says of it.
-    :param clock: the time.
-    :param options: what the user told of the instrument.
-    :param information: what it says of itself.
-    :param channels: those that it has, with their behaviours; none for a motherboard.
-    :param panels: what else answers at its address.
-    :param transmit: takes the bytes of a frame.
-    :param disconnect: ends the conversation of the whole instrument.
-    :param refused: hears why something was not done.
+    :param unit: its unit in the registry.
+    :param clock: the clock.
+    :param options: the options of the instrument.
+    :param information: its hardware information.
+    :param channels: its channels with their behaviours; none for a motherboard.
+    :param panels: the other parts that answer at its address.
+    :param transmit: sends the bytes of a frame.
+    :param disconnect: silences the whole instrument.
+    :param refused: called with the reason for each refusal.
     """
 
     def __init__(
@@ -103,12 +100,12 @@ class Controller:
         self._transmitter = Transmitter(unit, wants_signs, options.quirks, transmit)
         self._parameters = Parameters(unit, self.channels, self)
         self._status = self._status_class()
-        self._no_status = {}  # what the status is of a channel that does nothing
+        self._no_status = {}  # the status of a channel without a behaviour
         if self._status is not None:
             said = set(self._status.layout.fields) - set(self._status.layout.optional)
             self._no_status = dict.fromkeys(sorted(said), 0)
         rate = unit.facts.get("update_rate_hz")
-        self._period = SECOND // rate if rate else None  # its own; None for that of the message
+        self._period = SECOND // rate if rate else None  # None: the period of the message
         self._updates = Updates(clock, self._send_status)
         self._flashes_until = 0
         for channel in self.channels:
@@ -116,19 +113,19 @@ class Controller:
             channel.report_fault = self.refuse
         self._handlers = dict(self._find_handlers(panels))
 
-    # What comes
+    # Messages from the host
 
     def receive(self, frame: Frame) -> None:
-        """Take a frame that has come to this address."""
+        """Handle a frame to this address."""
         name = frame.message.layout.message
         handler = self._handlers.get(name)
         if handler is None:
-            self.refuse(frame, f"it takes no {name}")
+            self.refuse(frame, f"it does not accept {name}")
         else:
             handler(frame)
 
     def _find_handlers(self, panels: Sequence[Panel]) -> Iterator[tuple[str, Handler]]:
-        """Yield what takes each message, for the messages that this controller takes."""
+        """Yield the messages that this controller accepts with their handlers."""
         own: dict[str, Handler] = {
             "HW_REQ_INFO": functools.partial(self.send, self._information),
             "HW_DISCONNECT": lambda frame: self._disconnect(),
@@ -146,7 +143,7 @@ class Controller:
                     yield name, handler
 
     def _by_the_registry(self, facts: Message) -> Handler | None:
-        """Return what takes a message by its place in the registry; None for one that is not ours."""
+        """Return the handler of a message according to the registry; None if another address answers it."""
         if any(channel.behaviour.method("handles", facts.name) for channel in self.channels):
             return functools.partial(self._dispatch, facts)
         if facts.of_the_unit and facts.role:
@@ -165,7 +162,7 @@ class Controller:
                 handle(frame)
 
     def _start_and_stop(self, facts: Message, frame: Frame) -> None:
-        """Let the controller send, or keep it from sending, what the registry says."""
+        """Start and stop the messages that the registry assigns to a message."""
         self._transmitter.unmute(facts.starts)
         self._transmitter.mute(
             {name for name in facts.stops if self._is_muted_by(name, facts.name)}
@@ -184,24 +181,24 @@ class Controller:
     def _identify(self, frame: Frame) -> None:
         self._flashes_until = self._clock.now + IDENTIFYING
 
-    # What goes out
+    # Messages to the host
 
     def send(self, message: FramedMessage, cause: Frame) -> None:
-        """Say something that a frame of the host caused, if it may be said."""
+        """Send a message that a frame of the host caused, unless it is withheld or muted."""
         self._transmitter.send(message, cause)
 
     def refuse(self, cause: Frame, why: str) -> None:
-        """Do nothing of what a frame of the host wants, and answer HW_RESPONSE if that was asked for."""
+        """Refuse a frame of the host, with HW_RESPONSE if that option is set."""
         self.refuse_from(cause.source, cause.dest, why)
 
     def refuse_from(self, host: int, address: int, why: str) -> None:
-        """Do nothing of what came from ``host`` to ``address``, whatever it was."""
+        """Refuse a message from ``host`` to ``address``."""
         self._refused(f"{self.unit.name} at {address:#04x}: {why}")
         if self._answers_unsupported:
             self._transmitter.respond(host, address)
 
     def _status_class(self) -> type[FramedMessage] | None:
-        """Return the status message that comes again and again; None for a unit without channels."""
+        """Return the class of the periodic status message; None for a unit without channels."""
         periodic = [facts.starts for facts in self._facts.values() if facts.period]
         names = frozenset().union(*periodic) & self._facts.keys() if self.channels else ()
         return class_of(self.unit, min(names)) if names else None
@@ -220,24 +217,24 @@ class Controller:
             status = {**self._no_status, **channel.behaviour.status(), CHANNEL: channel.ident}
             self.send(self._status(**status), cause)
 
-    # As a thing on the bench
+    # Outside the line
 
     def stop_updates(self) -> None:
-        """Say nothing unasked until the host starts the updates again."""
+        """Stop the updates until the host starts them again."""
         self._updates.stop()
 
     def power_cycle(self) -> None:
-        """Forget all but what is in the EEPROM and where the stages stand."""
+        """Switch off and on. Only the EEPROM and the positions of the stages are kept."""
         self._updates.stop()
         self._transmitter.reset()
         self._flashes_until = 0
         for channel in self.channels:
             channel.restore()
-            channel.behaviour.power_on()  # before that, what is disabled would say that it stops
+            channel.behaviour.power_on()  # must come first: disabling a moving motor reports a stop
             obey_enable_state(channel)
 
     def rows(self, where: str) -> Iterator[Row]:
-        """Yield what the live table shows; ``where`` is put before the names of the channels."""
+        """Yield the rows of the live table; ``where`` is a prefix for the names of the channels."""
         flashes = ["identifying"] if self._clock.now < self._flashes_until else []
         for channel in self.channels:
             position, state = channel.behaviour.row()

@@ -1,4 +1,4 @@
-"""What the registry says of the messages of a unit, looked up once for all its controllers."""
+"""Facts of the registry about the messages of a unit, looked up once for all its controllers."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from stagewire_virtual.clock import SECOND
 from stagewire_virtual.instrument import Unit
 
 CHANNEL: Final = "chan_ident"
-"""The field that names the channel, in a header or in a packet."""
+"""The field of the channel, in a header or in a packet."""
 
 
 @dataclass(frozen=True, slots=True)
 class Value:
     """A value of a parameter set.
 
-    :param name: of the field.
-    :param default: of a new controller, if its behaviour knows none: the registry's, or else zero or what is
-        nearest to it, or the first of a table that has no zero.
-    :param minimum: of an integer; None for a text.
-    :param maximum: of an integer; None for a text.
-    :param listed: the values of a table that is complete; None where others are possible.
+    :param name: the name of the field.
+    :param default: the value in a new controller, unless its behaviour has one: the default of the registry,
+        or else the valid value nearest to zero, or the lowest of a table without it.
+    :param minimum: the minimum of an integer; None for text.
+    :param maximum: the maximum of an integer; None for text.
+    :param listed: the values of a complete table; None if others are possible.
     """
 
     name: str
@@ -34,33 +34,34 @@ class Value:
     listed: frozenset[int] | None
 
     def fault(self, value: Any) -> str:
-        """Return what is wrong with a value by the document; empty if nothing is."""
+        """Return why the document does not allow a value; empty if it does."""
         if self.listed is not None and value not in self.listed:
-            return f"{self.name} is {value}, not one of {', '.join(map(str, sorted(self.listed)))}"
+            known = ", ".join(map(str, sorted(self.listed)))
+            return f"{self.name} must be one of {known}, not {value}"
         if self.minimum is None or self.maximum is None or self.minimum <= value <= self.maximum:
             return ""
-        return f"{self.name} is {value}, not from {self.minimum} to {self.maximum}"
+        return f"{self.name} must be from {self.minimum} to {self.maximum}, not {value}"
 
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message of a unit: its place in a parameter set and in the exchange.
+    """A message of a unit: its role in a parameter set and in exchanges.
 
-    :param name: in the registry.
-    :param id: on the wire.
-    :param generic: whether it belongs to no kind of controller (chapter of page 15).
-    :param to_controller: whether a controller takes it.
-    :param set_name: the parameter set; empty where it belongs to none.
-    :param role: ``set``, ``req`` or ``get`` in that set; empty where it belongs to none.
-    :param values: of the set, without the channel and what is reserved.
+    :param name: its name in the registry.
+    :param id: its id on the wire.
+    :param generic: whether it is independent of the kind of controller (chapter of page 15).
+    :param to_controller: whether controllers receive it.
+    :param set_name: its parameter set; empty if it has none.
+    :param role: ``set``, ``req`` or ``get`` in that set; empty if it has none.
+    :param values: its values, without the channel and reserved fields.
     :param names_channel: whether it has a field for the channel.
-    :param answered_by: what answers it.
-    :param announces: what a set sends back, unasked, when it has been stored.
-    :param starts: what it lets the controller send.
-    :param stops: what it keeps the controller from sending.
-    :param period: after which what it starts comes again, in nanoseconds; None where it does not.
-    :param muted_by: the messages that keep it from being sent.
-    :param counts: whether it counts for the keep-alive when it is sent unasked.
+    :param answered_by: the messages that answer it.
+    :param announces: the messages that a controller sends after storing this SET.
+    :param starts: the messages that it starts or unmutes.
+    :param stops: the messages that it stops or mutes.
+    :param period: the period of the messages that it starts, in nanoseconds; None if they are not periodic.
+    :param muted_by: the messages that mute it.
+    :param counts: whether it counts for the keep-alive when it is sent unsolicited.
     """
 
     name: str
@@ -81,7 +82,7 @@ class Message:
 
     @property
     def of_the_unit(self) -> bool:
-        """Whether it concerns a unit as a whole, so that one without channels has it, too."""
+        """Whether it concerns the unit as a whole, so that units without channels also have it."""
         return self.generic and not self.names_channel
 
 
@@ -92,7 +93,7 @@ def facts_of(unit: Unit) -> Mapping[str, Message]:
 
 
 def class_of(unit: Unit, name: str) -> type[FramedMessage]:
-    """Return the class of a message of a unit that has one form."""
+    """Return the class of a message that has one form."""
     found: Any = unit.protocol.message_class(name)
     cls: type[FramedMessage] = found
     return cls
@@ -126,7 +127,7 @@ def _nanoseconds(ms: int | None) -> int | None:
 
 
 def _fields(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the fields of a layout that carry values, header parameters first."""
+    """Return the value fields of a layout, header parameters first."""
     parameters = [layout[name] for name in ("param1", "param2") if layout[name]]
     return [field for field in [*parameters, *layout["fields"]] if field["role"] == "value"]
 

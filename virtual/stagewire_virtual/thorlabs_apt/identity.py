@@ -1,4 +1,4 @@
-"""What a controller says of itself when it is asked for its hardware information (pages 21 and 22)."""
+"""The hardware information of controllers in HW_GET_INFO (pages 21 and 22)."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from stagewire_virtual.instrument import Unit
 from stagewire_virtual.options import Options
 
 DIGITS: Final = 1_000_000
-"""A serial number is a prefix of two digits, which tells the unit, and six more (page 7)."""
+"""A serial number has a prefix of two digits, which identifies the unit, and six more digits (page 7)."""
 
 _SOFTWARE_VERSION: Final = bytes((0, 0, 1, 0))  # minor, interim, major, unused: 1.0.0
 
-# The document lists two types. The numbers of the vendor's own library (README of PyAPT,
-# https://github.com/mcleu/PyAPT) have 44 for the BBD10x, as page 22 does, and are taken for the same list;
-# the cards of BSC102 and BSC103 stand there as SCC001. Of other units nothing is known: they say 0.
+# The document lists two types. The numbers in the vendor's own library (README of PyAPT,
+# https://github.com/mcleu/PyAPT) are assumed to be the same list, because both have 44 for the BBD10x. The
+# library calls the cards of BSC102 and BSC103 SCC001. All other units report 0, because no type is known.
 _TYPES: Final = {
     "BSC001": 11, "BSC101": 12, "BSC002": 13, "BSC102": 21, "BSC103": 21, "ODC001": 24,
     "OST001": 25, "MST601": 26, "TST001": 29, "TDC001": 31,
@@ -28,27 +28,27 @@ _FAMILY_TYPES: Final = {
     "brushless_dc_single": HardwareType.BRUSHLESS_DC_CONTROLLER,
 }
 
-# What cards call themselves; the example of page 22 has the blank, too. Others say the name of their unit.
+# The model names of cards; the example of page 22 also has the space. Other cards report their unit's name.
 _CARD_MODELS: Final[dict[int, str]] = {HardwareType.BRUSHLESS_DC_CONTROLLER: "ION001 "}
 
-_NO_PREFIX: Final = 99  # for units of which none is known; no unit has it
-_NO_SERIAL_NUMBER: Final = 0  # replaced in everything that is sent
+_NO_PREFIX: Final = 99  # for units without a known prefix; no real unit has it
+_NO_SERIAL_NUMBER: Final = 0  # always replaced before the message is sent
 _LARGEST: Final = 2**31 - 1
 _WORD: Final = 0xFFFF
 _MODEL: Final = 8
-"""Characters of the model (page 22)."""
+"""The number of characters of the model (page 22)."""
 
 _STAGE_ID: Final = 76 - 18
-"""Where a stage id begins in the notes.
+"""The offset of the stage id in the notes.
 
 Later issues shorten the notes to 48 bytes, followed by 12 bytes "for internal use only" (Issue 37, page 52).
-The vendor's XA software takes the last two of these, bytes 76 and 77 of the payload, for the id of the
-stage, and opens no controller in which they are 0. The notes of Issue 3, from byte 18 on, include them.
+The vendor's XA software reads the last two of these, bytes 76 and 77 of the payload, as the id of the stage,
+and does not open a controller in which they are 0. In Issue 3 the notes begin at byte 18 and include them.
 """
 
 
 def stand_alone(unit: Unit, options: Options) -> m.HwGetInfo:
-    """Return what a unit with one address says of itself.
+    """Return the information of a unit with one address.
 
     Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that does not fit into the message.
     """
@@ -56,16 +56,16 @@ def stand_alone(unit: Unit, options: Options) -> m.HwGetInfo:
 
 
 def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
-    """Return what the motherboard of a rack says of itself; its channels are the bays that are used.
+    """Return the information of the motherboard of a rack; its number of channels is that of the used bays.
 
-    Raises as :func:`stand_alone` does.
+    Raises the same errors as :func:`stand_alone`.
     """
     type = HardwareType.MULTI_CHANNEL_MOTHERBOARD
     return _with_options(_information(unit, type, bays), unit, options)
 
 
 def card(unit: Unit, options: Options, bay: int) -> m.HwGetInfo:
-    """Return what the card or module in a bay says of itself; no option but the seed changes that."""
+    """Return the information of the card or module in a bay, which depends on no option except the seed."""
     prefix = _prefix(unit, "card_usb_prefix") or _prefix(unit) or _NO_PREFIX
     type = _type(unit)
     return _information(unit, type, unit.facts["channels"]).replace(
@@ -88,20 +88,18 @@ def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
 
 
 def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.HwGetInfo:
-    """Return the information with what the options say of the unit."""
+    """Return the information with the values of the options."""
     model = information.model_number if options.model is None else options.model
     if not (0 < len(model) <= _MODEL and model.isascii() and model.isprintable()):
         raise BadOptionError(
-            f"model {model!r} does not fit: a model has 1 to {_MODEL} printable ASCII characters, such as "
-            f"{unit.name[:_MODEL]!r}"
+            f"model must have 1 to {_MODEL} printable ASCII characters, such as {unit.name[:_MODEL]!r}, "
+            f"not {model!r}"
         )
     type = information.type if options.hardware_type is None else options.hardware_type
     stage_id = options.stage_id or 0
     for name, value in (("hardware type", type), ("stage id", stage_id)):
         if not 0 <= value <= _WORD:
-            raise BadOptionError(
-                f"the {name} {value} does not fit: it is a number from 0 to {_WORD}"
-            )
+            raise BadOptionError(f"{name} must be from 0 to {_WORD}, not {value}")
     stage = stage_id.to_bytes(2, "little").decode("latin-1")
     return information.replace(
         model_number=model,
@@ -122,8 +120,8 @@ def _serial_number(unit: Unit, options: Options) -> int:
         return _random_number(prefix, f"{options.seed}/serial number of {unit.name}")
     if not 0 < number <= _LARGEST:
         raise BadOptionError(
-            f"the serial number {number} does not fit: it is a number from 1 to {_LARGEST}, usually of "
-            f"eight digits, such as {prefix * DIGITS + 1}"
+            f"serial number must be from 1 to {_LARGEST}, usually with eight digits such as "
+            f"{prefix * DIGITS + 1}, not {number}"
         )
     return number
 
@@ -133,9 +131,9 @@ def _random_number(prefix: int, stream: str) -> int:
 
 
 def _prefix(unit: Unit, fact: str = "usb_prefix") -> int | None:
-    """Return a prefix of the unit as printed, as known elsewhere, or that of its nearest relative.
+    """Return the printed prefix of the unit, or one known from elsewhere, or that of its nearest relative.
 
-    That is a unit of its family, or else one that is addressed in the same way and drives the same stages.
+    The nearest relative is a unit of the same family, or else one with the same address, status and stages.
     """
     printed: int | None = unit.facts.get(fact)
     if printed is not None:

@@ -1,4 +1,4 @@
-"""A controller of Thorlabs APT, or a rack of them, at the far end of one line."""
+"""A Thorlabs APT controller, or a rack of them, on one line."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from stagewire_virtual.thorlabs_apt.strain_gauge import StrainGauge
 from stagewire_virtual.thorlabs_apt.transmitter import Panel
 
 _BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
-    ("MOT_SET_SOL_STATE", Solenoid),  # before the motor: its list has messages of motors, too
+    ("MOT_SET_SOL_STATE", Solenoid),  # before the motor, because it also has messages of motors
     ("MOT_MOVE_HOME", Motor),
     ("PZ_SET_OUTPUTVOLTS", Piezo),
     ("PZ_REQ_TSG_READING", StrainGauge),
@@ -36,7 +36,7 @@ _BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
 
 
 def behaviour_of(unit: Unit) -> type[Behaviour]:
-    """Return the behaviour by what the unit can be told; one that does nothing where it is none of these."""
+    """Return the behaviour for a unit according to its messages; the base class if none matches."""
     for message, behaviour in _BY_MESSAGE:
         if message in unit.messages:
             return behaviour
@@ -46,24 +46,24 @@ def behaviour_of(unit: Unit) -> type[Behaviour]:
 _DEFAULT: Final = Options()
 
 _NOT_TAKEN: Final[dict[type[FrameEvent], str]] = {
-    Unknown: "is the id of no message",
-    Undocumented: "is a message without a layout",
-    BadLength: "has too short a packet",
+    Unknown: "is an unknown message id",
+    Undocumented: "is the id of a message without a layout",
+    BadLength: "has a packet that is too short",
 }
 
 
 class AptInstrument(Instrument):
-    """A unit with one address, or the motherboard and the bays of a rack, behind one line.
+    """A unit with one address, or the motherboard and the bays of a rack, on one line.
 
-    A module of a rack comes with a rack of one bay. Frames to an address where nothing is get no answer, and
-    neither does what is no frame.
+    A module comes with a rack of one bay. Frames to an unused address, and bytes outside a frame, get no
+    answer.
 
-    :param unit: what the registry says of it.
-    :param clock: its time; several may share one.
-    :param options: what the user tells of it.
-    :param modules: what is in the bays of a rack of modules; None for a unit that is not :data:`RACK`.
+    :param unit: its unit in the registry.
+    :param clock: its clock, which several instruments may share.
+    :param options: its options.
+    :param modules: the modules in the bays of a rack; None for a unit that is not :data:`RACK`.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it cannot have.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it does not support.
     """
 
     def __init__(
@@ -83,9 +83,9 @@ class AptInstrument(Instrument):
         self._options = options
         self._reader = RequestReader(framing_of(unit.protocol), clock, self._take)
         self._connected = True  # until the host disconnects
-        self._channels: dict[str, Channel] = {}  # by what they are called in rows
-        self._controllers: dict[str, Controller] = {}  # by what stands before their channels there
-        self._user_io: dict[int | None, UserIo] = {}  # by bay, None for what is in no bay
+        self._channels: dict[str, Channel] = {}  # by their names in rows
+        self._controllers: dict[str, Controller] = {}  # by the prefix of their channels' names
+        self._user_io: dict[int | None, UserIo] = {}  # by bay; None for the unit or motherboard
         self._by_address: dict[int, Controller] = {}
         if modules is None and unit.facts["address"] == "generic_usb":
             _check_bays(options.empty_bays, 0, unit)
@@ -99,8 +99,8 @@ class AptInstrument(Instrument):
             )  # fmt: skip
         if len(options.channels) > len(self._channels):
             raise BadOptionError(
-                f"{unit.name} has {len(self._channels)} channels, and settings for "
-                f"{len(options.channels)} were given"
+                f"settings for {len(options.channels)} channels were given, but {unit.name} has "
+                f"{len(self._channels)}"
             )
 
     # Building
@@ -126,7 +126,7 @@ class AptInstrument(Instrument):
         motherboard = self._build(board, "motherboard", information, [io, Bays(modules)], 0)
         self._by_address[addresses["motherboard"]["value"]] = motherboard
         for bay, unit in modules.items():
-            # A module has a connector of its own, a card shows that of its motherboard (pages 25 and 26).
+            # A module has its own connector, a card uses that of its motherboard (pages 25 and 26).
             self._user_io[bay] = UserIo() if board.name == RACK else io
             information = identity.card(unit, self._options, bay)
             channels = unit.facts["channels"]
@@ -138,7 +138,7 @@ class AptInstrument(Instrument):
     def _build(
         self, unit: Unit, where: str, information: HwGetInfo, panels: Sequence[Panel], channels: int
     ) -> Controller:
-        """Build a controller with its channels; ``where`` stands before their names."""
+        """Build a controller with its channels; ``where`` is the prefix of their names."""
         fitted = [self._build_channel(unit, where, ident) for ident in range(1, channels + 1)]
         controller = Controller(
             unit,
@@ -169,7 +169,7 @@ class AptInstrument(Instrument):
     # The line
 
     def receive(self, data: bytes) -> None:
-        """Take what the host sends, cut at any byte."""
+        """Process bytes from the host, in any chunks."""
         self._reader.feed(data)
 
     def _take(self, event: Event) -> None:
@@ -178,7 +178,9 @@ class AptInstrument(Instrument):
         controller = self._by_address.get(event.dest)
         if controller is None:
             there = ", ".join(f"{address:#04x}" for address in self._by_address)
-            self.on_refusal(f"{self.unit.name} has nothing at {event.dest:#04x} (it has {there})")
+            self.on_refusal(
+                f"{self.unit.name} does not use address {event.dest:#04x} (addresses: {there})"
+            )
             return
         self._connected = True
         if isinstance(event, Received):
@@ -192,15 +194,15 @@ class AptInstrument(Instrument):
             self.on_send(frame)
 
     def _disconnect(self) -> None:
-        """Say nothing until the host speaks again, and no updates until it starts them (page 19)."""
+        """Stay silent until the next message, and stop updates until the host starts them (page 19)."""
         self._connected = False
         for controller in self._controllers.values():
             controller.stop_updates()
 
-    # As a thing on the bench
+    # Outside the line
 
     def power_cycle(self) -> None:
-        """Switch it off and on: all is forgotten but what is in its EEPROM and where its stages stand."""
+        """Switch off and on. Only the EEPROM, digital inputs and the positions of the stages are kept."""
         self._reader.clear()
         self._connected = True
         for io in self._user_io.values():
@@ -209,44 +211,44 @@ class AptInstrument(Instrument):
             controller.power_cycle()
 
     def rows(self) -> Sequence[Row]:
-        """Return a line for each channel, and one for the motherboard of a rack."""
+        """Return a row for each channel, and one for the motherboard of a rack."""
         return [
             row for where, controller in self._controllers.items() for row in controller.rows(where)
         ]
 
     def stick(self, part: str, stuck: bool) -> None:
-        """Let an axis stick, or free it; ``part`` is named as in :class:`~stagewire_virtual.instrument.Row`.
+        """Block an axis, or release it; ``part`` is named as in :class:`~stagewire_virtual.instrument.Row`.
 
-        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that it has not, and for one
-        that moves nothing.
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for a part that does not exist or does not
+        move.
         """
         moving = {name: each for name, each in self._channels.items() if each.behaviour.can_stick}
         if part not in moving:
-            raise UnknownPartError(f"{part} that could stick", list(moving))
+            raise UnknownPartError(f"{part} that can stick", list(moving))
         moving[part].stuck = stuck
 
     @property
     def units(self) -> Sequence[Unit]:
-        """The unit, and that of each channel, which is another one in a rack of modules."""
+        """The unit, and the unit of each channel, which is its module in a rack of modules."""
         return [self.unit, *(channel.unit for channel in self.channels)]
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """All channels, of a rack bay by bay."""
+        """All channels, for a rack bay by bay."""
         return tuple(self._channels.values())
 
     def channel(self, ident: int, bay: int = 0) -> Channel:
-        """Return a channel by its ident on the wire, of a rack by the bay, too, which counts from 0.
+        """Return the channel with an ident on the wire, for a rack in a bay, counted from 0.
 
-        Raises :class:`~stagewire_virtual.errors.UnknownPartError` when it is not there.
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` if it does not exist.
         """
         where = "" if bay == 0 and "" in self._controllers else f"bay {bay}, "
         return self._channel(f"{where}channel {ident}")
 
     def user_io(self, bay: int | None = None) -> UserIo:
-        """Return the digital inputs and outputs of a module in a bay, or of all else.
+        """Return the digital inputs and outputs in a bay; without ``bay``, of the unit or motherboard.
 
-        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for an empty bay.
+        Raises :class:`~stagewire_virtual.errors.UnknownPartError` for an empty or unknown bay.
         """
         if bay not in self._user_io:
             known = [f"bay {known}" for known in self._user_io if known is not None]
@@ -262,17 +264,17 @@ class AptInstrument(Instrument):
 def rack_of(
     units: Sequence[Unit | None], clock: Clock, options: Options = _DEFAULT
 ) -> AptInstrument:
-    """Return a rack with a module in each bay, or nothing in a bay where ``units`` has None.
+    """Return a rack with the given module in each bay; None is an empty bay.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for units that are no modules, for more of them
-    than a rack has addresses, and for options that the rack cannot have.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for units that are not modules, for too many
+    bays, and for options that the rack does not support.
     """
     modules = [unit for unit in units if unit is not None]
     for unit in modules:
         if not _is_module(unit.facts):
             known = [entry["name"] for entry in unit.registry["units"] if _is_module(entry)]
             raise BadOptionError(
-                f"{unit.name} is no module of a rack (there are: {', '.join(known)})"
+                f"{unit.name} is not a module of a rack (modules: {', '.join(known)})"
             )
     if len(units) > BAYS:
         raise BadOptionError(f"a rack has at most {BAYS} bays, not {len(units)}")
@@ -288,5 +290,5 @@ def _is_module(facts: Mapping[str, Any]) -> bool:
 def _check_bays(empty: Iterable[int], bays: int, unit: Unit) -> None:
     for bay in sorted(empty):
         if not 0 <= bay < bays:
-            there = f"there are 0 to {bays - 1}" if bays else "it has no bays"
-            raise BadOptionError(f"{unit.name} has no bay {bay} that could be empty ({there})")
+            there = f"bays are 0 to {bays - 1}" if bays else "it has no bays"
+            raise BadOptionError(f"{unit.name} has no bay {bay} ({there})")

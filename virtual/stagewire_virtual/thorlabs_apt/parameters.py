@@ -1,4 +1,4 @@
-"""Parameter sets: stored by SET, told after REQ, saved in the EEPROM."""
+"""Parameter sets: SET stores them, REQ returns them, and the EEPROM keeps them."""
 
 from __future__ import annotations
 
@@ -17,42 +17,42 @@ SAVING: Final = frozenset({"MOT_SET_EEPROMPARAMS", "PZ_SET_EEPROMPARAMS"})
 """The messages that save a parameter set (pages 60 and 113)."""
 
 _ENABLE_STATE: Final = "MOD_CHANENABLESTATE"
-"""The set that switches a channel on and off: kept as any other, and obeyed (page 17)."""
+"""The set that enables and disables a channel, in addition to being stored (page 17)."""
 
 _COMMON: Final[Mapping[str, Collection[str]]] = {"PZ_IOSETTINGS": ("amp_lp_filter",)}
-"""Values of a set that a controller has once for all its channels; the first one keeps them (page 119).
+"""Values that all channels of a controller share; the first channel stores them (page 119).
 
-The one unit that has the set has no message that would save it.
+The only unit with this set has no message to save it.
 """
 
-_BOTH: Final = 3  # CHANBOTH: pages 27 and 93 name it, no page gives it a number
+_BOTH: Final = 3  # CHANBOTH: pages 27 and 93 mention it without a number
 
 
 def addressed(
     channels: Sequence[Channel], frame: Frame, controller: Responder
 ) -> Sequence[Channel]:
-    """Return the channels that a frame names, all where it names none.
+    """Return the channels that a frame addresses; all if it names none.
 
-    A frame for a channel that is not there is refused, and none is returned.
+    A frame to a missing channel is refused, and the result is empty.
     """
     ident = getattr(frame.message, CHANNEL, None)
     if ident is None or (ident == _BOTH and len(channels) > 1):
         return channels
     named = [channel for channel in channels if channel.ident == ident]
     if not named:
-        controller.refuse(frame, f"there is no channel {ident}")
+        controller.refuse(frame, f"unknown channel {ident}")
     return named
 
 
 def new_parameters(channel: Channel, behaviour: type[Behaviour]) -> Mapping[str, Mapping[str, Any]]:
-    """Return the parameters of a new controller: those of its behaviour, else what the registry has."""
+    """Return the parameters of a new controller, from its behaviour or else from the registry."""
     own = behaviour.defaults(channel)
     return {name: {**values, **own.get(name, {})} for name, values in _plain(channel.unit).items()}
 
 
 @functools.lru_cache(maxsize=128)
 def _plain(unit: Unit) -> Mapping[str, Mapping[str, Any]]:
-    """Return the sets of a unit with the defaults of the registry."""
+    """Return the parameter sets of a unit with the defaults of the registry."""
     return {
         facts.set_name: {value.name: value.default for value in facts.values}
         for facts in facts_of(unit).values()
@@ -63,9 +63,9 @@ def _plain(unit: Unit) -> Mapping[str, Mapping[str, Any]]:
 class Parameters:
     """The parameter sets of a controller's channels.
 
-    :param unit: what the registry says of it.
+    :param unit: the unit in the registry.
     :param channels: the channels of the controller.
-    :param controller: that answers.
+    :param controller: sends the answers.
     """
 
     def __init__(self, unit: Unit, channels: Sequence[Channel], controller: Responder) -> None:
@@ -80,9 +80,9 @@ class Parameters:
         }
 
     def store(self, facts: Message, frame: Frame) -> None:
-        """Store what a SET brings; one with a value that the document does not allow changes nothing.
+        """Store the values of a SET, unless the document does not allow one of them.
 
-        Tables that the registry calls open, and flags, are stored as they come.
+        Flags, and values of tables that the registry marks as open, are stored unchecked.
         """
         values = {value.name: getattr(frame.message, value.name) for value in facts.values}
         for value in facts.values:
@@ -104,25 +104,25 @@ class Parameters:
                     self._controller.send(self._message(name, channel), frame)
 
     def answer(self, facts: Message, frame: Frame) -> None:
-        """Answer a REQ with the GET of each channel that is asked for."""
+        """Answer a REQ with the GET of each addressed channel."""
         channels = addressed(self._channels, frame, self._controller)
         for channel in channels if facts.names_channel else channels[:1]:
             for name in facts.answered_by:
                 self._controller.send(self._message(name, channel), frame)
 
     def save(self, frame: Frame) -> None:
-        """Write the set whose SET has the id that is named into the EEPROM (pages 60 and 113)."""
+        """Save the set with the given SET id to the EEPROM (pages 60 and 113)."""
         message: Any = frame.message
         id = message.msg_id
         set_name = self._set_of_id.get(id)
         if set_name is None:
-            self._controller.refuse(frame, f"{id:#06x} sets no parameters that could be saved")
+            self._controller.refuse(frame, f"{id:#06x} is not the id of a SET that can be saved")
             return
         for channel in addressed(self._channels, frame, self._controller):
             channel.save(set_name)
 
     def _message(self, get: str, channel: Channel) -> FramedMessage:
-        """Return the GET of a set: the values that live, else those that were stored."""
+        """Return the GET of a set, with live values where the behaviour has them, else stored ones."""
         facts = self._facts[get]
         values = dict(channel.parameters[facts.set_name])
         for name in _COMMON.get(facts.set_name, ()):
@@ -135,7 +135,7 @@ class Parameters:
 
 
 def obey_enable_state(channel: Channel) -> None:
-    """Switch a channel on or off as its parameters say, and tell its behaviour if that changed it."""
+    """Enable or disable a channel according to its parameters, and notify its behaviour of a change."""
     enabled = channel.parameter(_ENABLE_STATE, "enable_state", EnableState.ENABLE) == (
         EnableState.ENABLE
     )

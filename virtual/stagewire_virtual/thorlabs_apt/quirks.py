@@ -1,8 +1,8 @@
-"""Deviations of real controllers from the document, by name; off unless asked for.
+"""Deviations of real controllers from the document, by name; off by default.
 
-Most quirks change a frame on its way out, whatever has made it: neither the behaviours nor the controller
-know of them. One is about how a stage moves and is a property of the channel (:data:`CLOCKWISE_IS_NEGATIVE`).
-All are facts from public drivers, captures and later issues of the document.
+Most quirks change frames on their way out, so that behaviours and controllers do not depend on them. One
+concerns the motion of a stage and is a property of the channel (:data:`CLOCKWISE_IS_NEGATIVE`). All are facts
+from public drivers, captures and later issues of the document.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from stagewire_virtual.instrument import Unit
 from stagewire_virtual.thorlabs_apt.identity import DIGITS
 
 CLOCKWISE_IS_NEGATIVE: Final = "clockwise_is_negative"
-"""The quirk of motors whose position counter falls clockwise; see :class:`.Channel` for what it concerns."""
+"""The quirk of motors whose position falls clockwise; :class:`.Channel` lists its effects."""
 
 Quirk = Callable[[Frame, Unit], Frame]
-"""Makes of the frame that a unit by the document would send the one that it does send."""
+"""Converts a frame according to the document to the frame that the unit sends."""
 
 _FAULT_CODE: Final = 1
 _FAULT_TEXT: Final = b"Command refused"
 
 
 def _header_only_completion(frame: Frame, unit: Unit) -> Frame:
-    """Send completions without status: six bytes instead of twenty."""
+    """Send completions without a status: six bytes instead of twenty."""
     match frame.message:
         case m.MotMoveCompletedDc() | m.MotMoveCompletedStepper() as completed:
             header: m.MotMoveCompletedHeader | m.MotMoveStoppedHeader = m.MotMoveCompletedHeader(
@@ -68,7 +68,7 @@ def _fault_codes_in_response(frame: Frame, unit: Unit) -> Frame:
 
 
 def _rich_responses(frame: Frame, unit: Unit) -> Frame:
-    """Send HW_RICHRESPONSE, with a code and a text, in place of HW_RESPONSE."""
+    """Send HW_RICHRESPONSE, with a code and a text, instead of HW_RESPONSE."""
     if not isinstance(frame.message, m.HwResponse):
         return frame
     data = struct.pack("<HH64s", 0, _FAULT_CODE, _FAULT_TEXT)
@@ -102,6 +102,6 @@ FRAME_QUIRKS: Final[Mapping[str, Quirk]] = {
 
 QUIRKS: Final[Mapping[str, str]] = {
     **{name: (quirk.__doc__ or "").partition("\n")[0] for name, quirk in FRAME_QUIRKS.items()},
-    CLOCKWISE_IS_NEGATIVE: "Move towards lower positions in direction 1, forward (CW), and report it so.",
+    CLOCKWISE_IS_NEGATIVE: "Move to lower positions in direction 1, forward (CW), and report that direction.",
 }
-"""What each quirk does, in a sentence, by name."""
+"""The effect of each quirk, in a sentence, by name."""

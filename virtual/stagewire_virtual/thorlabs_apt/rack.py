@@ -1,4 +1,4 @@
-"""Racks: which bays are used, and the inputs and outputs of the USER IO connector (pages 23 to 26)."""
+"""Racks: used bays, and the inputs and outputs of the USER IO connector (pages 23 to 26)."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from stagewire_virtual.instrument import Unit
 from stagewire_virtual.thorlabs_apt.transmitter import Handler, Responder
 
 RACK: Final = "RACK"
-"""The name of a rack of modules; the document has no unit of that kind, only its modules."""
+"""The name of a rack of modules; the document has the modules, but not such a unit."""
 
 BAYS: Final = len(RackBay)
-"""Bays that can be asked for, counted from 0 on the wire (page 23)."""
+"""The number of bays of a rack (page 23); on the wire the first one is 0."""
 
 _ALL_OUTPUTS: Final = sum(RackDigitalOutputs.bits.values())
 
 
 class Bays:
-    """What a motherboard knows of its bays.
+    """The bays of a motherboard.
 
-    :param occupied: the bays that hold a card or module, counted from 0.
+    :param occupied: the bays that contain a card or module, counted from 0.
     """
 
     def __init__(self, occupied: Collection[int]) -> None:
         self._occupied = frozenset(occupied)
 
     def handlers(self, controller: Responder) -> Mapping[str, Handler]:
-        """Return what takes each of its messages, answering as ``controller``."""
+        """Return the handlers of its messages, which answer through ``controller``."""
 
         def is_used(frame: Frame) -> None:
             message: Any = frame.message
@@ -40,7 +40,7 @@ class Bays:
                 state = BayState.OCCUPIED if bay in self._occupied else BayState.EMPTY
                 controller.send(m.RackGetBayUsed(bay, state), frame)
             else:
-                controller.refuse(frame, f"there is no bay {bay} (there are 0 to {BAYS - 1})")
+                controller.refuse(frame, f"unknown bay {bay} (bays are 0 to {BAYS - 1})")
 
         return {"RACK_REQ_BAYUSED": is_used}
 
@@ -48,8 +48,7 @@ class Bays:
 class UserIo:
     """The USER IO connector of a motherboard, of a module, or of a unit without bays.
 
-    Pages 25 and 26 have the tables of inputs and outputs exchanged (see the errata): the status bits are the
-    inputs.
+    The status bits are the inputs: pages 25 and 26 exchange the tables of inputs and outputs, see the errata.
     """
 
     def __init__(self) -> None:
@@ -59,9 +58,9 @@ class UserIo:
 
     @property
     def inputs(self) -> int:
-        """The digital inputs, as bits of RACK_GET_STATUSBITS; for the user of the virtual rack to set.
+        """The digital inputs, as bits of RACK_GET_STATUSBITS, which the user can set.
 
-        Setting what does not fit in 32 bits raises :class:`~stagewire.errors.EncodeError`.
+        Setting a value that does not fit in 32 bits raises :class:`~stagewire.errors.EncodeError`.
         """
         return self._status.status_bits
 
@@ -70,7 +69,7 @@ class UserIo:
         self._status = m.RackGetStatusBits(inputs)
 
     def handlers(self, controller: Responder) -> Mapping[str, Handler]:
-        """Return what takes each of its messages, answering as ``controller``."""
+        """Return the handlers of its messages, which answer through ``controller``."""
 
         def send_inputs(frame: Frame) -> None:
             controller.send(self._status, frame)
@@ -90,7 +89,7 @@ class UserIo:
 
 
 def modular_rack(protocol: Protocol, registry: Mapping[str, Any], bays: int) -> Unit:
-    """Return a rack of modules as a unit: it takes what concerns racks, and has no channels of its own."""
+    """Return a unit for a rack of modules; it has the messages of racks, and no channels."""
     messages = [
         entry["name"]
         for entry in registry["messages"]

@@ -1,4 +1,4 @@
-"""The solenoid driver: an output that is on or off, by hand, by time or by a trigger (pages 84 to 92)."""
+"""The solenoid driver: an output that is switched manually, in cycles or by a trigger (pages 84 to 92)."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from stagewire_virtual.thorlabs_apt.channel import (
 
 @dataclass(frozen=True, slots=True)
 class Cycles:
-    """On for a time, off for a time, over and over.
+    """Cycles of an on time and an off time.
 
-    :param began: the instant at which the output was switched on, in nanoseconds.
-    :param on: how long it is on in each cycle, in nanoseconds.
-    :param off: how long it is off after that.
-    :param number: how many cycles there are; None for cycles without end.
+    :param began: the instant at which the output was first switched on, in nanoseconds.
+    :param on: the on time of each cycle, in nanoseconds.
+    :param off: the off time after it, in nanoseconds.
+    :param number: the number of cycles; None for cycles without end.
     """
 
     began: int
@@ -41,67 +41,67 @@ class Cycles:
 
     @property
     def end(self) -> int | None:
-        """The instant at which the off time of the last cycle is over; None for never."""
+        """The instant at which the off time of the last cycle ends; None for never."""
         return None if self.number is None else self.began + self.number * (self.on + self.off)
 
     def active(self, now: int) -> bool:
-        """Say whether the output is on at an instant before the end."""
+        """Return whether the output is on at an instant before the end."""
         return (now - self.began) % (self.on + self.off) < self.on
 
 
 _STEP: Final = round(1_000_000 / SOLENOID_TIME.counts_per_unit)  # 250 µs in nanoseconds
 
 _OUTPUT_ON: Final = StepperStatusBits.forward_hardware_limit
-# Page 77 gives the bit to a limit switch, which a solenoid does not have. Units set it while the output is
-# on, says Thorlabs.MotionControl.TCube.Solenoid.h ("Solenoid output state").
+# Page 77 assigns this bit to a limit switch, which a solenoid does not have. According to
+# Thorlabs.MotionControl.TCube.Solenoid.h ("Solenoid output state"), units set it while the output is on.
 
 
 class Solenoid(Behaviour):
     """The channel of a solenoid driver.
 
-    ``SOLENOID_ON`` is the "Output ON" button of pages 85 and 91, and :meth:`press_enable` the ENABLE button
-    of the front panel, which page 85 makes the same: the output goes on (manual), on and off once (single),
-    on and off over and over (auto), or the unit is primed, and each :meth:`trigger` starts the cycles
-    (trigger). ``SOLENOID_OFF`` ends all of that. ``MOT_REQ_SOL_STATE`` is told whether the output is on at
-    this instant.
+    ``SOLENOID_ON`` is the "Output ON" button of pages 85 and 91. :meth:`press_enable` is the ENABLE button of
+    the front panel, which has the same effect (page 85). The effect depends on the operating mode. Manual:
+    the output is switched on. Single: one cycle. Auto: cycles. Trigger: the unit is armed, and each
+    :meth:`trigger` starts the cycles. ``SOLENOID_OFF`` ends everything. ``MOT_REQ_SOL_STATE`` returns the
+    present output.
 
-    Where the document is silent or contradicts itself:
+    Decisions where the document is silent or contradicts itself:
 
-    * the number of cycles counts in triggered mode, too (page 85, against page 87);
-    * a start while cycles run begins anew ("overrides any existing settings", page 91); a trigger while
-      cycles run does nothing;
-    * cycle parameters take effect with the next start; another operating mode ends what goes on;
-    * with the interlock needed and not fitted the output goes off, and so it does with a channel that is
-      disabled; it does not go on again by itself;
-    * ``MOT_MOVE_ABSOLUTE`` stands in the list of page 138 without a word: its short form is
-      ``SOLENOID_ON``, its long one is that for a position other than 0, and ``SOLENOID_OFF`` for 0.
-      ``MOT_MOVE_COMPLETED`` follows when all cycles are over; at once, where no cycles are started.
-      ``MOT_MOVE_STOP`` is ``SOLENOID_OFF``;
-    * in the status, position is 1 while the output is on; bit 0 is set with it, as in real units, and
-      ``interlock_enabled`` while the interlock is fitted.
+    * The number of cycles also applies in triggered mode (page 85; page 87 denies it).
+    * A start during cycles restarts them ("overrides any existing settings", page 91). A trigger during
+      cycles has no effect.
+    * Cycle parameters take effect at the next start. Another operating mode switches off.
+    * The output is switched off when a required interlock is opened and when the channel is disabled. It is
+      not switched on again automatically.
+    * ``MOT_MOVE_ABSOLUTE`` is in the list of page 138 without an explanation. The short form acts as
+      ``SOLENOID_ON``. The long form does so for any position except 0, and acts as ``SOLENOID_OFF`` for 0.
+      ``MOT_MOVE_COMPLETED`` is sent when the cycles are over, or immediately if no cycles are started.
+      ``MOT_MOVE_STOP`` acts as ``SOLENOID_OFF``.
+    * In the status, the position is 1 and bit 0 is set, as in real units, while the output is on;
+      ``interlock_enabled`` is set while the interlock is fitted.
 
-    :param channel: its parameters, its clock, and the way to the host.
+    :param channel: its channel.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for settings: nothing is moved.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for settings, because nothing moves.
     """
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
         if channel.settings != Settings():
             raise BadOptionError(
-                f"{channel.unit.name} moves nothing: it has no stage, no travel and no position"
+                f"{channel.unit.name} moves nothing and accepts no stage, travel or position"
             )
         self._interlock_closed = True
         self._held = False  # switched on in manual mode
-        self._primed = False  # a trigger begins the cycles
+        self._primed = False  # a trigger starts the cycles
         self._cycles: Cycles | None = None
-        self._timer: Timer | None = None  # at the end of the cycles
-        self._waiting: Frame | None = None  # the move whose completion is to be told then
+        self._timer: Timer | None = None  # ends the cycles
+        self._waiting: Frame | None = None  # the move that is completed at the end of the cycles
         self._mode_in_force = self._mode
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
-        """Return the values that parameter sets have in a new driver.
+        """Return the parameters of a new driver.
 
         Times and cycles are those of page 87; all modes of the LED are enabled (page 53).
         """
@@ -113,7 +113,7 @@ class Solenoid(Behaviour):
             "MOT_SOL_STATE": {"state": SolenoidState.SOLENOID_OFF},
         }
 
-    # What the user of a virtual driver sets and sees
+    # For tests
 
     @property
     def on(self) -> bool:
@@ -124,7 +124,7 @@ class Solenoid(Behaviour):
 
     @property
     def interlock_closed(self) -> bool:
-        """Whether the interlock plug is fitted; it is in a new driver."""
+        """Whether the interlock plug is fitted; True in a new driver."""
         return self._interlock_closed
 
     @interlock_closed.setter
@@ -133,36 +133,36 @@ class Solenoid(Behaviour):
         self._obey_interlock()
 
     def trigger(self) -> None:
-        """Give TRIG IN a rising edge: a unit that is primed begins its cycles."""
+        """Apply a rising edge to TRIG IN, which starts the cycles of an armed unit."""
         if self._primed and self._cycles is None:
             self._begin(self._number_of_cycles)
 
     def press_enable(self) -> None:
-        """Press ENABLE on the front panel: the same as the host's on, or off if there is something to end."""
+        """Press ENABLE on the front panel: switch off if anything is active, else on like ``SOLENOID_ON``."""
         if self._busy:
             self._off()
         else:
             self._on()
 
-    # What the controller asks
+    # For the controller
 
     def power_on(self) -> None:
-        """Begin anew, with the output off."""
+        """Reset to the power-on state, with the output off."""
         self._off()
 
     def enabled_changed(self) -> None:
-        """Switch the output off with the channel."""
+        """Switch the output off."""
         self._off()
 
     def status(self) -> Mapping[str, int]:
-        """Return position 1 for on, and the status bits, of this instant (page 77)."""
+        """Return the present position, 1 for on, and the status bits (page 77)."""
         bits = _OUTPUT_ON if self.on else 0
         if self._interlock_closed:
             bits |= StepperStatusBits.interlock_enabled
         return {"position": int(self.on), "enc_count": 0, "status_bits": bits}
 
     def row(self) -> LiveState:
-        """Return whether the output is on, and the mode."""
+        """Return the output and the mode."""
         states = [SolenoidOperatingMode(self._mode).name.removeprefix("SOLENOID_").lower()]
         if self._cycles is not None:
             states.append("cycling")
@@ -174,12 +174,12 @@ class Solenoid(Behaviour):
 
     @live("MOT_SOL_STATE")
     def state(self) -> dict[str, int]:
-        """Return whether the output is on at this instant."""
+        """Return the present output."""
         return {"state": SolenoidState.SOLENOID_ON if self.on else SolenoidState.SOLENOID_OFF}
 
     @stored("MOT_SOL_STATE")
     def state_was_set(self, frame: Frame) -> None:
-        """Press the output buttons (page 91)."""
+        """Switch on or off like the output buttons (page 91)."""
         if self.channel.parameter("MOT_SOL_STATE", "state") == SolenoidState.SOLENOID_ON:
             self._on(frame)
         else:
@@ -187,18 +187,18 @@ class Solenoid(Behaviour):
 
     @stored("MOT_SOL_OPERATINGMODE")
     def mode_was_set(self, frame: Frame) -> None:
-        """End what goes on if this is another mode."""
+        """Switch off if the mode has changed."""
         if self._mode != self._mode_in_force:
             self._off()
 
     @stored("MOT_SOL_INTERLOCKMODE")
     def interlock_mode_was_set(self, frame: Frame) -> None:
-        """Switch the output off if the interlock is needed from now on and not fitted (page 89)."""
+        """Switch off if the interlock is now required and not fitted (page 89)."""
         self._obey_interlock()
 
     @handles("MOT_MOVE_ABSOLUTE")
     def move_absolute(self, frame: Frame) -> None:
-        """Switch on or off, and tell when that is over."""
+        """Switch on or off, and send a completion at the end."""
         if isinstance(frame.message, m.MotMoveAbsolute) and not frame.message.absolute_distance:
             self._off()
         elif not self._on(frame):
@@ -209,13 +209,13 @@ class Solenoid(Behaviour):
 
     @handles("MOT_MOVE_STOP")
     def stop(self, frame: Frame) -> None:
-        """Switch off; the list of the unit has no message that would tell it."""
+        """Switch off, without an answer: the unit does not have MOT_MOVE_STOPPED."""
         self._off()
 
-    # What it does
+    # The output
 
     def _on(self, frame: Frame | None = None) -> bool:
-        """Do what the button "Output ON" does in the mode that is set; False if it is refused."""
+        """Act like the button "Output ON" in the present mode; return False if that is refused."""
         fault = self._fault
         if fault is None:
             self._off()
@@ -233,7 +233,7 @@ class Solenoid(Behaviour):
         return fault is None
 
     def _off(self) -> None:
-        """End what goes on, with the output off; whoever waits for its end is not told."""
+        """Switch off and end everything, without a completion."""
         if self._timer is not None:
             self._timer.cancel()
         self._held = self._primed = False
@@ -271,7 +271,7 @@ class Solenoid(Behaviour):
 
     @property
     def _number_of_cycles(self) -> int | None:
-        """How many cycles are set; None for 0, which has no end (page 87)."""
+        """The number of cycles; None for 0, which means without end (page 87)."""
         return self.channel.parameter("MOT_SOL_CYCLEPARAMS", "num_cycles") or None
 
     @property
@@ -280,7 +280,7 @@ class Solenoid(Behaviour):
 
     @property
     def _may_work(self) -> bool:
-        """Whether the interlock is fitted, or not needed (page 89)."""
+        """Whether the interlock is fitted or not required (page 89)."""
         mode = self.channel.parameter("MOT_SOL_INTERLOCKMODE", "interlock_mode")
         return self._interlock_closed or mode != SolenoidInterlockMode.SOLENOID_ENABLED
 

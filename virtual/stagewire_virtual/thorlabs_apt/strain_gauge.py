@@ -1,4 +1,4 @@
-"""The strain gauge reader: a signal, shown as a position, a voltage or a force (pages 117 and 127 to 129)."""
+"""The strain gauge reader: a signal as a position, a voltage or a force (pages 117 and 127 to 129)."""
 
 from __future__ import annotations
 
@@ -24,42 +24,44 @@ SAMPLE_TIME: Final = SECOND // 500
 """Readings are sampled at 500 Hz (page 129)."""
 
 SMOOTHED_SAMPLES: Final = 16
-"""The smoothed reading is the mean of so many samples, 32 ms; the document does not say what it is."""
+"""The number of samples in a smoothed reading, 32 ms; the document does not define it."""
 
-_FULL_SCALE_VOLTS: Final = 10  # of the voltage on display; the document has no figure (page 129)
+_FULL_SCALE_VOLTS: Final = (
+    10  # full scale of the displayed voltage; the document has no value (page 129)
+)
 
 Signal = float | Callable[[float], float]
-"""A share of full scale, or one for each time in seconds."""
+"""A fraction of full scale, or a function that returns one for a time in seconds."""
 
 
 class StrainGauge(Behaviour):
-    """The channel of a strain gauge reader, with whatever its user lets it measure.
+    """The channel of a strain gauge reader, whose signal the user sets.
 
-    The reading is the signal as a share of its full scale, 32767 for all of it (page 129): of the travel as
-    a position, of the force calibration as a force, of the analogue output as a voltage. Position and force
-    count from the zero that ``PZ_SET_ZERO`` takes after it has read for 1 s; the voltage is that of the
-    signal itself.
+    The reading is the signal as a fraction of full scale, which is 32767 (page 129). Full scale is the travel
+    for a position, the force calibration for a force, and the analogue output for a voltage. Position and
+    force are relative to the zero that ``PZ_SET_ZERO`` reads after 1 s; the voltage is not.
 
-    Where the document is silent: ``smoothed`` is the mean of the last 16 samples, with the sign of two's
-    complement, since a word holds no other. A disabled channel goes on reading, since it drives nothing.
-    The status message has the voltage as ``op_voltage`` and the position, not below 0, as ``position``.
+    Decisions where the document is silent: ``smoothed`` is the mean of the last 16 samples, in two's
+    complement, because it is printed as a word. A disabled channel continues to read, because it drives
+    nothing. The status message has the voltage as ``op_voltage``, and the position, not below 0, as
+    ``position``.
 
-    ``settings.travel`` is what ``PZ_REQ_MAXTRAVEL`` is told; ``settings.position`` is the signal at the
-    beginning, in the same steps of 100 nm.
+    ``settings.travel`` is the answer to ``PZ_REQ_MAXTRAVEL``, and ``settings.position`` is the first signal,
+    both in steps of 100 nm.
 
-    :param channel: its parameters, its clock, and the way to the host.
+    :param channel: its channel.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a travel or a position that cannot be.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an invalid travel or position.
     """
 
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
         self.travel, share = travel_and_share(channel.settings)
-        """Of the actuator that is measured, in steps of 100 nm."""
+        """The travel of the measured actuator, in steps of 100 nm."""
         self._noise = 0.0
         self._noise_seed = channel.random.getrandbits(64)
         self._bits = StatusBits(channel.unit)
-        # Each signal with the sample from which it holds, at most one a sample: the last ones are enough.
+        # Each signal with its first sample, at most one per sample; the readings only need the last ones.
         self._signals: deque[tuple[int, Signal]] = deque([(0, share)], SMOOTHED_SAMPLES)
         self._zero = 0
         self._zeroed = False
@@ -67,7 +69,7 @@ class StrainGauge(Behaviour):
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
-        """Return the values that parameter sets have in a new reader; those not named are the registry's."""
+        """Return the parameters of a new reader; missing values are those of the registry."""
         return {
             "PZ_TPZ_DISPSETTINGS": {"disp_intensity": 255},
             "PZ_TSG_IOSETTINGS": {
@@ -78,9 +80,9 @@ class StrainGauge(Behaviour):
 
     @property
     def signal(self) -> Signal:
-        """What the gauge measures: a share of full scale, -1 to 1, or a function of the time in seconds.
+        """The measured signal: a fraction of full scale, -1 to 1, or a function of the time in seconds.
 
-        The function is called with the instants at which samples are taken.
+        The function is called with the instants of samples.
         """
         return self._signals[-1][1]
 
@@ -94,7 +96,10 @@ class StrainGauge(Behaviour):
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the noise on each sample, as a share of full scale; made of the seed."""
+        """Standard deviation of the noise on each sample, as a fraction of full scale.
+
+        The noise is derived from the seed.
+        """
         return self._noise
 
     @noise.setter
@@ -102,11 +107,11 @@ class StrainGauge(Behaviour):
         self._noise = finite(share)
 
     def power_on(self) -> None:
-        """Begin anew: not zeroed. What is measured stays."""
+        """Reset to the power-on state, not zeroed; the signal stays."""
         self._forget_zero()
 
     def status(self) -> Mapping[str, int]:
-        """Return voltage, position and status bits of this instant (page 103)."""
+        """Return the present voltage, position and status bits (page 103)."""
         voltage = self._at(self._sample)
         names = {
             "strain_gauge_connected": True,
@@ -122,7 +127,7 @@ class StrainGauge(Behaviour):
         }
 
     def row(self) -> LiveState:
-        """Return the reading in the unit of the display."""
+        """Return the reading in the displayed unit."""
         share = self.reading()["reading"] / FULL_SCALE
         match self._mode:
             case DisplayMode.DISPUNITS_VOLTAGE:
@@ -148,7 +153,7 @@ class StrainGauge(Behaviour):
 
     @handles("PZ_SET_ZERO")
     def zero(self, frame: Frame) -> None:
-        """Take the reading at the end of 1 s as zero (page 117); there is no voltage that could be set."""
+        """Use the reading after 1 s as zero (page 117); the reader has no output to set to zero volts."""
         self._forget_zero()
         self._zeroing = self.channel.clock.call_later(READING_TIME, self._take_zero)
 
@@ -175,11 +180,11 @@ class StrainGauge(Behaviour):
 
     @property
     def _sample(self) -> int:
-        """The number of the last sample, counted from the beginning of time."""
+        """The number of the last sample since the clock was created."""
         return self.channel.clock.now // SAMPLE_TIME
 
     def _shown(self, sample: int) -> int:
-        """Return the reading of a sample by the display mode."""
+        """Return the reading of a sample in the display mode."""
         zero = 0 if self._mode == DisplayMode.DISPUNITS_VOLTAGE else self._zero
         return min(max(self._at(sample) - zero, -FULL_SCALE), FULL_SCALE)
 

@@ -1,6 +1,6 @@
-"""The way from a controller to the host: what is withheld, and in which form the rest goes out.
+"""The output of a controller: which messages are sent, and in which form.
 
-With the types of whatever takes the messages that come to an address, and answers them.
+Also has the types of message handlers and of the parts that provide them.
 """
 
 from __future__ import annotations
@@ -15,44 +15,44 @@ from stagewire_virtual.thorlabs_apt.facts import facts_of
 from stagewire_virtual.thorlabs_apt.quirks import FRAME_QUIRKS
 
 Handler = Callable[[Frame], None]
-"""Takes one message of a controller's table."""
+"""Handles one message of a controller."""
 
 
 class Responder(Protocol):
-    """What a handler needs of the controller that it answers for."""
+    """The interface of a controller for message handlers."""
 
     def send(self, message: FramedMessage, cause: Frame) -> None:
-        """Say something that a frame of the host caused."""
+        """Send a message that a frame of the host caused."""
 
     def refuse(self, cause: Frame, why: str) -> None:
-        """Do nothing of what a frame of the host wants."""
+        """Refuse a frame of the host."""
 
 
 class Panel(Protocol):
-    """A part of an instrument without channels, which answers at each address that it is built into."""
+    """A part of an instrument without channels, which can answer at several addresses."""
 
     def handlers(self, controller: Responder) -> Mapping[str, Handler]:
-        """Return what takes each of its messages, answering as ``controller``."""
+        """Return the handlers of its messages, which answer through ``controller``."""
 
 
 UNACKNOWLEDGED: Final = 50
-"""Status messages that are sent without a keep-alive from the host; then no more (pages 80 and 105)."""
+"""How many status messages are sent without a keep-alive message of the host (pages 80 and 105)."""
 
 
 class Transmitter:
-    """Where everything passes that one controller says.
+    """Sends all messages of one controller.
 
-    Messages that the unit does not have are not sent. What the host muted is not sent. Of what comes
-    unsolicited, as updates and completions do, :data:`UNACKNOWLEDGED` are sent after the last keep-alive,
-    by a controller that wants any; what was withheld is not made up for. A status message that the host
-    asked for is always sent and does not count: pages 80 and 105 do not say so, but drivers that poll a
-    real TDC001 without ever acknowledging are answered.
+    Messages that the unit does not have, and messages that the host muted, are not sent. A controller that
+    requires keep-alive messages sends :data:`UNACKNOWLEDGED` unsolicited messages (updates and completions)
+    after the last one; further ones are lost. A status message that the host requested is always sent and
+    does not count. Pages 80 and 105 do not say so, but a real TDC001 answers drivers that poll it and never
+    acknowledge.
 
-    :param unit: what the registry says of it.
-    :param wants_keep_alive: whether it falls silent without them.
-    :param quirks: names of quirks; those of :data:`~stagewire_virtual.thorlabs_apt.quirks.FRAME_QUIRKS`
-        change what is sent.
-    :param transmit: takes the bytes of a frame.
+    :param unit: its unit in the registry.
+    :param wants_keep_alive: whether it requires keep-alive messages.
+    :param quirks: names of quirks; those in :data:`~stagewire_virtual.thorlabs_apt.quirks.FRAME_QUIRKS`
+        change frames.
+    :param transmit: sends the bytes of a frame.
     """
 
     def __init__(
@@ -70,29 +70,29 @@ class Transmitter:
         self.reset()
 
     def reset(self) -> None:
-        """Be as after power-on: nothing is muted, nothing has been counted."""
+        """Reset to the power-on state: nothing muted, count 0."""
         self._muted: set[str] = set()
         self._count = 0
 
     def keep_alive(self) -> None:
-        """Count from zero again."""
+        """Reset the count of unacknowledged messages."""
         self._count = 0
 
     def mute(self, messages: Collection[str]) -> None:
-        """Do not send these until they are unmuted."""
+        """Stop sending these messages until they are unmuted."""
         self._muted.update(messages)
 
     def unmute(self, messages: Collection[str]) -> None:
-        """Send these again."""
+        """Send these messages again."""
         self._muted.difference_update(messages)
 
     @property
     def withholds_updates(self) -> bool:
-        """Whether updates would not be sent now, because the host sent no keep-alive."""
+        """Whether updates are withheld because a keep-alive message is missing."""
         return self._limit is not None and self._count >= self._limit
 
     def send(self, message: FramedMessage, cause: Frame) -> None:
-        """Send what a frame of the host caused, from the address that was spoken to, to who spoke."""
+        """Send a message that a frame caused, from the destination of that frame to its source."""
         name = message.layout.message
         facts = self._facts.get(name)
         if facts is None or name in self._muted:
@@ -104,7 +104,7 @@ class Transmitter:
         self._say(message, cause.source, cause.dest)
 
     def respond(self, dest: int, source: int) -> None:
-        """Send HW_RESPONSE, which says that something is wrong, unless it is muted."""
+        """Send HW_RESPONSE, which reports an error, unless it is muted."""
         if "HW_RESPONSE" in self._facts and "HW_RESPONSE" not in self._muted:
             self._say(m.HwResponse(), dest, source)
 

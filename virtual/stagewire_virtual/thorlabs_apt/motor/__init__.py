@@ -1,1 +1,1 @@
-"""Motor channels: moves, the stage that they move, and its limits, homing, counters and status bits."""
+"""Motor channels: moves, and the stage with its limits, homing, counters and status bits."""

@@ -24,14 +24,14 @@ from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
 
 _NOMINAL = 100_000
-"""Counts that stand for a millimetre where nobody knows how many they are."""
+"""Counts per millimetre to assume if they are unknown."""
 _LONGEST = 0x7FFF_FFFF
-"""The longest travel in counts: positions are 32 bits with a sign (page 28)."""
+"""The longest travel in counts: positions are signed, with 32 bits (page 28)."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Plausible:
-    """What a stage is like: lengths in millimetres, times in seconds."""
+    """Plausible properties of a stage: lengths in millimetres, times in seconds."""
 
     travel: float
     velocity: float
@@ -45,18 +45,18 @@ class _Plausible:
 _BRUSHLESS = _Plausible(110, 100, 1000, 25, 0.05, 50, 10_000)
 """The MLS203: travel of its data sheet, homing of page 38, jog step of page 33, jerk of page 70."""
 _SCREW = _Plausible(25, 2, 4, 1, 0.1, 1, 0)
-"""An actuator with a lead screw, which crosses its travel in a quarter of a minute."""
+"""An actuator with a lead screw, which takes a quarter of a minute for its travel."""
 
 
 def is_brushless(channel: Channel) -> bool:
-    """Say whether a channel drives a brushless stage, which has the parameters of the PMD chip."""
+    """Return whether a channel drives a brushless stage, which has the parameters of the PMD chip."""
     return channel.answers("MOT_REQ_PMDSTAGEAXISPARAMS")
 
 
 def travel_of(channel: Channel, scales: Scales) -> int:
-    """Return the travel of a channel's stage in counts: that of the user, of the registry, or of such stages.
+    """Return the travel in counts, from the settings, from the stage in the registry, or a plausible one.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for one that a position cannot count.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` if positions cannot represent it.
     """
     told = channel.settings.travel
     if told is None:
@@ -66,28 +66,30 @@ def travel_of(channel: Channel, scales: Scales) -> int:
         return round(float(length) * _counts_per_mm(scales))
     if not 0 < told <= _LONGEST:
         raise BadOptionError(
-            f"{channel.unit.name} needs a travel of 1 to {_LONGEST} counts, not {told}"
+            f"{channel.unit.name} requires a travel of 1 to {_LONGEST} counts, not {told}"
         )
     return told
 
 
 def starting_place(channel: Channel, travel: int) -> int:
-    """Return where the stage of a new controller stands: as told, or a fifth of its travel.
+    """Return the first position of a stage, from the settings, or a fifth of its travel.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a place where it cannot stand.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a position outside the travel.
     """
     told = channel.settings.position
     if told is None:
         return travel // 5
     if not 0 <= told <= travel:
-        raise BadOptionError(f"{channel.unit.name} cannot stand at {told} of a travel of {travel}")
+        raise BadOptionError(
+            f"{channel.unit.name} cannot start at {told} within a travel of {travel}"
+        )
     return told
 
 
 def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
-    """Return the parameter sets of a new controller that the unit has.
+    """Return the parameters of a new controller, for the sets that the unit has.
 
-    Velocities suit the stage. What tunes loops is from the worked examples of the document.
+    Velocities suit the stage. The parameters of loops are those in the examples of the document.
     """
     scales = Scales(channel.settings.stage, channel.unit.name)
     stage = _plausible(channel)
@@ -114,7 +116,7 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
             "jog_stop_mode": StopMode.PROFILED,
         },
         "MOT_HOMEPARAMS": {
-            # Both are ignored for brushless stages (page 37), and zero in the example of page 38.
+            # Brushless stages ignore both (page 37), and the example of page 38 has zero.
             "home_direction": 0 if brushless else MoveDirection.REVERSE,
             "limit_switch": 0 if brushless else 1,
             "home_velocity": velocity(stage.home_velocity),
@@ -164,7 +166,7 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
             "kaff_pos": 1000,
             "pos_err_lim": 65_535,
         },
-        "MOT_PMDMOTOROUTPUTPARAMS": {  # page 65, with the motor limit that its text has
+        "MOT_PMDMOTOROUTPUTPARAMS": {  # page 65, with the motor limit from its text
             "cont_current_lim": 6553,
             "energy_lim": 4800,
             "motor_lim": 32_767,
@@ -188,7 +190,7 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
             "i_dead_band_settled": 50,
             "kff_settled": 500,
         },
-        "MOT_PMDSTAGEAXISPARAMS": {  # page 76: twice what it moves with at first
+        "MOT_PMDSTAGEAXISPARAMS": {  # page 76: twice the initial velocity and acceleration
             "stage_id": StageAxis.MLS203_X_AXIS,
             "part_no_axis": "MLS203 X Axis",
             "serial_num": channel.random.randrange(1, 10_000_000),

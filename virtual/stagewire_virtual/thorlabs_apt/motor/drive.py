@@ -1,4 +1,4 @@
-"""What makes an axis do what a motor is told: one action at a time, from its first way to its completion."""
+"""The drive of a motor: it carries out one action at a time, from its first move to its completion."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from stagewire_virtual.thorlabs_apt.motor.travel import Limit
 
 _NANOSECONDS_PER_CYCLE: Final = 1000 / SERVO_CYCLES.counts_per_unit
 _POSITION_ERROR_LIMIT: Final = 65_535
-"""Of servos without MOT_PMDPOSITIONLOOPPARAMS; the example of page 62 has it."""
+"""The limit of servos without MOT_PMDPOSITIONLOOPPARAMS, from the example of page 62."""
 
 
 @dataclass(slots=True)
 class Action:
-    """What a motor has been told.
+    """An action of a motor.
 
-    :param doing: for the status bits.
-    :param cause: the frame that told it.
-    :param pace: of all its ways.
-    :param ways: those that are left, the present one first.
-    :param complete: called with the cause at the end of the last one.
+    :param doing: its kind, for the status bits.
+    :param cause: the frame that started it.
+    :param pace: the pace of its moves.
+    :param ways: the remaining moves, the present one first.
+    :param complete: called with the cause at the end of the last move.
     :param limited: whether soft limits end it.
     """
 
@@ -44,9 +44,9 @@ class Action:
 class Drive:
     """Drives the axis of a channel.
 
-    :param channel: its parameters and its clock.
-    :param axis: what it drives.
-    :param limits: gives the soft limits of this instant.
+    :param channel: the channel.
+    :param axis: the axis.
+    :param limits: returns the present soft limits.
     """
 
     def __init__(
@@ -59,16 +59,16 @@ class Drive:
         self._settling: Timer | None = None
         self._rests_since = channel.clock.now
         self.motion_error = False
-        """Whether an excessive position error has stopped it, since it was last told to move or enabled."""
+        """Whether an excessive position error stopped it; cleared by the next move and when enabled."""
 
     @property
     def action(self) -> Action | None:
-        """What it has been told and has not completed."""
+        """The present action; None at rest."""
         return self._action
 
     @property
     def settled(self) -> bool:
-        """Whether it has been at rest for the settle time: its error is then 0 (page 66)."""
+        """Whether it has been at rest for the settle time, with an error of 0 (page 66)."""
         rests = self._channel.clock.now - self._rests_since
         return not self._axis.moving and rests >= self._settle_time
 
@@ -79,14 +79,14 @@ class Drive:
         return abs(self._axis.error) <= window
 
     def begin(self, action: Action) -> None:
-        """Take an action over from the present one, at its velocity; only the new one will be completed."""
+        """Start an action at the present velocity; it replaces the present action, which is not completed."""
         self._settle_no_more()
         self.motion_error = False
         self._action = action
         self._follow(self._axis.velocity)
 
     def rest(self) -> None:
-        """Stand, at once; the present action is not completed."""
+        """Stop immediately, without completing the present action."""
         self._settle_no_more()
         if self._axis.moving:
             self._axis.halt()
@@ -94,7 +94,7 @@ class Drive:
         self._action = None
 
     def hold(self, held: bool) -> None:
-        """Let something hold the axis, or let it go; it goes to where it was going then."""
+        """Block the axis, or release it; a released axis continues to its target."""
         if held is self._axis.held:
             return
         velocity = self._axis.velocity
@@ -102,12 +102,12 @@ class Drive:
         if self._action is None or self._settling is not None:
             return
         if held and self._action.doing is Activity.STOPPING:
-            self._end()  # it has stopped
+            self._end()  # a blocked axis has stopped
         else:
             self._follow(velocity)
 
     def _follow(self, velocity: float) -> None:
-        """Go the first way of the action, from a velocity."""
+        """Start the first move of the action at a velocity."""
         action, axis = self._action, self._axis
         if action is None:
             return
@@ -127,7 +127,7 @@ class Drive:
                 axis.watch(axis.place + direction * allowed, direction, self._lose)
 
     def _gone(self) -> None:
-        """Go on with the next way, or settle (page 66); whoever stops does not wait for that."""
+        """Continue with the next move, or settle (page 66); stops do not settle."""
         action = self._action
         if action is None:
             return
@@ -142,9 +142,9 @@ class Drive:
             self._end()
 
     def _at_limit(self, limit: Limit) -> None:
-        """Stop at a soft limit, at once or from there on, and complete what was done (page 48).
+        """Stop at a soft limit, immediately or with a profile, and complete the action (page 48).
 
-        Who only went beyond the target for the backlash still goes there.
+        A move that overshot its target for the backlash still returns to it.
         """
         action = self._action
         if action is None or self._axis.held:
@@ -159,12 +159,12 @@ class Drive:
             self._gone()
 
     def _lose(self) -> None:
-        """Give up: the position error is excessive, and stops the axis (page 62)."""
+        """Stop with a motion error, because the position error is excessive (page 62)."""
         self.rest()
         self.motion_error = True
 
     def _end(self) -> None:
-        """Rest, and complete the action."""
+        """Stop and complete the action."""
         action = self._action
         self.rest()
         if action is not None:
@@ -172,7 +172,7 @@ class Drive:
 
     @property
     def _settle_time(self) -> int:
-        """How long it must rest until it counts as settled, in nanoseconds (page 67)."""
+        """The time at rest after which it counts as settled, in nanoseconds (page 67)."""
         cycles = self._channel.parameter("MOT_PMDTRACKSETTLEPARAMS", "time")
         return round(cycles * _NANOSECONDS_PER_CYCLE)
 

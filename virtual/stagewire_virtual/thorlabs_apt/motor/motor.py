@@ -1,7 +1,7 @@
-"""Motors: moves, homing, jogging and stops, and what is said at their end (pages 41 to 50).
+"""Motors: moves, homing, jogs and stops, and their completions (pages 41 to 50).
 
-A message that moves takes the motor over at the velocity of that instant, and only the last one is completed.
-Moves are refused while the channel is disabled, and at a velocity or an acceleration that gets nowhere.
+A move during another takes over at the present velocity, and only the last one is completed. Moves are
+refused while the channel is disabled, and with a velocity or acceleration of 0.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _STOPPED: Final[Mapping[str, Callable[..., Any]]] = {
 class Motor(StageChannel):
     """A stepper or DC servo motor.
 
-    :param channel: its parameters, its clock, and the way to the host.
+    :param channel: its channel.
     """
 
     def __init__(self, channel: Channel) -> None:
@@ -44,7 +44,7 @@ class Motor(StageChannel):
         self._paces = Paces(channel, self._scales)
 
     def enabled_changed(self) -> None:
-        """Stop at once and say so when disabled in motion; forget a motion error when enabled."""
+        """Stop immediately and report it when disabled in motion; clear a motion error when enabled."""
         action = self._drive.action
         if not self.channel.enabled:
             self._drive.rest()
@@ -67,7 +67,7 @@ class Motor(StageChannel):
 
     @handles("MOT_MOVE_RELATIVE")
     def move_relative(self, frame: Frame) -> None:
-        """Move by the distance of the message, or by the stored one (page 42), from where it is now."""
+        """Move by the distance of the message, or by the stored one (page 42), from the present position."""
         match frame.message:
             case m.MotMoveRelative(relative_distance=distance):
                 pass
@@ -77,12 +77,12 @@ class Motor(StageChannel):
 
     @handles("MOT_MOVE_VELOCITY")
     def move_velocity(self, frame: Frame) -> None:
-        """Move in a direction until it is stopped or comes to a limit (page 48)."""
+        """Move in a direction until a stop or a limit (page 48)."""
         self._run(frame, Activity.MOVING, self._paces.move)
 
     @handles("MOT_MOVE_JOG")
     def move_jog(self, frame: Frame) -> None:
-        """Jog in a direction: on and on, or by one step from where it is now (pages 32 and 47)."""
+        """Jog in a direction, continuously or by one step from the present position (pages 32 and 47)."""
         pace = self._paces.jog
         if self.channel.parameter("MOT_JOGPARAMS", "jog_mode") == JogMode.CONTINUOUS:
             self._run(frame, Activity.JOGGING, pace)
@@ -93,7 +93,7 @@ class Motor(StageChannel):
 
     @handles("MOT_MOVE_HOME")
     def move_home(self, frame: Frame) -> None:
-        """Home (page 41); soft limits do not count, because positions do not until then."""
+        """Home (page 41); soft limits do not apply, because positions are not valid before."""
         pace = self._paces.home
         run = homing(self.channel, self._axis, pace)
         complete = self._home_found if run.found else self._stopped
@@ -104,10 +104,10 @@ class Motor(StageChannel):
 
     @handles("MOT_MOVE_STOP")
     def move_stop(self, frame: Frame) -> None:
-        """Stop at once or with a profile (page 49); what does not move has stopped.
+        """Stop immediately or with a profile (page 49); a motor at rest answers immediately.
 
-        A jog that is stopped in neither of the two modes is stopped as its parameters want (page 32), any
-        other motion with a profile.
+        If the mode is neither of the two, a jog stops according to its parameters (page 32), and any other
+        motion with a profile.
         """
         action = self._drive.action
         mode = getattr(frame.message, "stop_mode", 0)
@@ -121,10 +121,10 @@ class Motor(StageChannel):
             self._drive.begin(Action(Activity.STOPPING, frame, action.pace, ways, self._stopped))
 
     def _move_to(self, frame: Frame, place: int) -> None:
-        """Move to a place; against the backlash, beyond it and back (page 34).
+        """Move to a place; if the backlash requires it, overshoot and return (page 34).
 
-        With a positive distance the last approach is forward, with a negative one in reverse; where it would
-        come to rest decides from which side it comes.
+        With a positive distance the last approach is forward, with a negative one in reverse. The position at
+        which the motor would come to rest decides whether it must overshoot.
         """
         pace = self._paces.move
         action = Action(Activity.MOVING, frame, pace, (GoTo(place, pace),), self._completed)
@@ -141,11 +141,11 @@ class Motor(StageChannel):
             self._begin(Action(doing, frame, pace, (RunOn(direction, pace),), self._completed))
 
     def _direction(self, frame: Frame) -> int:
-        """Return how positions change in the direction of a message: 1 up, -1 down, 0 if it is invalid."""
+        """Return how positions change in the direction of a message: 1 up, -1 down; 0 if it is invalid."""
         turn = _CLOCKWISE.get(getattr(frame.message, "direction", 0), 0)
         direction = turn * self.channel.clockwise
         if not direction:
-            self.channel.report_fault(frame, "the direction is neither 1 nor 2")
+            self.channel.report_fault(frame, "the direction must be 1 or 2")
         return direction
 
     def _begin(self, action: Action) -> None:
@@ -158,7 +158,7 @@ class Motor(StageChannel):
             self.channel.report_fault(action.cause, fault)
         return not fault
 
-    # What is said at the end
+    # Completions
 
     def _completed(self, cause: Frame) -> None:
         self._say(_COMPLETED, cause)

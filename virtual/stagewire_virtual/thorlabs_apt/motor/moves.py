@@ -1,7 +1,7 @@
-"""The ways in which a motor moves, from the place and the velocity that it has.
+"""The moves of a motor, from its present position and velocity.
 
-How fast depends on parameters (:class:`Paces`), whose values on the wire are scaled to counts and seconds
-(:class:`Scales`).
+:class:`Paces` determines their speed from parameters. :class:`Scales` converts the values on the wire to
+counts and seconds.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from stagewire_virtual.thorlabs_apt.channel import Channel
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How fast to move.
+    """The speed of a move.
 
-    :param velocity: the top velocity, in counts/s.
-    :param acceleration: of speeding up and of slowing down, in counts/s².
-    :param jerk: in counts/s³ for S-curves, None for trapezoids.
+    :param velocity: the top velocity in counts/s.
+    :param acceleration: the acceleration and deceleration in counts/s².
+    :param jerk: the jerk of an S-curve in counts/s³; None for a trapezoid.
     """
 
     velocity: float
@@ -31,26 +31,26 @@ class Pace:
 
     @property
     def fault(self) -> str:
-        """What keeps a motor from ever getting anywhere at this pace; empty if nothing does."""
+        """Why no motor can move at this pace; empty if it can."""
         for name in ("velocity", "acceleration", "jerk"):
             value = getattr(self, name)
             if value is not None and value <= 0:
-                return f"the {name} is not above zero"
+                return f"the {name} must be above 0"
         return ""
 
 
 @dataclass(frozen=True, slots=True)
 class GoTo:
-    """Move to a place and rest there.
+    """A move to a place.
 
-    Page 69 gives S-curves from rest to rest; whoever is in motion already goes on in a trapezoid.
+    An S-curve starts at rest (page 69); a motor in motion continues with a trapezoid.
     """
 
     place: float
     pace: Pace
 
     def profile(self, place: float, velocity: float) -> Profile:
-        """Plan it from a place and a velocity."""
+        """Plan the move from a place and a velocity."""
         top, acceleration, jerk = self.pace.velocity, self.pace.acceleration, self.pace.jerk
         if jerk is not None and not velocity:
             return s_curve(place, self.place, velocity=top, acceleration=acceleration, jerk=jerk)
@@ -61,13 +61,13 @@ class GoTo:
 
 @dataclass(frozen=True, slots=True)
 class RunOn:
-    """Move in a direction, 1 or -1, until something stops it."""
+    """A move in a direction, 1 or -1, until something stops it."""
 
     direction: int
     pace: Pace
 
     def profile(self, place: float, velocity: float) -> Profile:
-        """Plan it from a place and a velocity."""
+        """Plan the move from a place and a velocity."""
         return run_on(
             place,
             self.direction * self.pace.velocity,
@@ -78,12 +78,12 @@ class RunOn:
 
 @dataclass(frozen=True, slots=True)
 class SlowDown:
-    """Slow down and rest."""
+    """A deceleration to rest."""
 
     pace: Pace
 
     def profile(self, place: float, velocity: float) -> Profile:
-        """Plan it from a place and a velocity."""
+        """Plan the move from a place and a velocity."""
         return stop(place, acceleration=self.pace.acceleration, initial_velocity=velocity)
 
 
@@ -91,14 +91,14 @@ Move = GoTo | RunOn | SlowDown
 
 
 _FRACTION = 65536
-"""Velocities and accelerations of DC servo controllers have 16 bits behind the point (page 14)."""
+"""Velocities and accelerations of DC servo controllers have 16 fractional bits (page 14)."""
 
 
 class Scales:
-    """Factors from the wire to counts, for a stage on a unit.
+    """Factors from values on the wire to counts, for a stage on a unit.
 
-    Each is 1 where it is not known: without a stage, and where the registry has no scale for stage and unit,
-    a motor takes counts/s, counts/s² and counts/s³.
+    An unknown factor is 1: without a stage, or without a scale in the registry for this stage and unit,
+    values are counts/s, counts/s² and counts/s³.
 
     :param stage: the stage, or None.
     :param unit: the name of the unit.
@@ -108,7 +108,7 @@ class Scales:
         self._stage = stage
         self._unit = unit
         self.counts_per_mm = self._of("position")
-        """Counts of a millimetre, or None where they are not known."""
+        """Counts per millimetre; None if unknown."""
         velocity = self._counts("velocity")
         self.velocity = float(velocity or 1)
         """Counts/s for 1 on the wire."""
@@ -120,7 +120,7 @@ class Scales:
         """Counts/s for 1 in the velocity of a DC status."""
 
     def _of(self, quantity: str) -> Fraction | None:
-        """Return what the wire has for one unit of a quantity, or None where nobody knows it."""
+        """Return the value on the wire for one unit of a quantity; None if unknown."""
         if self._stage is None:
             return None
         try:
@@ -130,28 +130,28 @@ class Scales:
         return scale.counts_per_unit if isinstance(scale, Scale) else None
 
     def _counts(self, quantity: str) -> Fraction | None:
-        """Return how many counts, by the second as often as it may be, are 1 on the wire."""
+        """Return the counts (or counts/s, and so on) for 1 on the wire; None if unknown."""
         scale = self._of(quantity)
         return self.counts_per_mm / scale if self.counts_per_mm and scale else None
 
     @staticmethod
     def _same_cycle(velocity: Fraction | None) -> Fraction | None:
-        """Return the scale of the acceleration that goes with that of the velocity.
+        """Return the scale of the acceleration that corresponds to that of the velocity.
 
-        The registry has none for the Z8 on the TDC001, because later issues of the document round it. A
-        controller has one all the same: velocities are counts in a servo cycle, and accelerations are what is
-        added to them in every cycle (page 14).
+        The registry has none for the Z8 on the TDC001, because later issues of the document round it. It can
+        be derived: velocities are counts per servo cycle, and accelerations are the change of velocity per
+        cycle (page 14).
         """
         return velocity**2 * _FRACTION if velocity else None
 
 
 class Paces:
-    """The paces of a channel, each by the parameters of this instant.
+    """The paces of a channel, from its present parameters.
 
-    Start velocities are not heeded: they are "currently always zero" (pages 30 and 32).
+    Start velocities are ignored: they are "currently always zero" (pages 30 and 32).
 
-    :param channel: whose parameters count.
-    :param scales: what they are in counts.
+    :param channel: the channel.
+    :param scales: the scales of its parameters.
     """
 
     def __init__(self, channel: Channel, scales: Scales) -> None:
@@ -160,20 +160,20 @@ class Paces:
 
     @property
     def move(self) -> Pace:
-        """Of moves, by MOT_VELPARAMS (page 30); also of those at constant velocity.
+        """The pace of moves, including velocity moves, from MOT_VELPARAMS (page 30).
 
-        For these page 48 names MOT_SET_MOVEVELPARAMS, which has neither an id nor a layout.
+        For velocity moves page 48 names MOT_SET_MOVEVELPARAMS, which has neither an id nor a layout.
         """
         return self._pace("MOT_VELPARAMS", "max_velocity", "acceleration")
 
     @property
     def jog(self) -> Pace:
-        """Of jogs, by MOT_JOGPARAMS (page 32)."""
+        """The pace of jogs, from MOT_JOGPARAMS (page 32)."""
         return self._pace("MOT_JOGPARAMS", "jog_max_velocity", "jog_acceleration")
 
     @property
     def home(self) -> Pace:
-        """Of homing, by MOT_HOMEPARAMS (page 37), which has no acceleration: that of the moves."""
+        """The pace of homing, from MOT_HOMEPARAMS (page 37), with the acceleration of moves."""
         velocity = self._channel.parameter("MOT_HOMEPARAMS", "home_velocity")
         return Pace(velocity * self._scales.velocity, self.move.acceleration)
 

@@ -1,4 +1,4 @@
-"""The stage on a motor channel: counters, travel and status, whatever moves it (pages 28, 29, 75 to 81)."""
+"""The stage on a motor channel: counters, travel and status (pages 28, 29, 75 to 81)."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from stagewire_virtual.thorlabs_apt.motor.status import STATUS_BITS, Activity, C
 from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
 
 _FASTEST: Final = 0x7FFF
-"""The greatest velocity that fits into a DC status."""
+"""The highest velocity that fits into a DC status."""
 
 
 class StageChannel(Behaviour):
-    """What a channel with a stage knows of it.
+    """A channel with a stage.
 
-    :param channel: its parameters, its clock, and the way to the host.
+    :param channel: its channel.
     """
 
     can_stick = True
@@ -54,11 +54,11 @@ class StageChannel(Behaviour):
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, Any]]:
-        """Return the values that parameter sets have in a new controller: set -> field -> value."""
+        """Return the parameters of a new controller: set -> field -> value."""
         return motor_defaults(channel)
 
     def power_on(self) -> None:
-        """Begin anew after a power cycle, not homed, with counters of 0 where the stage stands."""
+        """Reset to the power-on state: not homed, with counters of 0 at the present position."""
         self._drive.rest()
         self._reset()
 
@@ -69,7 +69,7 @@ class StageChannel(Behaviour):
         self._encoder = Counter(self._axis)
 
     def stuck_changed(self) -> None:
-        """Hear that something holds the stage, or holds it no more."""
+        """Block the stage, or release it."""
         self._drive.hold(self.channel.stuck)
 
     # Counters and the stage
@@ -81,7 +81,7 @@ class StageChannel(Behaviour):
 
     @stored("MOT_POSCOUNTER")
     def position_was_set(self, frame: Frame) -> None:
-        """Let the counter show what was set; nothing moves, and no move under way changes where it goes."""
+        """Set the counter; nothing moves, and a move in progress keeps its physical target."""
         self._position.set(self.channel.parameter("MOT_POSCOUNTER", "position"))
 
     @live("MOT_ENCCOUNTER")
@@ -91,7 +91,7 @@ class StageChannel(Behaviour):
 
     @stored("MOT_ENCCOUNTER")
     def encoder_count_was_set(self, frame: Frame) -> None:
-        """Let the counter show what was set."""
+        """Set the counter."""
         self._encoder.set(self.channel.parameter("MOT_ENCCOUNTER", "encoder_count"))
 
     @handles("MOT_SET_PMDSTAGEAXISPARAMS")
@@ -104,17 +104,17 @@ class StageChannel(Behaviour):
                 if minimum <= maximum:
                     stage.update(min_pos=minimum, max_pos=maximum)
                 else:
-                    self.channel.report_fault(frame, "the travel would be less than nothing")
+                    self.channel.report_fault(frame, "the minimum would be above the maximum")
 
     # Status
 
     @live("MOT_STATUSBITS")
     def status_bits(self) -> dict[str, int]:
-        """Return the status bits alone: those of the DC status on every motor (page 81)."""
+        """Return the status bits, which are those of the DC status on every motor (page 81)."""
         return self._bits("dc")
 
     def status(self) -> Mapping[str, int]:
-        """Return the fields of the status message of this instant (pages 77 and 79)."""
+        """Return the present fields of the status message (pages 77 and 79)."""
         position = self._position.value
         if self._kind == "stepper":
             return {"position": position, "enc_count": self._encoder.value, **self._bits("stepper")}
@@ -123,7 +123,7 @@ class StageChannel(Behaviour):
         return {"position": position, "velocity": velocity, **self._bits("dc")}
 
     def row(self) -> LiveState:
-        """Return what the live table shows: millimetres where the scale is known, else counts."""
+        """Return the position, in millimetres if the scale is known or else in counts, and the state."""
         counts = self._position.value
         scale = self._scales.counts_per_mm
         position = f"{float(counts / scale):.4f} mm" if scale else f"{counts} counts"

@@ -1,7 +1,4 @@
-"""What a motor channel says of itself at this instant.
-
-Status bits (pages 77 to 80), the position counter and the encoder counter (pages 28 and 29).
-"""
+"""The state of a motor channel: status bits (pages 77 to 80) and counters (pages 28 and 29)."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ from stagewire_virtual.axis import SimulatedAxis
 
 
 class Activity(Enum):
-    """What a motor is told to do; the value is what people read."""
+    """The kind of an action; the value is its name for people."""
 
     NOTHING = "at rest"
     MOVING = "moving"
@@ -25,13 +22,13 @@ class Activity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class MotorState:
-    """What the status bits say.
+    """The state that the status bits report.
 
-    :param doing: until it is completed, which is after the axis has settled.
-    :param direction: of its motion, 1 forward (CW) and -1 reverse (CCW); 0 at rest.
-    :param homed: whether it has been homed since it was switched on.
+    :param doing: the kind of the present action, until it is completed after settling.
+    :param direction: the direction of motion, 1 forward (CW) or -1 reverse (CCW); 0 at rest.
+    :param homed: whether it has been homed since power-on.
     :param limits: limit bits by name.
-    :param enabled: whether the channel is.
+    :param enabled: whether the channel is enabled.
     :param tracking: whether the position error is within the track window.
     :param settled: whether it has settled at the demanded position.
     :param motion_error: whether an excessive position error has stopped it.
@@ -48,7 +45,7 @@ class MotorState:
 
     @property
     def words(self) -> str:
-        """What it does, for people."""
+        """A description for people."""
         if not self.enabled:
             return "disabled"
         if self.motion_error:
@@ -62,8 +59,7 @@ class MotorState:
 def _motion(state: MotorState) -> dict[str, bool]:
     """Return the bits that steppers and DC servos share.
 
-    A jog or a homing run is a motion, too: hosts that ask for the bits of a motion only must not take it
-    for rest.
+    A jog or a homing run also sets the bits of motion, because some hosts check only these.
     """
     forward, reverse = state.direction > 0, state.direction < 0
     jogging = state.doing is Activity.JOGGING
@@ -78,7 +74,7 @@ def _motion(state: MotorState) -> dict[str, bool]:
 
 
 def _stepper(state: MotorState) -> int:
-    """Return the bits of page 77; a motor is connected, and nothing holds its interlock open."""
+    """Return the bits of page 77; the motor is connected and its interlock enabled."""
     return StepperStatusBits.of(
         **_motion(state), **state.limits, motor_connected=True, interlock_enabled=True
     )
@@ -102,9 +98,9 @@ STATUS_BITS: Mapping[str, Callable[[MotorState], int]] = {"stepper": _stepper, "
 
 
 class Counter:
-    """Counts from where it was last set, in 32 bits with a sign, and goes round beyond them.
+    """A signed counter of 32 bits that follows an axis and wraps around.
 
-    :param axis: whose places it counts; it is 0 where the stage stands.
+    :param axis: the axis; the counter is 0 at its present position.
     """
 
     def __init__(self, axis: SimulatedAxis) -> None:
@@ -112,11 +108,11 @@ class Counter:
         self.set(0)
 
     def set(self, value: int) -> None:
-        """Let it show ``value`` at the place of this instant."""
+        """Set the counter to ``value`` at the present position."""
         self.origin = round(self._axis.place) - value
 
     @property
     def value(self) -> int:
-        """What it shows at this instant."""
+        """The present value."""
         counts = round(self._axis.place) - self.origin
         return (counts + 0x8000_0000) % 0x1_0000_0000 - 0x8000_0000

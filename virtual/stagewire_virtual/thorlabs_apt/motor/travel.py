@@ -1,8 +1,4 @@
-"""The ends of the travel, and home.
-
-Limits stop a motor, and it says which of them are active (pages 39, 40, 76 and 77). Homing goes to a switch
-or an index mark (pages 37 and 41).
-"""
+"""The limits of the travel (pages 39, 40, 76 and 77), and homing (pages 37 and 41)."""
 
 from __future__ import annotations
 
@@ -22,9 +18,9 @@ _STOPPING = (SoftwareLimitMode.STOP_IMMEDIATE, SoftwareLimitMode.STOP_PROFILED)
 class Limit:
     """A place that a motor must not pass.
 
-    :param place: where it is, in counts from the lower end of the travel.
-    :param direction: in which it must not be passed: 1 to higher places, -1 to lower ones.
-    :param profiled: whether it slows down from there on, or stops at once.
+    :param place: its position, in counts from the lower end of the travel.
+    :param direction: the direction in which it must not be passed: 1 upwards, -1 downwards.
+    :param profiled: whether the motor decelerates from there on, or stops immediately.
     """
 
     place: int
@@ -33,10 +29,10 @@ class Limit:
 
 
 def soft_limits(channel: Channel, origin: int) -> Iterator[Limit]:
-    """Yield the limits that software sets; ``origin`` is the place where the position counter is 0.
+    """Yield the soft limits; ``origin`` is the place where the position counter is 0.
 
-    Those of MOT_LIMSWITCHPARAMS are positions; a profiled stop begins at the limit. Those of
-    MOT_PMDSTAGEAXISPARAMS shorten the travel of the stage, whatever its counter says.
+    The limits of MOT_LIMSWITCHPARAMS are positions of the counter; a profiled stop begins at the limit. Those
+    of MOT_PMDSTAGEAXISPARAMS shorten the travel of the stage and do not depend on the counter.
     """
     mode = _mode(channel)
     if mode in _STOPPING:
@@ -53,8 +49,8 @@ def soft_limits(channel: Channel, origin: int) -> Iterator[Limit]:
 def active_limits(channel: Channel, axis: SimulatedAxis, position: int) -> dict[str, bool]:
     """Return the limit bits of the status by name.
 
-    A hardware limit that is to be ignored is not reported; the travel of a stage ends there nevertheless.
-    Clockwise is forward (page 77).
+    An ignored hardware limit is not reported, although the travel still ends there. Clockwise is forward
+    (page 77).
     """
     place = axis.place
     soft = _mode(channel) in _STOPPING
@@ -68,13 +64,13 @@ def active_limits(channel: Channel, axis: SimulatedAxis, position: int) -> dict[
 
 
 def heeds(channel: Channel, way: int) -> bool:
-    """Say whether the switch at an end of the travel is there and not to be ignored; 1 is the upper end."""
+    """Return whether the switch at an end of the travel, 1 for the upper one, is not set to be ignored."""
     setting = channel.parameter(_SET, f"{_turn(channel, way)}_hard_limit", HardLimit.MAKES)
     return setting & ~HardLimit.SWAPPED != HardLimit.IGNORE
 
 
 def _turn(channel: Channel, way: int) -> str:
-    """Return the turn, ``cw`` or ``ccw``, by which positions go up (1) or down (-1)."""
+    """Return the turn, ``cw`` or ``ccw``, that raises (1) or lowers (-1) positions."""
     return "cw" if way == channel.clockwise else "ccw"
 
 
@@ -84,15 +80,15 @@ def _mode(channel: Channel) -> int:
 
 
 _SWITCHES = {1: -1, 4: 1}
-"""Home switch -> the end where it is. Issue 3 gives no values; public drivers use these."""
+"""Home switch -> its end of the travel. Issue 3 has no values; public drivers use these."""
 
 
 @dataclass(frozen=True, slots=True)
 class Homing:
-    """The ways to home, and whether it is there.
+    """The moves of a homing run, and its result.
 
-    :param ways: one after the other.
-    :param found: whether it is home at their end; otherwise it stands at a wrong end of its travel.
+    :param ways: the moves in order.
+    :param found: whether the stage is home at their end; otherwise it is at a wrong end of its travel.
     """
 
     ways: tuple[Move, ...]
@@ -100,30 +96,30 @@ class Homing:
 
 
 def index_run(travel: int) -> int:
-    """Return how far a stage with an index mark can be driven beyond it: a hundredth of its travel."""
+    """Return how far a stage can move below its index mark: a hundredth of its travel."""
     return travel // 100 + 1
 
 
 def homing(channel: Channel, axis: SimulatedAxis, pace: Pace) -> Homing:
-    """Return how the stage of a channel homes from where it is now; one with an index mark goes below it."""
+    """Return the homing run of a channel from the present position, to an index mark or a switch."""
     return _to_index(axis, pace) if axis.below else _to_switch(channel, axis, pace)
 
 
 def _to_index(axis: SimulatedAxis, pace: Pace) -> Homing:
-    """Home a brushless stage: "homing direction is always positive", and no switch is used (page 37).
+    """Return the homing run of a brushless stage, which uses no switch (page 37).
 
-    Its index mark is where the travel begins, so that positions are 0 to the maximum afterwards (page 76). It
-    goes below the mark, and comes to it in positive direction.
+    Its index mark is at the beginning of the travel, so that positions are 0 to the maximum afterwards (page
+    76). It moves below the mark and then onto it: "homing direction is always positive".
     """
     return Homing((GoTo(-axis.below, pace), GoTo(0, pace)), found=True)
 
 
 def _to_switch(channel: Channel, axis: SimulatedAxis, pace: Pace) -> Homing:
-    """Home by a limit switch: run onto it, then go back by the offset distance, which is home.
+    """Return the homing run to a limit switch: onto the switch, then back by the offset distance.
 
-    The direction is 1 for forward, and reverse for every other value. Without a switch in that direction, or
-    with one that is to be ignored (page 39), a stage runs into the end of its travel, as stages do whose home
-    parameters have been set to zeros.
+    Direction 1 is forward, every other value is reverse. Without a switch in that direction, or with an
+    ignored one (page 39), the stage runs into the end of its travel, as real stages do whose home parameters
+    are zeros.
     """
     parameter = channel.parameter
     forward = parameter("MOT_HOMEPARAMS", "home_direction") == MoveDirection.FORWARD

@@ -1,7 +1,7 @@
-"""An actuator with a strain gauge: how it is counted, how far it goes, and what is read at the beginning.
+"""An actuator with a strain gauge: its counts, its travel and its first reading.
 
-With what can be set on a piezo channel: the values of a new one, the maximum voltage that follows, and the
-status bits by their names, in the table that the registry gives the unit (pages 101 to 104).
+Also has the parameters of a new piezo channel, its maximum voltage, and its status bits by name, in the table
+that the registry assigns to the unit (pages 101 to 104).
 """
 
 from __future__ import annotations
@@ -28,49 +28,49 @@ FULL_SCALE: Final = 32767
 """Counts of the maximum voltage and of the whole travel (pages 96 and 97)."""
 
 READING_TIME: Final = SECOND
-"""How long the position is read before it is taken as zero (page 117 has no figure)."""
+"""How long the position is read before it becomes zero (page 117 has no value)."""
 
 DEFAULT_TRAVEL: Final = 200
 """20 µm in steps of 100 nm, as in the example of page 118."""
 
-_LARGEST: Final = 0xFFFF  # what PZ_GET_MAXTRAVEL holds
+_LARGEST: Final = 0xFFFF  # the largest value of PZ_GET_MAXTRAVEL
 
 
 def travel_and_share(settings: Settings) -> tuple[int, float]:
-    """Return the travel in steps of 100 nm, and which share of it the strain gauge reads at the beginning.
+    """Return the travel in steps of 100 nm, and the first reading of the strain gauge as a fraction of it.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a travel that no message holds, and for a
-    position beyond it.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a travel that does not fit into a message,
+    and for a position beyond it.
     """
     travel = DEFAULT_TRAVEL if settings.travel is None else settings.travel
     if not 0 <= travel <= _LARGEST:
         raise BadOptionError(
-            f"the travel of an actuator is given in steps of 100 nm, from 0 to {_LARGEST}, not {travel}"
+            f"the travel of an actuator must be from 0 to {_LARGEST} steps of 100 nm, not {travel}"
         )
     position = settings.position or 0
     if abs(position) > travel:
         raise BadOptionError(
-            f"a strain gauge with a travel of {travel} steps of 100 nm reads from {-travel} to {travel}, "
+            f"the position must be from {-travel} to {travel} for a travel of {travel} steps of 100 nm, "
             f"not {position}"
         )
     return travel, position / travel if travel else 0.0
 
 
 def finite(share: float) -> float:
-    """Return a share of full scale as a user told it.
+    """Return a fraction of full scale unchanged.
 
-    Raises :class:`~stagewire.errors.BadValueError` for what is not a finite number: no message holds it.
+    Raises :class:`~stagewire.errors.BadValueError` if it is not a finite number.
     """
     if not math.isfinite(share):
-        raise BadValueError(f"a signal is a share of full scale, such as 0.5, not {share}")
+        raise BadValueError(f"a signal must be a fraction of full scale, such as 0.5, not {share}")
     return share
 
 
 class StatusBits:
-    """The bits that ``PZ_GET_PZSTATUSUPDATE`` of a unit has.
+    """The bits in ``PZ_GET_PZSTATUSUPDATE`` of a unit.
 
-    Tables are printed for the TPZ001 and the BPC series. MPZ601 and TSG001 send the bits of the latter,
-    which is the richer one and agrees with the other.
+    The document has tables for the TPZ001 and the BPC series. MPZ601 and TSG001 use the table of the BPC
+    series, which has more bits and does not contradict the other one.
     """
 
     def __init__(self, unit: Unit) -> None:
@@ -81,7 +81,7 @@ class StatusBits:
         self._masks: dict[str, int] = {name: bit["mask"] for name, bit in bits.items()}
 
     def value(self, states: Mapping[str, bool]) -> int:
-        """Return the word with the named bits set; a name that the table does not have is left out."""
+        """Return the word with the named bits set; names that are not in the table are ignored."""
         return sum(mask for name, mask in self._masks.items() if states.get(name))
 
 
@@ -110,19 +110,18 @@ DEFAULTS: Final[Mapping[str, Mapping[str, int]]] = {
     },
     "PZ_LUTVALUETYPE": {"lut_type": LutValueType.VOLTAGE},
 }
-"""Values of a new controller, from the examples of the document where it has one.
+"""The parameters of a new controller, from the examples of the document if it has one.
 
-What is not named is 0, or the nearest to it that the document allows.
+Missing values are 0, or the valid value nearest to it.
 """
 
 
 def maximum_volts(channel: Channel) -> int:
     """Return the maximum output voltage of a channel in steps of 0.1 V: 750, 1000 or 1500.
 
-    A set may ask for any voltage up to 150 V (page 121), a get reports one of three (page 122): it is the
-    highest of them that is not above what was asked, so that no actuator gets more than it was set for, and
-    75 V for less than that. A unit without a setting has 75 V, as the example of page 96 and the safest of
-    the three.
+    SET accepts any voltage up to 150 V (page 121), and GET reports one of three (page 122). The result is the
+    highest of these that is not above the value that was set, so that no actuator gets too much, and at least
+    75 V. A unit without this setting has 75 V, the safest of the three, as in the example of page 96.
     """
     if channel.answers("PZ_SET_TPZ_IOSETTINGS"):
         return _CUBE_LIMITS[channel.parameter("PZ_TPZ_IOSETTINGS", "voltage_limit")]

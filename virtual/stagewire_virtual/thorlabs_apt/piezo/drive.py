@@ -1,6 +1,7 @@
-"""What a piezo channel puts out, and what the strain gauge of its actuator reads.
+"""The output of a piezo channel, and the reading of the strain gauge of its actuator.
 
-An output goes to its target at most so fast, and gently at the end if a loop is closed (:class:`Approach`).
+An output approaches its target with a limited slew rate and, in closed loop, exponentially
+(:class:`Approach`).
 """
 
 from __future__ import annotations
@@ -18,18 +19,17 @@ from stagewire_virtual.thorlabs_apt.piezo.waveform import MILLISECOND, WaveformG
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """The way of a value to its target, known at every instant from a formula.
+    """The approach of a value to its target, as a formula of time.
 
-    Two things hold it back. A slew limit lets it change by one count in ``crossing`` nanoseconds at most. A
-    loop makes its speed what is left of the way, divided by ``settling``. It keeps to the slower of the
-    two: a straight ramp, and an exponential from where that is the slower one. With neither it is at its
-    target at once.
+    Two things limit its speed. The slew limit allows one count in ``crossing`` nanoseconds. The loop allows
+    the remaining distance divided by ``settling``. The lower limit applies: first a straight ramp, then an
+    exponential. Without limits the value reaches its target immediately.
 
-    :param start: the value at the beginning, in counts.
-    :param target: where it goes, in counts.
-    :param began: the instant at which it sets out, in nanoseconds.
-    :param crossing: nanoseconds for a count; 0 for no slew limit.
-    :param settling: time constant in nanoseconds; 0 for no loop, infinite for a loop that does nothing.
+    :param start: the first value, in counts.
+    :param target: the target, in counts.
+    :param began: the instant at which it starts, in nanoseconds.
+    :param crossing: nanoseconds per count; 0 for no slew limit.
+    :param settling: the time constant in nanoseconds; 0 for no loop, infinite for a loop that does nothing.
     """
 
     start: float
@@ -40,7 +40,7 @@ class Approach:
 
     @property
     def ramp(self) -> int:
-        """How long the straight part lasts, in nanoseconds; without a loop it ends at the target."""
+        """The duration of the ramp in nanoseconds; without a loop the ramp ends at the target."""
         return math.ceil(max(0.0, abs(self.target - self.start) - self._knee) * self.crossing)
 
     def at(self, now: int) -> float:
@@ -62,10 +62,10 @@ class Approach:
 
 
 CLOSED_LOOP_MODES = (PositionControlMode.CLOSED_LOOP, PositionControlMode.CLOSED_LOOP_SMOOTH)
-"""The modes that employ the feedback (page 94)."""
+"""The modes that use the feedback (page 94)."""
 
 _AMPLIFIER_TIME = SECOND // 200
-# From zero to the maximum voltage where no slew rate is set: 5 ms. The document has no figure.
+# From zero to the maximum voltage without a slew rate: 5 ms. The document has no value.
 
 _SMOOTH_TIME = SECOND
 # From zero to full scale when a smooth mode opens or closes the loop; "over a longer period" (page 94).
@@ -75,13 +75,13 @@ _LOWEST = -FULL_SCALE - 1
 
 
 class Drive:
-    """An amplifier, and an actuator that extends by the share of travel that the voltage is of its maximum.
+    """An amplifier, and an actuator whose extension is proportional to the voltage.
 
-    All values are counts, 32767 for the maximum voltage or the whole travel. What is asked of it stands in
-    the parameters of the channel; who changes them calls :meth:`follow`.
+    All values are counts; 32767 is the maximum voltage or the whole travel. The set-points are in the
+    parameters of the channel; call :meth:`follow` after changing them.
 
-    :param channel: parameters, clock and whether it is enabled.
-    :param offset: what the strain gauge reads at zero volts before zeroing; None without a strain gauge.
+    :param channel: its channel.
+    :param offset: the reading of the strain gauge at zero volts before zeroing; None without a strain gauge.
     """
 
     def __init__(self, channel: Channel, offset: float | None) -> None:
@@ -95,12 +95,12 @@ class Drive:
         self.potentiometer = 0.0
         slew_rate = channel.unit.registry["quantities"]["slew_rate"]["scale"]
         self._slew_counts: int = slew_rate["counts_at_setting"]
-        # By as much a slew rate is divided, in shares of the maximum voltage for each ms (page 123).
+        # Divisor of a slew rate, which gives fractions of the maximum voltage per ms (page 123).
         self.generator = WaveformGenerator(channel.unit, channel.clock, self._waveform_over)
         self.reset()
 
     def reset(self) -> None:
-        """Be as after a power cycle: zero volts, not zeroed, no waveform loaded or put out."""
+        """Reset to the power-on state: zero volts, not zeroed, no waveform."""
         self._end_zeroing()
         self.generator.clear()
         self.zeroed = False
@@ -109,17 +109,17 @@ class Drive:
 
     @property
     def has_strain_gauge(self) -> bool:
-        """Whether the position is known, and a loop can be closed."""
+        """Whether the actuator has a strain gauge, which position and closed loop require."""
         return self._offset is not None
 
     @property
     def closed_loop(self) -> bool:
-        """Whether the mode that is set employs the feedback."""
+        """Whether the present mode uses the feedback."""
         return self._channel.parameter("PZ_POSCONTROLMODE", "mode") in CLOSED_LOOP_MODES
 
     @property
     def output(self) -> float:
-        """The output voltage at this instant."""
+        """The present output voltage."""
         sample = self.generator.sample
         if sample is not None:
             return self._output_for(sample)
@@ -127,18 +127,18 @@ class Drive:
 
     @property
     def position(self) -> float:
-        """What the strain gauge reads at this instant, from its zero; 0 without one."""
+        """The present reading of the strain gauge, relative to its zero; 0 without one."""
         return 0.0 if self._offset is None else self._reading - self._zero
 
     def follow(self, *, smooth: bool = False) -> None:
-        """Set out from where the output is to what is asked of it now.
+        """Start from the present output towards the set-point.
 
-        :param smooth: the loop was opened or closed, which the smooth modes do slowly.
+        :param smooth: whether the loop was opened or closed, which takes longer in the smooth modes.
         """
         self._set_out(self.output, smooth)
 
     def start_waveform(self) -> str | None:
-        """Put the waveform out or arm it, and return None; or why it cannot be."""
+        """Start or arm the waveform and return None, or return why that is refused."""
         start = self.output
         fault = self.generator.start(self._channel.parameters["PZ_OUTPUTLUTPARAMS"])
         if fault is None:
@@ -146,29 +146,29 @@ class Drive:
         return fault
 
     def stop_waveform(self) -> None:
-        """End or disarm the waveform, and go back to what was set."""
+        """End or disarm the waveform, and return to the set-point."""
         start = self.output
         self.generator.stop()
         self._set_out(start)
 
     def clear_waveform(self) -> None:
-        """End or disarm the waveform, and forget its samples."""
+        """End or disarm the waveform, and clear its samples."""
         self.stop_waveform()
         self.generator.clear()
 
     def enabled_changed(self) -> None:
-        """Go to zero volts because the channel was disabled, or to what is set because it was enabled."""
+        """Go to zero volts if the channel was disabled, or to the set-point if it was enabled."""
         self._end_zeroing()
         self.stop_waveform()
 
     def stuck_changed(self) -> None:
-        """Hold the actuator where it is, or let it go; the voltage goes on in any case."""
+        """Block the actuator, or release it; the voltage is not affected."""
         self._stuck_at = self.output if self._channel.stuck else None
 
     def zero(self) -> None:
-        """Put zero volts out, read the position, and take it as zero from then on (page 117).
+        """Go to zero volts, then read the position and use it as zero (page 117).
 
-        Until then nothing else has an effect on the output. Zeroing again begins anew.
+        Nothing else affects the output until then. Calling it again restarts the zeroing.
         """
         self._end_zeroing()
         start = self.output
@@ -196,7 +196,7 @@ class Drive:
         self._set_out(self._output_for(last_sample))
 
     def _set_out(self, start: float, smooth: bool = False) -> None:
-        """Go from ``start`` to what is asked, at the slew rate and with the loop that are in force."""
+        """Start from ``start`` towards the set-point, with the present slew rate and loop."""
         if self.zeroing:
             return
         if not self._channel.enabled:
@@ -217,20 +217,20 @@ class Drive:
         self._approach = Approach(start, 0.0, self._channel.clock.now, crossing)
 
     def _crossing(self, closed: bool, least: int) -> float:
-        """Return nanoseconds for a count at the slew rate of a loop; the whole range takes ``least``."""
+        """Return nanoseconds per count at the slew rate of a loop, at least ``least`` for the whole range."""
         slew = self._channel.parameter("PZ_TPZ_SLEWRATES", "slew_closed" if closed else "slew_open")
         return max(least, MILLISECOND * self._slew_counts / slew if slew else 0) / FULL_SCALE
 
     @property
     def _asked(self) -> int:
-        """The voltage or the position that was set, by the loop in force."""
+        """The set-point of the present loop, a voltage or a position."""
         if self.closed_loop:
             return self._channel.parameter("PZ_OUTPUTPOS", "position_sw")
         return self._channel.parameter("PZ_OUTPUTVOLTS", "voltage")
 
     @property
     def _settling(self) -> float:
-        """The time constant of the loop in nanoseconds; for ever if both constants are 0 (page 100)."""
+        """The time constant of the loop in nanoseconds; infinite if both constants are 0 (page 100)."""
         ask = self._channel.parameter
         gain = ask("PZ_PICONSTS", "prop_const") + ask("PZ_PICONSTS", "int_const")
         return SECOND / gain if gain else math.inf
@@ -241,7 +241,7 @@ class Drive:
         return extension + (self._offset or 0.0)
 
     def _output_for(self, asked: int) -> float:
-        """Return the voltage for what was set, a position in closed loop, with what the inputs add to it."""
+        """Return the voltage for a set-point, which is a position in closed loop, including the inputs."""
         source = InputVoltsSource(self._channel.parameter("PZ_INPUTVOLTSSRC", "volt_src"))
         output = float(asked)
         if source.external_signal:

@@ -1,6 +1,6 @@
-"""A channel of a piezo controller: what the messages of pages 94 to 126 do, and what the status says.
+"""A channel of a piezo controller: the effects of the messages of pages 94 to 126, and the status.
 
-Some sets that the registry allows are not taken at some instants (:func:`refusal`).
+:func:`refusal` lists the SETs that are allowed in general but refused in some states.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ from stagewire_virtual.thorlabs_apt.piezo.waveform import WaveformGenerator
 
 
 def refusal(message: FramedMessage, drive: Drive) -> str | None:
-    """Return why a message is not taken, or None if it is."""
+    """Return why a message is refused now; None if it is accepted."""
     match message:
         case m.PzSetPosControlMode(mode=mode) if mode in CLOSED_LOOP_MODES:
             if not drive.has_strain_gauge:
-                return "a closed loop needs a strain gauge, and the actuator has none (page 94)"
+                return "closed loop requires a strain gauge, and the actuator has none (page 94)"
         case m.PzSetOutputVolts() | m.PzSetOutputPos() if drive.zeroing:
             return "the channel is being zeroed"
         case m.PzSetOutputVolts() if drive.closed_loop:
-            return "an output voltage is ignored in closed loop (page 96)"
+            return "the output voltage cannot be set in closed loop (page 96)"
         case m.PzSetOutputPos() if not drive.closed_loop:
-            return "an output position is ignored in open loop (page 97)"
+            return "the output position cannot be set in open loop (page 97)"
         case m.PzSetOutputLut(index=index) if index > drive.generator.last_index:
             return f"the table ends at index {drive.generator.last_index} (page 106)"
         case m.PzSetOutputLutParams():
@@ -55,40 +55,38 @@ def refusal(message: FramedMessage, drive: Drive) -> str | None:
 def _lut_refusal(message: m.PzSetOutputLutParams, generator: WaveformGenerator) -> str | None:
     most = generator.last_index
     if message.cycle_length > most or message.trig_repeat_cycle > most:
-        return f"a cycle and the distance of triggers have at most {most} samples (page 109)"
+        return f"cycle_length and trig_repeat_cycle must be at most {most} (page 109)"
     triggers = generator.has_triggers and LutOutputMode(message.mode).outputlut_outputtrig
     if triggers and not 1 <= message.op_trig_start < message.cycle_length:
-        return (
-            "the trigger output starts at a sample from 1 on and below the cycle length (page 110)"
-        )
+        return "op_trig_start must be at least 1 and below cycle_length (page 110)"
     return None
 
 
 _HARDWARE_BITS = {750: "hardware_75v", 1000: "hardware_100v", 1500: "hardware_150v"}
-_BPC30X = "benchtop_piezo_2011"  # page 102: the bits 13 to 15 are theirs alone
+_BPC30X = "benchtop_piezo_2011"  # only these units have the bits 13 to 15 (page 102)
 
 
 class Piezo(Behaviour):
     """One channel of a piezo controller, with an actuator whose extension follows the voltage exactly.
 
-    The document says what is set, and hardly anything of how the output follows. Here
+    The document defines the settings, but hardly describes how the output follows them. Decisions:
 
-    * the voltage changes at the slew rate of the loop in force (page 123), and never faster than from zero
-      to its maximum in 5 ms. In closed loop it also settles exponentially, with a time constant of 1 s /
-      (proportional + integral constant): 8.7 ms with 100 and 15. With both zero the loop stands still;
-    * the smooth modes take 1 s for the whole range when they open or close the loop (page 94);
-    * a waveform is put out as it is, without slew limit and settling; then what was set is put out again;
-    * the analogue inputs are added to the voltage in open loop and to the position in closed loop;
-    * a disabled channel has zero volts. It takes settings, and puts them out when it is enabled;
-    * a stuck actuator stays where it is, and the voltage does not know it.
+    * The voltage changes at the slew rate of the present loop (page 123), and at most from zero to its
+      maximum in 5 ms. In closed loop it also settles exponentially, with a time constant of 1 s /
+      (proportional + integral constant): 8.7 ms with 100 and 15. If both are zero, it does not move.
+    * The smooth modes take 1 s for the whole range when they open or close the loop (page 94).
+    * A waveform is output unchanged, without slew limit and settling; then the set-point is output again.
+    * The analogue inputs are added to the voltage in open loop and to the position in closed loop.
+    * A disabled channel outputs zero volts. It stores settings, and outputs them when it is enabled.
+    * A stuck actuator does not move; the voltage is not affected.
 
-    ``settings.travel`` of 0 is an actuator without strain gauge: it has no closed loop, no position and no
-    zero. ``settings.position`` is what the strain gauge reads at zero volts before it has been zeroed, in
-    steps of 100 nm.
+    ``settings.travel`` of 0 is an actuator without a strain gauge: it has no closed loop, no position and no
+    zeroing. ``settings.position`` is the reading of the strain gauge at zero volts before zeroing, in steps
+    of 100 nm.
 
-    :param channel: its parameters, its clock, and the way to the host.
+    :param channel: its channel.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for a travel or a position that cannot be.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an invalid travel or position.
     """
 
     can_stick = True
@@ -96,22 +94,22 @@ class Piezo(Behaviour):
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
         self.travel, share = travel_and_share(channel.settings)
-        """Of the actuator, in steps of 100 nm; 0 without a strain gauge."""
+        """The travel of the actuator, in steps of 100 nm; 0 without a strain gauge."""
         self.digital_inputs = 0
-        """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units show them."""
+        """Levels of the digital inputs, bit 0 for input 1; the status bits of BPC units report them."""
         self._drive = Drive(channel, share * FULL_SCALE if self.travel else None)
         self._bits = StatusBits(channel.unit)
 
     @classmethod
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
-        """Return the values that parameter sets have in a new controller."""
+        """Return the parameters of a new controller."""
         return DEFAULTS
 
-    # What the user of a virtual controller sets and sees
+    # For tests
 
     @property
     def external_signal(self) -> float:
-        """Signal at EXT IN as a share of the maximum, -1 to 1; counts if ``PZ_SET_INPUTVOLTSSRC`` adds it."""
+        """Signal at EXT IN as a fraction of the maximum, -1 to 1, if ``PZ_SET_INPUTVOLTSSRC`` adds it."""
         return self._drive.external_signal
 
     @external_signal.setter
@@ -121,7 +119,7 @@ class Piezo(Behaviour):
 
     @property
     def potentiometer(self) -> float:
-        """Position of the potentiometer, 0 to 1; counts if ``PZ_SET_INPUTVOLTSSRC`` adds it."""
+        """Position of the potentiometer, 0 to 1, if ``PZ_SET_INPUTVOLTSSRC`` adds it."""
         return self._drive.potentiometer
 
     @potentiometer.setter
@@ -139,55 +137,55 @@ class Piezo(Behaviour):
         self._drive.generator.trigger_input = level
 
     def trigger(self) -> None:
-        """Give the trigger input one edge of the sense that is set: an armed waveform begins."""
+        """Apply one active edge to the trigger input, which starts an armed waveform."""
         self._drive.generator.pulse_input()
 
     @property
     def trigger_output(self) -> bool:
-        """Level of the trigger output at this instant, True for high."""
+        """Present level of the trigger output, True for high."""
         return self._drive.generator.trigger_output
 
     @property
     def volts(self) -> float:
-        """Output voltage at this instant, in volts."""
+        """Present output voltage, in volts."""
         maximum = MAXIMUM_VOLTS.from_counts(maximum_volts(self.channel))
         return self._drive.output / FULL_SCALE * float(maximum)
 
     @property
     def position(self) -> float:
-        """Position at this instant, in µm from the zero of the strain gauge."""
+        """Present position, in µm from the zero of the strain gauge."""
         return self._drive.position / FULL_SCALE * float(TRAVEL.from_counts(self.travel))
 
-    # What the controller asks
+    # For the controller
 
     def power_on(self) -> None:
-        """Begin anew: zero volts, not zeroed, no waveform; and then what is set."""
+        """Reset to the power-on state, not zeroed and without a waveform, and start towards the set-point."""
         self._drive.reset()
         self._drive.follow()
 
     def enabled_changed(self) -> None:
-        """Switch the output off, or put out again what is set."""
+        """Switch the output off, or start towards the set-point."""
         self._drive.enabled_changed()
 
     def stuck_changed(self) -> None:
-        """Hold the actuator where it is, or let it go."""
+        """Block the actuator, or release it."""
         self._drive.stuck_changed()
 
     def refusal(self, frame: Frame) -> str | None:
-        """Return why a set is not taken at this instant, or None."""
+        """Return why a SET is refused now; None if it is accepted."""
         return refusal(frame.message, self._drive)
 
     def status(self) -> Mapping[str, int]:
-        """Return output voltage, position and status bits of this instant (page 103)."""
+        """Return the present output voltage, position and status bits (page 103)."""
         return {
             "op_voltage": round(self._drive.output),
-            # the document has no negative position, although the format has
+            # the document has no negative positions, although the format is signed
             "position": min(max(round(self._drive.position), 0), FULL_SCALE),
             **self.status_bits(),
         }
 
     def row(self) -> LiveState:
-        """Return voltage, position and what the channel does."""
+        """Return the voltage, the position and the state."""
         measured = f"{self.volts:.2f} V"
         if self._drive.has_strain_gauge:
             measured += f", {self.position:.3f} µm"
@@ -195,10 +193,10 @@ class Piezo(Behaviour):
 
     @live("PZ_PZSTATUSBITS")
     def status_bits(self) -> dict[str, int]:
-        """Return the status bits of this instant (pages 101 and 102)."""
+        """Return the present status bits (pages 101 and 102)."""
         drive = self._drive
         names = {
-            # any actuator is connected; "active" is said of the unit, not of the channel
+            # an actuator is always connected; "active" concerns the unit, not the channel
             "actuator_connected": True,
             "zeroed": drive.zeroed,
             "zeroing": drive.zeroing,
@@ -215,23 +213,23 @@ class Piezo(Behaviour):
 
     @live("PZ_MAXTRAVEL")
     def max_travel(self) -> dict[str, int]:
-        """Return the travel of the actuator, whatever the maximum voltage is (page 118)."""
+        """Return the travel of the actuator, which does not depend on the maximum voltage (page 118)."""
         return {"travel": self.travel}
 
     @live("PZ_OUTPUTMAXVOLTS")
     def output_max_volts(self) -> dict[str, int]:
-        """Return the maximum voltage in force and its flag (page 122)."""
+        """Return the present maximum voltage and its flag (page 122)."""
         maximum = maximum_volts(self.channel)
         return {"voltage": maximum, "flags": LIMITS[maximum]}
 
     @stored("PZ_OUTPUTVOLTS", "PZ_OUTPUTPOS", "PZ_INPUTVOLTSSRC", "PZ_PICONSTS", "PZ_TPZ_SLEWRATES")
     def set_point_was_set(self, frame: Frame) -> None:
-        """Follow what was set."""
+        """Start towards the new set-point."""
         self._drive.follow()
 
     @stored("PZ_POSCONTROLMODE")
     def mode_was_set(self, frame: Frame) -> None:
-        """Open or close the loop. A waveform ends: its samples would mean something else (page 106)."""
+        """Open or close the loop, and end a waveform, because its samples change their meaning (page 106)."""
         self._drive.stop_waveform()
         self._drive.follow(smooth=True)
 
@@ -243,12 +241,12 @@ class Piezo(Behaviour):
 
     @stored("PZ_LUTVALUETYPE")
     def lut_value_type_was_set(self, frame: Frame) -> None:
-        """Forget the samples: they are scaled by the type while they are loaded, after it (page 126)."""
+        """Clear the samples: the type must be set before they are loaded (page 126)."""
         self._drive.clear_waveform()
 
     @handles("PZ_START_LUTOUTPUT")
     def start_waveform(self, frame: Frame) -> None:
-        """Put the waveform out, or arm it (page 112)."""
+        """Start the waveform, or arm it (page 112)."""
         if not self.channel.enabled:
             fault: str | None = "the channel is disabled"
         elif self._drive.zeroing:
@@ -265,11 +263,11 @@ class Piezo(Behaviour):
 
     @handles("PZ_SET_ZERO")
     def zero(self, frame: Frame) -> None:
-        """Put zero volts out and take what the strain gauge reads as zero (page 117)."""
+        """Go to zero volts and use the reading of the strain gauge as zero (page 117)."""
         if not self.channel.enabled:
             self.channel.report_fault(frame, "the channel is disabled")
         elif not self._drive.has_strain_gauge:
-            self.channel.report_fault(frame, "the actuator has no strain gauge that could be read")
+            self.channel.report_fault(frame, "the actuator has no strain gauge")
         else:
             for name, field in (("PZ_OUTPUTVOLTS", "voltage"), ("PZ_OUTPUTPOS", "position_sw")):
                 self.channel.parameters[name][field] = 0
@@ -277,7 +275,7 @@ class Piezo(Behaviour):
 
     @handles("MOT_SET_PZSTAGEPARAMDEFAULTS")
     def restore_defaults(self, frame: Frame) -> None:
-        """Set all parameters back to those of the EEPROM (page 125)."""
+        """Restore all parameters from the EEPROM (page 125)."""
         self.channel.restore()
         obey_enable_state(self.channel)
         self._drive.stop_waveform()

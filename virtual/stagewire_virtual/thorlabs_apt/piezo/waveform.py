@@ -1,4 +1,4 @@
-"""The arbitrary waveform generator of a channel: when the table is put out, and when it rests.
+"""The arbitrary waveform generator of a channel, with its triggers.
 
 A :class:`Waveform` is one output of the waveform table, as a function of time (pages 106 to 111).
 """
@@ -22,7 +22,7 @@ MILLISECOND = 1_000_000
 def sample_interval(unit: Unit) -> Fraction:
     """Return the time between two samples in nanoseconds (page 109): 1/7 ms, 1 ms or 1/4 ms by unit.
 
-    A unit that the registry gives no interval has that of most, 1 ms.
+    If the registry has no interval for the unit, it is 1 ms, as for most units.
     """
     by_unit = unit.registry["quantities"]["lut_samples"]["scale"]["units"]
     scale = by_unit.get(unit.name, {}).get("ms_per_count", {"numerator": 1, "denominator": 1})
@@ -31,11 +31,11 @@ def sample_interval(unit: Unit) -> Fraction:
 
 @dataclass(frozen=True, slots=True)
 class Pulses:
-    """When the trigger output is active within a cycle (page 110).
+    """The pulses of the trigger output within a cycle (page 110).
 
-    :param first: the sample that begins a pulse, counted from 0 here and from 1 on the wire.
-    :param width: how long a pulse lasts, in nanoseconds. It ends with its cycle at the latest.
-    :param repeat: a further pulse begins with every so manieth sample after that; 0 for none.
+    :param first: the sample at which the first pulse begins; the first sample is 0 here and 1 on the wire.
+    :param width: the duration of a pulse in nanoseconds. It ends with its cycle at the latest.
+    :param repeat: the number of samples between the beginnings of further pulses; 0 for none.
     """
 
     first: int
@@ -45,17 +45,17 @@ class Pulses:
 
 @dataclass(frozen=True, slots=True)
 class Waveform:
-    """Samples, put out one after the other, cycle after cycle.
+    """Samples that are output in cycles.
 
-    A cycle holds its first sample for ``pre_cycle_rest``, then each sample for ``hold``, then its last one
-    for ``post_cycle_rest``, all counted in sample intervals.
+    A cycle outputs its first sample for ``pre_cycle_rest``, then each sample for ``hold``, then its last one
+    for ``post_cycle_rest``, all in sample intervals.
 
-    :param table: the waveform table. Samples that are loaded while they are put out are put out.
-    :param length: how many samples of the table make a cycle; at least 1.
-    :param cycles: how many cycles; None for cycles without end.
-    :param hold: how long a sample lasts; 1 and the ``delay_time`` of the message.
+    :param table: the waveform table. Samples that are loaded during the output take effect immediately.
+    :param length: the number of samples in a cycle; at least 1.
+    :param cycles: the number of cycles; None for cycles without end.
+    :param hold: the duration of a sample; 1 + ``delay_time`` of the message.
     :param interval: a sample interval in nanoseconds.
-    :param pulses: what the trigger output does; None for nothing.
+    :param pulses: the pulses of the trigger output; None for none.
     """
 
     table: Sequence[int]
@@ -74,16 +74,16 @@ class Waveform:
 
     @property
     def duration(self) -> int | None:
-        """How long all of it takes, in nanoseconds; None for ever."""
+        """The duration of all cycles in nanoseconds; None without end."""
         return None if self.cycles is None else math.ceil(self.cycles * self.cycle * self.interval)
 
     def sample(self, elapsed: int) -> int:
-        """Return the sample that is put out ``elapsed`` nanoseconds after the beginning."""
+        """Return the sample that is output ``elapsed`` nanoseconds after the beginning."""
         index = math.floor(self._moment(elapsed) / self.hold)
         return self.table[min(max(index, 0), self.length - 1)]
 
     def pulse(self, elapsed: int) -> bool:
-        """Say whether the trigger output is active ``elapsed`` nanoseconds after the beginning."""
+        """Return whether the trigger output is active ``elapsed`` nanoseconds after the beginning."""
         if self.pulses is None:
             return False
         moment = self._moment(elapsed)
@@ -95,25 +95,25 @@ class Waveform:
         return (moment - latest * self.hold) * self.interval < self.pulses.width
 
     def _moment(self, elapsed: int) -> Fraction:
-        """Return the sample intervals since this cycle clocked out its first sample; below 0 before."""
+        """Return the time since the first sample of this cycle, in sample intervals; negative before it."""
         return elapsed / self.interval % self.cycle - self.pre_cycle_rest
 
 
-_CUBES = "piezo_cube"  # pages 106 and 108: a smaller table, and no triggering
+_CUBES = "piezo_cube"  # has a smaller table and no triggers (pages 106 and 108)
 _LAST_INDEX_OF_CUBES = 512
 _LAST_INDEX = 7999
 
 
 class WaveformGenerator:
-    """Puts the waveform table out: at once, or when the trigger input says so.
+    """Outputs the waveform table, immediately or controlled by the trigger input.
 
-    What a start found in the parameters holds until the next one. As a trigger, the input begins an armed
-    output with its active edge, once for each start; as a gate (``outputlut_lutgated``), it lets the output
-    go on while its level is active, and holds it while not. Which level is active,
-    ``outputlut_inputtrig_sense_hi`` says.
+    The parameters at a start apply until the next start. As a trigger, the active edge of the input starts an
+    armed output, once for each start. As a gate (``outputlut_lutgated``), the input lets the output continue
+    while its level is active and pauses it otherwise. ``outputlut_inputtrig_sense_hi`` selects the active
+    level.
 
-    :param unit: gives the size of the table, the sample interval, and whether there are triggers.
-    :param clock: the time.
+    :param unit: the unit, which determines the size of the table, the sample interval and the triggers.
+    :param clock: the clock.
     :param ended: called with the last sample when the last cycle is over.
     """
 
@@ -126,27 +126,27 @@ class WaveformGenerator:
         self.last_index = _LAST_INDEX if self.has_triggers else _LAST_INDEX_OF_CUBES
         """The highest index of the table (page 106)."""
         self.table = array("h", bytes(2 * (self.last_index + 1)))
-        """The samples; 0 where none has been loaded."""
+        """The samples; 0 if not loaded."""
         self._waveform: Waveform | None = None
         self._mode = LutOutputMode(0)
         self._level = False  # of the trigger input
-        self._done = 0  # nanoseconds that were put out before the gate closed
-        self._since: int | None = None  # the instant since which it is put out; None while it waits
+        self._done = 0  # nanoseconds of output before the gate closed
+        self._since: int | None = None  # the instant since which it is output; None while it waits
         self._timer: Timer | None = None
 
     def clear(self) -> None:
-        """End the output, or disarm, and forget all samples."""
+        """End the output, or disarm, and clear all samples."""
         self.stop()
         self.table = array("h", bytes(2 * len(self.table)))
 
     def start(self, parameters: Mapping[str, int]) -> str | None:
-        """Put the table out, or arm; the values are those of ``PZ_OUTPUTLUTPARAMS``.
+        """Start the output, or arm it, with the values of ``PZ_OUTPUTLUTPARAMS``.
 
-        Returns why there is nothing to put out, or None. A start while the table is put out begins anew.
+        Return why it is refused, or None. A start during the output restarts it.
         """
         mode = self._mode_of(parameters)
         if not parameters["cycle_length"]:
-            return "a cycle has no samples"
+            return "cycle_length is 0"
         if not mode.outputlut_continuous and not mode.outputlut_fixed:
             return "the mode is neither continuous nor a fixed number of cycles"
         self.stop()
@@ -154,7 +154,7 @@ class WaveformGenerator:
         self._waveform = Waveform(
             self.table,
             parameters["cycle_length"],
-            # page 109: the number is ignored in continuous mode, whatever else is set
+            # page 109: in continuous mode the number of cycles is ignored
             None if mode.outputlut_continuous else parameters["num_cycles"],
             1 + parameters["delay_time"],
             self._interval,
@@ -175,19 +175,19 @@ class WaveformGenerator:
 
     @property
     def armed(self) -> bool:
-        """Whether it has been started and has not put out anything yet."""
+        """Whether it has been started and waits for its trigger."""
         return self._waveform is not None and self.sample is None
 
     @property
     def sample(self) -> int | None:
-        """The sample that is put out at this instant; None before the first and after the last."""
+        """The present sample; None before the first and after the last."""
         if self._waveform is None or (self._since is None and not self._done):
             return None
         return self._waveform.sample(self._elapsed)
 
     @property
     def trigger_output(self) -> bool:
-        """The level of the trigger output now (page 110), high for True; low where it is not used."""
+        """The present level of the trigger output (page 110), True for high; low if it is not used."""
         if not self._mode.outputlut_outputtrig:
             return False
         waveform = self._waveform
@@ -196,7 +196,7 @@ class WaveformGenerator:
 
     @property
     def trigger_input(self) -> bool:
-        """The level of the trigger input, high for True; low in a new controller."""
+        """The level of the trigger input, True for high; low in a new controller."""
         return self._level
 
     @trigger_input.setter
@@ -210,7 +210,7 @@ class WaveformGenerator:
             self._hold()
 
     def pulse_input(self) -> None:
-        """Give the trigger input one active edge, and leave it at the level that it had."""
+        """Apply one active edge to the trigger input, and restore its level."""
         level, active = self._level, self._mode.outputlut_inputtrig_sense_hi
         for step in (not active, active, level):
             self.trigger_input = step
@@ -236,7 +236,7 @@ class WaveformGenerator:
             return None
         return Pulses(
             max(0, parameters["op_trig_start"] - 1),  # counted from 1 (page 110)
-            parameters["op_trig_width"] * MILLISECOND,  # known for the BPC20x, taken for all
+            parameters["op_trig_width"] * MILLISECOND,  # known for the BPC20x, assumed for all
             parameters["trig_repeat_cycle"] if mode.outputlut_outputtrig_repeat else 0,
         )
 
