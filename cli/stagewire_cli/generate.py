@@ -254,7 +254,7 @@ def schemas(
         if changes:
             typer.echo(f"{out} does not have the schemas of this stagewire version", err=True)
             raise typer.Exit(WRONG)
-        typer.echo(f"{out}: {len(files)} schemas, all up to date")
+        typer.echo(f"{out}: {len(files)} schemas, up to date")
         return
     touched = write_files(out, files, partial=True)
     typer.echo(f"{out}: {len(files)} schemas, {touched} files written")

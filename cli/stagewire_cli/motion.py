@@ -67,7 +67,6 @@ def move(
     by: Annotated[
         str | None, typer.Option("--by", metavar="MM", help="Distance to move in mm.")
     ] = None,
-    by: Annotated[str | None, typer.Option("--by", metavar="MM", help="Distance in mm.")] = None,
     counts: Annotated[
         bool, typer.Option("--counts", help="Read --to or --by as raw counts, not mm.")
     ] = False,
