@@ -147,7 +147,7 @@ def test_examples_next_to_the_spec_are_evidence(stagewire: Stagewire, repository
     ("arguments", "said"),
     [
         (["spec", "--against", "nowhere"],
-         "--against, nowhere, is not a folder, and as a revision it cannot be read: the repository has no"),
+         "--against nowhere is not a folder, and cannot be read as a revision: the repository has no"),
         (["spec", "--against", "HEAD:nowhere"], "the revision HEAD has no directory nowhere"),
         (["spec", "--against", ""], "the name of --against is empty"),
         (["spec", "--against", "-x"], "is not a revision"),

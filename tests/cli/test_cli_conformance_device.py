@@ -317,7 +317,7 @@ def test_a_terminal_shows_a_bar_and_optional_colour(colour: bool) -> None:
     [
         ([GOOD], "which controller is it? Give --unit"),
         ([GOOD, "--unit", "RACK"], "a rack of modules needs a PICS that lists its bays"),
-        (["--unit", "TDC001"], "which line?"),
+        (["--unit", "TDC001"], "missing URL"),
         ([GOOD, "--unit", "TDC999"], "unknown unit TDC999"),
         (
             [GOOD, "--unit", "TDC001", "--allow-motion", "5..1mm"],

@@ -250,7 +250,7 @@ def test_errors_in_a_revision_name_its_files(stagewire: Stagewire, repository: P
         ),
         (["HEAD", "HEAD:nowhere"], "the revision HEAD has no directory nowhere"),
         (["HEAD", "HEAD~1", "--spec", "nowhere"], "the revision HEAD has no directory nowhere"),
-        (["HEAD", "HEAD~1", "--spec", " "], "the name of the folder after --spec is empty"),
+        (["HEAD", "HEAD~1", "--spec", " "], "the folder of --spec is empty"),
         (["--", "--help", "HEAD"], "is not a revision"),
         (["--", "HEAD", "-x"], "is not a revision"),
         (["", "HEAD"], "the name of OLD is empty"),

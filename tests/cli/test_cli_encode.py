@@ -85,7 +85,7 @@ def test_an_encoded_message_can_be_decoded(stagewire: Stagewire) -> None:
         ("MOT_MOVE_HOME chan_ident=256", "chan_ident must be 0 to 255 (raw counts), not 256"),
         ("MOT_MOVE_HOME chan_ident=1.5", "nor an integer such as 5 or 0x05"),
         ("MOT_MOVE_HOME chan_ident=1 --dest 0x80", "dest must be an address from 0 to 0x7f"),
-        ("MOT_MOVE_HOME chan_ident=1 --source bay", "--source takes an address such as 0x50"),
+        ("MOT_MOVE_HOME chan_ident=1 --source bay", "--source must be an address such as 0x50"),
         ("MOT_MOVE_HOME chan_ident=1 data=00", "takes fields, not data"),
         ("MOT_SET_MOVEVELPARAMS", "cannot be used"),
         ("HW_RICHRESPONSE", "has no documented layout"),

@@ -71,7 +71,7 @@ def test_a_packet_is_encoded_for_an_address(
     ("words", "said"),
     [
         (["STOP"], "STOP requires the address of the controller; give it with --address"),
-        (["STOP", "--address", "x"], "--address takes an address such as 0x50, not 'x'"),
+        (["STOP", "--address", "x"], "--address must be an address such as 0x50, not 'x'"),
         (["STOP", "--address", "256"], "address must be 0 to 0xff, not 256"),
         (["STOP", "--address", "3", "--dest", "3"], "--dest does not apply to messages of invented_packets"),
         (["STOP", "--address", "3", "--axis", "X"], "--axis does not apply to"),
@@ -130,7 +130,7 @@ def test_a_packet_is_selected_by_its_message(stagewire: Stagewire) -> None:
     [
         (MOVE[:-1], "truncated", "08", ""),
         (MOVE + STOP, "trailing", STOP.hex(" ").upper(), "to decode several packets at once"),
-        (b"\x00" + MOVE, "bad_value", "00", "the bytes that begin a packet are at byte 1"),
+        (b"\x00" + MOVE, "bad_value", "00", "the start of a packet is at byte 1"),
         (MOVE[:5] + b"\x71" + MOVE[6:], "bad_value", MOVE[11:13].hex(" ").upper(), ""),
         (MOVE[:-1] + b"\x0a", "bad_value", "0A", ""),
         (MOVE[:2] + b"\x40" + MOVE[3:], "bad_length", "40", ""),

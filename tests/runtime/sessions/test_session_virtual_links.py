@@ -78,7 +78,7 @@ def test_a_url_has_the_options_of_a_bench() -> None:
 @pytest.mark.parametrize(
     ("url", "what"),
     [
-        ("virtual://", "it names no unit; write virtual://TDC001"),
+        ("virtual://", "the URL names no unit; write for example virtual://TDC001"),
         ("virtual://TDC002", "unknown unit TDC002; did you mean TDC001"),
         ("virtual://TDC001?tcp=4001", "unknown option 'tcp' .options: stage, travel"),
         ("virtual://TDC001?seed=x", "option seed: expected a whole number, not 'x'"),

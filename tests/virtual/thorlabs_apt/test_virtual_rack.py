@@ -108,7 +108,7 @@ def test_the_answer_of_a_bay_is_the_example_of_page_25(host):
 @pytest.mark.parametrize("inputs", [-1, 1 << 32, "high"])
 def test_inputs_that_do_not_fit_are_refused(inputs, host):
     io = host("BSC103").instrument.user_io()
-    with pytest.raises(EncodeError, match="status_bits takes"):
+    with pytest.raises(EncodeError, match="status_bits must be"):
         io.inputs = inputs
     assert io.inputs == 0
 
