@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from stagewire_generator.diagnostics import Place
 
@@ -322,6 +322,14 @@ class Erratum:
     overlay: str = ""
 
 
+class Sentence(NamedTuple):
+    """A sentence of the document: its page, its position on the page, and a digest of its words."""
+
+    page: int
+    number: int
+    digest: str
+
+
 @dataclass(frozen=True, slots=True)
 class Rule:
     """A requirement of the document for controllers or hosts, apart from message layouts."""
@@ -331,11 +339,12 @@ class Rule:
     also: tuple[int, ...]  # other pages with the same text
     strength: str  # must | should
     subject: str  # controller | host
-    says: str  # the text of the document
-    means: str  # in plain words; empty if the document's text is plain
+    states: str  # the requirement, in our own words
+    means: str  # what follows from it; empty if that is obvious
     messages: tuple[str, ...]
     errata: tuple[str, ...]
     waiver: str  # why no check can verify it; empty if one can
+    sentences: tuple[Sentence, ...]  # those that state it
     place: Place
     overlay: str = ""
 

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import sys
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,6 @@ from stagewire_conformance.device.plans import plan
 from stagewire_conformance.registry import known_rules, registry_of
 
 _PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
-_MOST_SAID = 110  # characters of a quotation
 
 _HEAD = """\
 <!-- Made by `python -m stagewire_conformance.device.rules_page docs/reference/conformance-rules.md` -->
@@ -31,8 +29,8 @@ This page lists every must and should of the documents. For each, it names the k
 either checks or a waiver, never both. `must` is what a document states as a fact or a duty, `should` is what
 it calls usual, typical or recommended. "Host" marks rules for the program at the other end of the line.
 
-The rules are in `spec/<protocol>/rules.yaml`, with the full text from the document; the tables show the
-beginning. `stagewire conformance rules` prints these tables, and all details with `--json`.
+The rules are in `spec/<protocol>/rules.yaml`, in our own words and with references to the sentences of the
+document. `stagewire conformance rules` prints these tables, and all details with `--json`.
 `stagewire conformance device URL --unit UNIT --only KIND` runs the checks of one kind.
 """
 
@@ -47,7 +45,7 @@ def _part(protocol: Protocol) -> str:
     registry = protocol.registry()
     first = "section" if "sections" in registry["document"] else "page"
     table = [
-        f"| {first} | rule | | text of the document | checked by, or reason for the waiver |",
+        f"| {first} | rule | | requirement | checked by, or reason for the waiver |",
         "|---|---|---|---|---|",
     ]
     return "\n".join([f"## {registry['title']}", "", _counted(rows), "", *table, *_rows(rows), ""])
@@ -67,11 +65,7 @@ def _rows(rows: Sequence[Coverage]) -> Iterator[str]:
         strength = row.strength + (", host" if row.subject == "host" else "")
         seen = ", ".join(f"`{name}`" for name in row.checks) or _cell(row.waiver)
         where = row.where.partition(" ")[2]
-        yield f"| {where} | {row.rule} | {strength} | {_cell(_beginning(row.says))} | {seen} |"
-
-
-def _beginning(text: str) -> str:
-    return textwrap.shorten(text, _MOST_SAID, placeholder=" …")
+        yield f"| {where} | {row.rule} | {strength} | {_cell(row.states)} | {seen} |"
 
 
 def _cell(text: str) -> str:
@@ -88,7 +82,7 @@ class Coverage:
     :param where: the page or section of the document.
     :param strength: ``must`` or ``should``.
     :param subject: the side that the rule binds: ``controller`` or ``host``.
-    :param says: the text of the document.
+    :param states: the requirement, in our own words.
     :param checks: the kinds of checks that verify the rule for at least one unit.
     :param waiver: why no check can verify the rule; empty if one does.
     """
@@ -97,7 +91,7 @@ class Coverage:
     where: str
     strength: str
     subject: str
-    says: str
+    states: str
     checks: tuple[str, ...]
     waiver: str
 
@@ -124,7 +118,7 @@ def coverage(protocol: Protocol) -> tuple[Coverage, ...]:
             where=registry.where((entry["page"],)),
             strength=entry["strength"],
             subject=entry["subject"],
-            says=entry["says"],
+            states=entry["states"],
             checks=tuple(seen.get(name, ())),
             waiver=entry["waiver"],
         )

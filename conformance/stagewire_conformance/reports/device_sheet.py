@@ -303,7 +303,7 @@ def _rules(registry: Registry, listed: frozenset[str]) -> Iterator[Rule]:
             id=rule["id"],
             place=place,
             strength=rule["strength"],
-            says=rule["says"],
+            states=rule["states"],
             means=rule.get("means") or "",
             errata=tuple(rule.get("errata") or ()),
             waiver=rule.get("waiver") or "",

@@ -123,7 +123,7 @@ def _rule(rule: Rule) -> Json:
         "id": rule.id,
         "place": _place(rule.place),
         "strength": rule.strength,
-        "says": rule.says,
+        "states": rule.states,
         "means": rule.means or None,
         "errata": list(rule.errata),
         "waiver": rule.waiver or None,

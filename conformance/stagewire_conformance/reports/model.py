@@ -155,8 +155,8 @@ class Rule:
     """A rule of the document.
 
     :param strength: ``must`` or ``should``.
-    :param says: the sentence of the document.
-    :param means: its meaning in plain words, if the sentence is unclear.
+    :param states: the requirement, in our own words.
+    :param means: what follows from it; empty if that is obvious.
     :param waiver: why it cannot be checked; empty if it can.
     :param for_host: whether it applies to hosts instead of controllers.
     """
@@ -164,7 +164,7 @@ class Rule:
     id: str
     place: PageReference
     strength: str
-    says: str
+    states: str
     means: str = ""
     errata: tuple[str, ...] = ()
     waiver: str = ""

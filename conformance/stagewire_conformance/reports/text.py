@@ -178,9 +178,7 @@ _MOST_LINES = 48
 _HEADER = 6
 """The minimum length of a framed message, which begins with its id. Replies without a frame are shorter."""
 _MOST_RULES = 5
-"""The maximum number of rules that are quoted for a case. Further rules are only named."""
-_MOST_WORDS = 110
-"""The maximum number of characters of a quoted rule."""
+"""The maximum number of rules that are stated for a case. Further rules are only named."""
 _MOST_BYTES = 96
 """The maximum number of bytes shown of one piece."""
 
@@ -206,10 +204,8 @@ def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
 
 
 def _rule(sheet: Sheet, rule: Rule) -> Iterator[str]:
-    """Yield a rule with its page and the beginning of its sentence, and its errata."""
-    says = safe(rule.says)
-    shown = says if len(says) <= _MOST_WORDS else f"{says[: _MOST_WORDS - 1]}…"
-    yield f"rule {rule.id} ({rule.strength}, {safe(rule.place.name)}): {shown}"
+    """Yield a rule with its page, and its errata."""
+    yield f"rule {rule.id} ({rule.strength}, {safe(rule.place.name)}): {safe(rule.states)}"
     yield from (f"  erratum {name}" for name in rule.errata if name in sheet.errata)
 
 

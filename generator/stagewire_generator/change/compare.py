@@ -65,7 +65,7 @@ def _erratum(erratum: Erratum) -> tuple[object, ...]:
 
 
 def _rule(rule: Rule) -> tuple[object, ...]:
-    return rule.page, rule.says
+    return rule.page, rule.states
 
 
 def _slugs(comparison: Comparison, noun: str, pairs: Pairs[Erratum] | Pairs[Rule]) -> None:

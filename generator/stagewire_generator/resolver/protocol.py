@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Json, Overlay, Protocol, Rule
+from stagewire_generator.model import Json, Overlay, Protocol, Rule, Sentence
 from stagewire_generator.naming import can_name_file, can_name_package
 from stagewire_generator.resolver.messages import (
     define_commands,
@@ -57,11 +57,12 @@ def define_rules(tables: Tables) -> None:
             also=tuple(entry.get("also", ())),
             strength=entry["strength"],
             subject=entry["subject"],
-            says=entry["says"],
+            states=entry["states"],
             means=entry.get("means", ""),
             messages=tuple(entry.get("messages", ())),
             errata=tuple(entry.get("errata", ())),
             waiver=entry.get("waiver", ""),
+            sentences=tuple(Sentence(**each) for each in entry.get("sentences", ())),
             place=place,
             overlay=document.overlay,
         )

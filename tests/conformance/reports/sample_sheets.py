@@ -86,16 +86,16 @@ RULES = (
         id="request-answered",
         place=PAGE_9,
         strength="must",
-        says="A request is answered.",
+        states="A request is answered.",
         means="Every REQ has its GET.",
         errata=("apt-a-misprint",),
     ),
-    Rule(id="velocity-parameters", place=PAGE_30, strength="should", says="Velocities … are set."),
+    Rule(id="velocity-parameters", place=PAGE_30, strength="should", states="Velocities … are set."),
     Rule(
-        id="unseen", place=PAGE_9, strength="must", says="A light flashes.", waiver="nobody looks"
+        id="unseen", place=PAGE_9, strength="must", states="A light flashes.", waiver="nobody looks"
     ),
     Rule(
-        id="host", place=PAGE_9, strength="must", says="The host waits.", for_host=True, waiver="-"
+        id="host", place=PAGE_9, strength="must", states="The host waits.", for_host=True, waiver="-"
     ),
 )
 ERRATUM = Erratum(
@@ -175,7 +175,7 @@ def hostile() -> Sheet:
         facts=(Fact(key="notes", label=HOSTILE, value=HOSTILE),),
         digests={HOSTILE: HOSTILE},
         rules={
-            rule.id: replace(rule, says=HOSTILE, means=HOSTILE, waiver=rule.waiver and HOSTILE)
+            rule.id: replace(rule, states=HOSTILE, means=HOSTILE, waiver=rule.waiver and HOSTILE)
             for rule in RULES
         },
         errata={

@@ -117,7 +117,7 @@ def test_the_contents_of_the_page() -> None:
         assert case.id in words
         assert case.title in words
     for rule in RULES:
-        assert rule.says in words
+        assert rule.states in words
         assert rule.id in words
     assert NOT_RUN.why in words
     assert SKIPPED.why in words

@@ -1,4 +1,4 @@
-"""The words of a vendor's document in reading order, and the places of quotations.
+"""The words and sentences of a vendor's document in reading order.
 
 Tables with descriptions are read cell by cell, so that a sentence that fills several rows of a cell is a
 sentence again. Blanks, markup and line ends are ignored, because the scan has too many of them.
@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 from .text import Document
 
@@ -69,6 +68,7 @@ class Sentence:
     pages: tuple[int, int]
     text: str
     span: tuple[int, int]  # within the squeezed flow
+    heading: bool
 
 
 def sections(document: Document) -> dict[int, tuple[int, int]]:
@@ -102,49 +102,11 @@ class Flow:
         """Return the first and the last possible page of a letter."""
         return self._pages(self.lines[place])
 
-    def on(self, page: int) -> tuple[int, int]:
-        """Return the range of the letters that are possibly on a page."""
-        places = self._by_page.get(page)
-        return places or (0, 0)
-
-    @cached_property
-    def _by_page(self) -> dict[int, tuple[int, int]]:
-        found: dict[int, tuple[int, int]] = {}
-        for place, line in enumerate(self.lines):
-            low, high = self._pages(line)
-            for page in range(low, high + 1):
-                found[page] = (found.get(page, (place, 0))[0], place + 1)
-        return found
-
-    def find(self, quotation: str, page: int) -> list[tuple[int, int]] | str:
-        """Return the places of a quotation that begins on a page, or the words that are missing.
-
-        "…" marks omitted words. A quotation without it is found as often as it appears on the page.
-        """
-        start, end = self.on(page)
-        _, behind = self.on(page + 1)
-        fragments = [squeeze(part) for part in quotation.split("…")]
-        spans: list[tuple[int, int]] = []
-        place = start
-        for number, fragment in enumerate(fragments):
-            found = self.letters.find(fragment, place, max(end, behind))
-            if not fragment or found < 0 or (number == 0 and found >= end):
-                return quotation.split("…")[number].strip()
-            place = found + len(fragment)
-            spans.append((found, place))
-        while len(fragments) == 1:
-            found = self.letters.find(fragments[0], place, max(end, behind))
-            if found < 0 or found >= end:
-                break
-            place = found + len(fragments[0])
-            spans.append((found, place))
-        return spans
-
     def is_heading(self, place: int) -> bool:
         return self.document[self.lines[place]].startswith("#")
 
     def sentences(self) -> Iterator[Sentence]:
-        """Yield the sentences in order."""
+        """Yield the sentences and headings in order."""
         place = 0
         held: list[Piece] = []
         start = 0
@@ -160,9 +122,13 @@ class Flow:
         text = " ".join(plain(piece.text) for piece in held)
         for part in SENTENCE_END.split(text):
             end = start + len(squeeze(part))
-            if end > start and not self.is_heading(start):
+            if end > start:
                 yield Sentence(
-                    self.lines[start], self.pages(start), " ".join(part.split()), (start, end)
+                    self.lines[start],
+                    self.pages(start),
+                    " ".join(part.split()),
+                    (start, end),
+                    self.is_heading(start),
                 )
             start = end
 

@@ -1,8 +1,9 @@
-"""Every requirement in the documents has a rule, and every rule quotes its page.
+"""Every requirement in the documents has a rule, and every rule names its sentences.
 
-A program finds the sentences about required behaviour; people wrote the rules. A word such as "must" or
-"will" that no rule quotes needs a reason in ``not_rules.yaml``. A quotation that is not on its page is also
-an error.
+A program finds the sentences about required behaviour; people wrote the rules. A sentence with a word such
+as "must" or "will" that no rule names needs a reason in ``not_rules.yaml``. A reference to a sentence that is
+not at its place in the document is also an error. ``python tests/spec/document sentences PROTOCOL PAGE``
+prints the sentences of a page with their references.
 """
 
 from __future__ import annotations
@@ -14,12 +15,11 @@ import pytest
 
 import plain_yaml
 
-from . import flow
-from .conftest import SPEC
+from . import flow, sentences
+from .conftest import SPEC, document
 
 PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
 NOT_RULES = Path(__file__).parent / "not_rules.yaml"
-CONTENTS = {"thorlabs_apt": 5, "asi_ms2000": 0}  # pages of contents before the text begins
 SENTENCES = {"thorlabs_apt": 500, "asi_ms2000": 120}  # minimum number that the program finds
 Entry = dict[str, Any]
 
@@ -34,11 +34,8 @@ def protocol(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def read(protocol: str, request: pytest.FixtureRequest) -> flow.Flow:
-    """Return the flow of a document, with its pages narrowed by its headings."""
-    if protocol == "thorlabs_apt":
-        return flow.Flow(request.getfixturevalue("reading").document, paged=True)
-    return flow.Flow(request.getfixturevalue("command_document"), paged=False)
+def read(protocol: str) -> sentences.Sentences:
+    return sentences.read(protocol, document(protocol))
 
 
 @pytest.fixture(scope="module")
@@ -47,77 +44,110 @@ def rules(protocol: str) -> dict[str, Entry]:
 
 
 @pytest.fixture(scope="module")
-def not_rules(protocol: str) -> list[Entry]:
-    return load(NOT_RULES)[protocol]
+def not_rules(protocol: str) -> dict[str, Entry]:
+    return {f"not_rules: {entry['reason']}": entry for entry in load(NOT_RULES)[protocol]}
 
 
-def quoted(read: flow.Flow, entries: dict[str, Entry]) -> tuple[bytearray, list[str]]:
-    """Return a mark for each letter that quotations cover, and the quotations that were not found."""
-    covered = bytearray(len(read.letters))
-    lost = []
+def claimed(
+    read: sentences.Sentences, entries: dict[str, Entry]
+) -> tuple[set[flow.Sentence], list[str]]:
+    """Return the sentences that entries name, and the problems of their references."""
+    found: set[flow.Sentence] = set()
+    problems = []
     for name, entry in entries.items():
-        for page in (entry["page"], *entry.get("also", ())):
-            spans = read.find(entry["says"], page)
-            if isinstance(spans, str):
-                lost.append(f"{name}: not on page {page}: {spans!r}")
-                continue
-            for start, end in spans:
-                covered[start:end] = b"\1" * (end - start)
-    return covered, lost
+        named, wrong = read.claim(entry.get("sentences", ()))
+        found |= named
+        problems += [f"{name}: {problem}" for problem in wrong]
+    return found, problems
 
 
-def words(read: flow.Flow, protocol: str) -> list[tuple[flow.Sentence, str, slice]]:
-    """Return every normative word of a document with its sentence and place."""
-    found = []
-    for sentence in read.sentences():
-        if sentence.pages[0] <= CONTENTS[protocol]:
-            continue
-        for match in flow.NORMATIVE.finditer(sentence.text):
-            start = sentence.span[0] + len(flow.squeeze(sentence.text[: match.start()]))
-            place = slice(start, start + len(flow.squeeze(match.group())))
-            found.append((sentence, match.group(), place))
-    return found
-
-
-def named(entries: list[Entry]) -> dict[str, Entry]:
-    return {f"not_rules: {entry['says'][:60]}": entry for entry in entries}
-
-
-def test_the_program_finds_sentences(read: flow.Flow, protocol: str) -> None:
-    found = {sentence.span for sentence, _, _ in words(read, protocol)}
-    assert len(found) >= SENTENCES[protocol]
-
-
-def test_every_quotation_is_on_its_page(read: flow.Flow, rules: dict[str, Entry]) -> None:
-    _, lost = quoted(read, rules)
-    assert not lost
-
-
-def test_every_sentence_has_its_rule(
-    read: flow.Flow, protocol: str, rules: dict[str, Entry], not_rules: list[Entry]
-) -> None:
-    by_rules, _ = quoted(read, rules)
-    by_others, lost = quoted(read, named(not_rules))
-    missing = [
-        f"line {sentence.line}, page {sentence.pages[0]}: {word!r} in {sentence.text!r}"
-        for sentence, word, place in words(read, protocol)
-        if 0 in by_rules[place] and 0 in by_others[place]
+def missing(read: sentences.Sentences, protocol: str, found: set[flow.Sentence]) -> list[str]:
+    """Return every normative sentence that nobody names, with the reference to enter."""
+    return [
+        f"{word!r} in line {sentence.line}: {read.reference(sentence)}"
+        for word, sentence in read.normative(protocol)
+        if sentence not in found
     ]
-    assert not lost
-    assert not missing, "neither a rule nor not_rules.yaml quotes:\n" + "\n".join(missing)
+
+
+def test_the_program_finds_sentences(read: sentences.Sentences, protocol: str) -> None:
+    assert len(list(read.normative(protocol))) >= SENTENCES[protocol]
+
+
+def test_every_rule_names_its_sentences(read: sentences.Sentences, rules: dict[str, Entry]) -> None:
+    _, problems = claimed(read, rules)
+    without = [name for name, entry in rules.items() if "sentences" not in entry]
+    assert not problems, "\n".join(problems)
+    assert not without
+
+
+def test_a_rule_begins_on_its_page(rules: dict[str, Entry]) -> None:
+    """Each page of a rule has one of its sentences, or the page before if the sentence runs on."""
+    wrong = []
+    for name, entry in rules.items():
+        pages = {entry["page"], *entry.get("also", ())}
+        named = {reference["page"] for reference in entry["sentences"]}
+        near = {page + step for page in pages for step in (-1, 0, 1)}
+        if not named <= near or not all({page, page - 1} & named for page in pages):
+            wrong.append((name, sorted(pages), sorted(named)))
+    assert not wrong
+
+
+def test_every_normative_sentence_has_a_rule(
+    read: sentences.Sentences,
+    protocol: str,
+    rules: dict[str, Entry],
+    not_rules: dict[str, Entry],
+) -> None:
+    by_rules, _ = claimed(read, rules)
+    by_others, problems = claimed(read, not_rules)
+    left = missing(read, protocol, by_rules | by_others)
+    assert not problems, "\n".join(problems)
+    assert not left, "neither a rule nor not_rules.yaml names:\n" + "\n".join(left)
 
 
 def test_every_entry_of_not_rules_is_needed(
-    read: flow.Flow, protocol: str, rules: dict[str, Entry], not_rules: list[Entry]
+    read: sentences.Sentences,
+    protocol: str,
+    rules: dict[str, Entry],
+    not_rules: dict[str, Entry],
 ) -> None:
-    """An entry is out of date if it quotes no normative word, or only words that a rule quotes."""
-    by_rules, _ = quoted(read, rules)
-    places = [place for _, _, place in words(read, protocol) if 0 in by_rules[place]]
-    idle = []
-    for name, entry in named(not_rules).items():
-        for page in (entry["page"], *entry.get("also", ())):
-            covered, _ = quoted(read, {name: {**entry, "page": page, "also": ()}})
-            if not any(0 not in covered[place] for place in places):
-                idle.append(f"{name}, page {page}")
-    assert not idle
-    assert all(entry["reason"].endswith(".") for entry in not_rules)
+    """An entry is out of date if its sentence has no normative word, or if a rule names it."""
+    by_rules, _ = claimed(read, rules)
+    needed = {sentence for _, sentence in read.normative(protocol)} - by_rules
+    idle = [
+        f"{name}: {reference}"
+        for name, entry in not_rules.items()
+        for reference in entry["sentences"]
+        if not read.claim([reference])[0] & needed
+    ]
+    assert not idle, "\n".join(idle)
+    assert all(entry["reason"].endswith(".") for entry in not_rules.values())
+
+
+def test_a_wrong_reference_is_explained(read: sentences.Sentences, protocol: str) -> None:
+    """The message has the sentence and the reference that is right."""
+    first, second, *_ = read.on(6)
+    right = {"page": 6, "number": second.number, "digest": second.digest}
+    assert read.claim([right]) == ({second.sentence}, [])
+
+    def problem(**changes: Any) -> str:
+        found, problems = read.claim([right | changes])
+        assert found == ({second.sentence} if "number" in changes else set())
+        return problems[0]
+
+    assert "at another position" in problem(number=first.number)
+    assert str(second) in problem(number=first.number)
+    assert "on another page" in problem(page=7)
+    assert "no sentence of the document" in problem(digest="0" * 12)
+    assert str(second) in problem(digest="0" * 12)
+
+
+def test_an_unnamed_sentence_is_reported_with_its_reference(
+    read: sentences.Sentences, protocol: str
+) -> None:
+    word, sentence = next(read.normative(protocol))
+    text = missing(read, protocol, {one for _, one in read.normative(protocol)} - {sentence})[0]
+    assert word in text
+    assert sentence.text in text
+    assert sentences.digest(sentence.text) in text

@@ -208,11 +208,12 @@ def _rule_entry(rule: Rule) -> Json:
         "also": list(rule.also),
         "strength": rule.strength,
         "subject": rule.subject,
-        "says": rule.says,
+        "states": rule.states,
         "means": rule.means,
         "messages": list(rule.messages),
         "errata": list(rule.errata),
         "waiver": rule.waiver,
+        "sentences": [sentence._asdict() for sentence in rule.sentences],
         **_from(rule),
     }
 
