@@ -43,7 +43,7 @@ def print_sentences(protocol: str, page: int) -> int:
 def print_runs() -> int:
     from document import runs
 
-    found = runs.in_repository()
+    found = [run for run in runs.in_repository() if not runs.is_listed(run)]
     for run in found:
         print(run)
     return 1 if found else 0

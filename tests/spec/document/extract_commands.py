@@ -67,10 +67,10 @@ AXIS = re.compile(
 )
 SETUP = (
     re.compile(
-        r"(?P<dec>\d+ \d+) (?P<keyboard>Alt\S+ '.')\t(?P<says>.+?)"
+        r"(?P<dec>\d+ \d+) (?P<keyboard>Alt\S+ '.')\t(?P<says>.+?)(?: for High Level .*)?"
         r'(?: \(Note: .* "(?P<post_byte>.)" must .*)?'
     ),
-    re.compile(r"(?P<hex>#\w+#\w+)\t(?P<says>.+)"),
+    re.compile(r"(?P<hex>#\w+#\w+)\t(?P<says>.+?)(?: for High Level .*)?"),
 )
 SIZES = re.compile(
     r"(?P<of>data|range of this variable|supports) (?:represented in |is from )?"
@@ -200,7 +200,9 @@ def format_chapter(document: Document) -> Data:
         if match := AXIS.fullmatch(part.text):
             mark = {"reserved": True} if part.line > reserved else {}
             found["axes"].append({**given(part.line, match), **mark})
-    found["bytes"] = _labelled(parts, r"((?:LAST )?BYTES?(?: ?\d[-\d]*)?): (.+?)(?:,.*| flags .*)?")
+    found["bytes"] = _labelled(
+        parts, r"((?:LAST )?BYTES?(?: ?\d[-\d]*)?): (.+?)(?:,.*| flags .*| to be .*)?"
+    )
     found["groups"] = _labelled(parts, r"(Group \d(?: / Bytes? \S+)?): (.+?) This .*")
     found["exceptions"] = list(_exceptions(parts))
     return found

@@ -62,7 +62,7 @@ def claimed(
 
 
 def missing(read: sentences.Sentences, protocol: str, found: set[flow.Sentence]) -> list[str]:
-    """Return every normative sentence that nobody names, with the reference to enter."""
+    """Return every unclaimed normative sentence with the reference to enter."""
     return [
         f"{word!r} in line {sentence.line}: {read.reference(sentence)}"
         for word, sentence in read.normative(protocol)

@@ -10,19 +10,20 @@ from pathlib import Path
 from checkout import ROOT
 
 NAMES = {"thorlabs_apt": "000_10158ebefc6a9f15.txt", "asi_ms2000": "001_d6e265560c7eb5e3.txt"}
+OTHERS = {"thorlabs_apt_issue_37": "thorlabs_apt_issue_37.txt"}  # a later issue, only searched
 VARIABLE = "STAGEWIRE_DOCUMENTS"
 WITHOUT = "none"  # for a public CI, which cannot have the documents
 
 FOOTER = re.compile(r"^\**Thorlabs Confidential\**(?: Page (?P<page>\d+) of \d+)?(?P<rest>.*)$")
 
 
-def find(protocol: str) -> Path | None:
-    """Return the path of the text of a protocol's document, or None if it is not available."""
+def find(name: str) -> Path | None:
+    """Return the path of the text of a document, or None if it is not available."""
     named = os.environ.get(VARIABLE)
     if named == WITHOUT:
         return None
     folder = Path(named) if named else ROOT.parent / "shared" / "documents"
-    path = folder / NAMES[protocol]
+    path = folder / {**NAMES, **OTHERS}[name]
     return path if path.is_file() else None
 
 

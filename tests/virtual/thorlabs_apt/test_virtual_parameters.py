@@ -129,7 +129,7 @@ def test_a_channel_is_enabled_until_it_is_disabled():
 
 @pytest.mark.parametrize("channel", [1, 2])
 def test_all_channels_share_the_output_filter_but_not_the_current_limit(channel):
-    """The filter "is not channel specific and the Chan Ident parameter is ignored" (page 119)."""
+    """The filter applies to all channels, whatever the channel identifier (page 119)."""
 
     def settings():
         answers = [far.ask(m.PzReqIoSettings(ident), BAY) for ident in (1, 2)]
