@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from conftest import Stagewire
 
 PROTOCOLS = ("thorlabs_apt", "asi_ms2000")
-KEYS = {"protocol", "rule", "where", "strength", "subject", "says", "checks", "waiver"}
+KEYS = {"protocol", "rule", "where", "strength", "subject", "states", "checks", "waiver"}
 
 
 def row(**changes: object) -> Coverage:
     known = {
         "rule": "a-rule", "where": "page 9", "strength": "must", "subject": "controller",
-        "says": "It must.", "checks": ("answers",), "waiver": "",
+        "states": "It must.", "checks": ("answers",), "waiver": "",
     }  # fmt: skip
     return Coverage(**{**known, **changes})  # type: ignore[arg-type]
 

@@ -90,12 +90,19 @@ RULES = (
         means="Every REQ has its GET.",
         errata=("apt-a-misprint",),
     ),
-    Rule(id="velocity-parameters", place=PAGE_30, strength="should", states="Velocities … are set."),
+    Rule(
+        id="velocity-parameters", place=PAGE_30, strength="should", states="Velocities … are set."
+    ),
     Rule(
         id="unseen", place=PAGE_9, strength="must", states="A light flashes.", waiver="nobody looks"
     ),
     Rule(
-        id="host", place=PAGE_9, strength="must", states="The host waits.", for_host=True, waiver="-"
+        id="host",
+        place=PAGE_9,
+        strength="must",
+        states="The host waits.",
+        for_host=True,
+        waiver="-",
     ),
 )
 ERRATUM = Erratum(
