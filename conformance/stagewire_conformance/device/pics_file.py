@@ -166,7 +166,7 @@ def unique(found: Sequence[_T | None], top: Table, key: str) -> Sequence[_T | No
             else getattr(each, "number", None)
         )
         if each is not None and seen.setdefault(place, at) != at:
-            top.wrong(key, f"{key} {at} is the same as {key} {seen[place]}")
+            top.wrong(key, f"{key} {at} is a duplicate of {key} {seen[place]}")
     return found
 
 
