@@ -40,7 +40,7 @@ def monitor(
     ] = None,
     log: Annotated[
         Path | None,
-        typer.Option("--log", metavar="FILE", help="Record the line as a capture."),
+        typer.Option("--log", metavar="FILE", help="Record the traffic as a capture."),
     ] = None,
 ) -> None:
     """Show the status of a controller live; nothing moves.

@@ -106,8 +106,8 @@ def test_a_failure_is_shown_in_full(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--summary", "--json"], "--summary excludes --json and --coverage"),
-        (["--summary", "--coverage"], "--summary excludes --json and --coverage"),
+        (["--summary", "--json"], "--summary cannot be combined with --json or --coverage"),
+        (["--summary", "--coverage"], "--summary cannot be combined with --json or --coverage"),
         (["--protocol", "nothing"], "no protocol nothing is installed"),
         (["extra"], "unexpected extra argument"),
         (["--cover"], "No such option"),

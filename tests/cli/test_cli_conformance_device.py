@@ -73,10 +73,7 @@ def test_a_run_can_pass(stagewire: Stagewire, tmp_path: Path) -> None:
     options = [word for name, path in files.items() for word in (f"--{name}", path)]
     result = stagewire(*DEVICE, GOOD, "--unit", "TDC001", "--only", "answers", *options)
     assert result.code == 0
-    assert (
-        "This run only sends requests: it does not change settings, write to memory or move anything."
-        in result.out
-    )
+    assert "This run does not change settings, write to memory or move anything." in result.out
     assert re.search(r"^answers .* \d+ *$", result.out, re.MULTILINE)
     assert "\x1b" not in result.out + result.err
     assert result.err.startswith("... 0 of ")
@@ -145,7 +142,7 @@ def test_checks_that_are_not_allowed_are_skipped_and_listed(
     for case in left_out:
         assert "needs --allow-" in case["why"]
     assert re.search(
-        r"^NOT RUN: \d+ checks?: not allowed: needs --allow-", result.out, re.MULTILINE
+        r"^NOT RUN: \d+ checks? \(not allowed: needs --allow-", result.out, re.MULTILINE
     )
 
 
@@ -315,7 +312,7 @@ def test_a_terminal_shows_a_bar_and_optional_colour(colour: bool) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([GOOD], "which controller is it? Give --unit"),
+        ([GOOD], "missing unit: give --unit"),
         ([GOOD, "--unit", "RACK"], "a rack of modules needs a PICS that lists its bays"),
         (["--unit", "TDC001"], "missing URL"),
         ([GOOD, "--unit", "TDC999"], "unknown unit TDC999"),

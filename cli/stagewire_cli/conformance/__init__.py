@@ -12,7 +12,7 @@ from stagewire_cli.conformance import codec, device, documents
 EXAMPLE = documents.EXAMPLES_EXAMPLE
 
 app = typer.Typer(
-    help="Check codecs and controllers against the documents.",
+    help="Test codecs and controllers against the protocol documents.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -25,4 +25,4 @@ app.command("rules", epilog=documents.RULES_EXAMPLE)(documents.rules)
 
 @app.callback(epilog=EXAMPLE)
 def _group() -> None:
-    """Check codecs and controllers against the documents."""
+    """Test codecs and controllers against the protocol documents."""

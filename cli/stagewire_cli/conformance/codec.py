@@ -52,10 +52,10 @@ Examples:
   stagewire conformance codec --only 'thorlabs_apt/cut/*' --list
 \b
 Exit status:
-  0    all cases passed; a failure that is expected counts as passed
-  1    a case failed, or passed although it is expected to fail
-  2    wrong arguments: unknown program or case, or an invalid file of expected failures
-  4    the run was not completed: the testee does not answer, or had to be restarted too often
+  0    all cases passed, or failed as expected
+  1    a case failed, or a case that was expected to fail passed
+  2    invalid arguments: an unknown program, protocol or case, or an invalid file of expected failures
+  4    not finished: the program does not answer hello as a testee, or was restarted too often
   130  interrupted
 """
 
@@ -67,17 +67,17 @@ def codec(
     ] = None,
     protocol: Annotated[
         list[str] | None,
-        typer.Option("--protocol", metavar="NAME", help="Only this protocol; may be repeated."),
+        typer.Option(
+            "--protocol", metavar="NAME", help="Test only this protocol; may be repeated."
+        ),
     ] = None,
     timeout: Annotated[
-        float, typer.Option("--timeout", metavar="SECONDS", help="Time limit of each answer.")
+        float, typer.Option("--timeout", metavar="SECONDS", help="Time limit for each answer.")
     ] = 5.0,
     expected: Annotated[
         Path | None,
         typer.Option(
-            "--expected",
-            metavar="FILE",
-            help="Cases that are expected to fail, with reasons (TOML).",
+            "--expected", metavar="FILE", help="Cases that are known to fail, with reasons (TOML)."
         ),
     ] = None,
     only: Annotated[
@@ -85,20 +85,23 @@ def codec(
         typer.Option(
             "--only",
             metavar="NAME",
-            help="Only cases with this id or group (* and ? match), or about this message.",
+            help="Run only cases of this id, group (both with * and ?) or message; may be repeated.",
         ),
     ] = None,
-    list_cases: Annotated[
-        bool, typer.Option("--list", help="Print the cases without starting a testee.")
-    ] = False,
+    list_cases: Annotated[bool, typer.Option("--list", help="List the cases and exit.")] = False,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="NUMBER", help="Seed of random choices.")
+        int,
+        typer.Option(
+            "--seed",
+            metavar="NUMBER",
+            help="Seed of random choices; the same seed sends the same lines.",
+        ),
     ] = 1,
     junit: Junit = None,
     json: Json = None,
     html: Html = None,
 ) -> None:
-    """Test a codec in any language against the documents.
+    """Test a codec against every example and every case of the registry.
 
     COMMAND is a program that reads requests from standard input, one JSON object per line, and answers each
     of them; docs/reference/codec-conformance.md describes the protocol. The run covers every example of the
@@ -109,7 +112,7 @@ def codec(
     files.check()
     if not 0 < timeout <= _LONGEST:
         raise CalledWronglyError(
-            f"--timeout must be above 0 and at most {_LONGEST} seconds, not {timeout:g}"
+            f"--timeout must be a number of seconds above 0 and at most {_LONGEST}, not {timeout:g}"
         )
     names: list[str | None] = [*dict.fromkeys(protocol or [])]
     protocols = [one for name in names or [None] for one in one_or_all(name, whole=True)]
@@ -161,7 +164,7 @@ def _run(plan: Plan, files: ReportFiles) -> int:
     sheet = sheet_of(report, plan.protocols, plan.repeat, whole=not plan.only)
     show_results(sheet)
     if len([*sheet.cases(Grade.FAILED)]) > 1:
-        typer.echo(printable(f"to repeat a case and show its lines: {plan.repeat('ID')}"))
+        typer.echo(printable(f"to repeat one of them and show its dialogue: {plan.repeat('ID')}"))
     if report.unfinished:
         typer.echo(printable(f"not finished: {report.unfinished}"), err=True)
     show_end(sheet, files.write(sheet))

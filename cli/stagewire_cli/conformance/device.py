@@ -23,11 +23,11 @@ Examples:
   stagewire conformance device --unit BBD102 --list
 \b
 Exit status:
-  0    every check that was run passed
+  0    all checks that ran passed
   1    a check failed
-  2    wrong arguments
-  3    no check failed, but the controller departs from a recommendation of the document
-  4    the run was not completed: nothing answers, or the line was lost
+  2    invalid arguments, or an invalid PICS
+  3    no check failed, but the controller departs from a recommendation
+  4    the run did not finish: the controller does not answer, or the connection was lost
   130  interrupted
 """
 
@@ -41,25 +41,26 @@ def device(
     ] = None,
     unit: Annotated[
         str | None,
-        typer.Option("--unit", metavar="NAME", help="Unit to assume if no PICS is given."),
+        typer.Option("--unit", metavar="NAME", help="Unit to assume when there is no PICS."),
     ] = None,
     pics: Annotated[
         Path | None,
         typer.Option(
             "--pics",
             metavar="FILE",
-            help="Declaration of the vendor; see stagewire conformance pics.",
+            help="Declaration of the controller; stagewire conformance pics drafts one.",
         ),
     ] = None,
     allow_settings: Annotated[
-        bool, typer.Option("--allow-settings", help="Allow changing settings, which are restored.")
+        bool,
+        typer.Option("--allow-settings", help="Allow settings to be changed; they are restored."),
     ] = False,
     allow_motion: Annotated[
         str | None,
         typer.Option(
             "--allow-motion",
             metavar="MIN..MAX",
-            help="Allow motion in this range, such as 0..5mm, 0..20V or 0..100000counts, and outputs.",
+            help="Allow motion and outputs within this range: 0..5mm, 0..20V or 0..100000counts.",
         ),
     ] = None,
     allow_eeprom: Annotated[
@@ -71,30 +72,35 @@ def device(
         typer.Option(
             "--only",
             metavar="NAME",
-            help="Only checks with this id (* and ? match) or kind, or about this message.",
+            help="Run only checks of this id (with * and ?), kind or message; may be repeated.",
         ),
     ] = None,
     list_checks: Annotated[
         bool,
-        typer.Option(
-            "--list", help="Print the checks with their requirements and pages; run none."
-        ),
+        typer.Option("--list", help="List the checks with their permissions and pages, and exit."),
     ] = False,
     seed: Annotated[
-        int, typer.Option("--seed", metavar="NUMBER", help="Seed of random choices.")
+        int,
+        typer.Option(
+            "--seed",
+            metavar="NUMBER",
+            help="Seed of random choices; the same seed sends the same bytes.",
+        ),
     ] = 1,
     junit: Junit = None,
     json: Json = None,
     html: Html = None,
     log: Annotated[
         Path | None,
-        typer.Option("--log", metavar="FILE", help="Record the line as a capture."),
+        typer.Option("--log", metavar="FILE", help="Record the traffic as a capture."),
     ] = None,
 ) -> None:
-    """Test a controller against the rules of its document.
+    """Test a controller against its protocol document, and report the rules that it violates.
 
-    By default the run only reads. Each --allow option permits more, and the plan is printed before the run.
-    At the end, also after Ctrl-C, stops are sent first; then settings are restored.
+    By default the suite only sends requests and faulty frames, and starts and stops status updates. Each
+    --allow option permits more. The suite prints its plan before the run. Each check restores the settings
+    that it changes. After Ctrl-C, the suite first stops everything that it set in motion, and then restores
+    the settings.
     """
     from stagewire_cli.conformance.device_run import plan_of, run_session, show_list
 
@@ -129,8 +135,8 @@ Examples:
 \b
 Exit status:
   0    the file was written
-  2    wrong arguments
-  4    nothing answers, or the line was lost
+  2    invalid arguments
+  4    no controller answers, or the connection was lost
 """
 
 
@@ -145,18 +151,20 @@ def pics(
     ],
     unit: Annotated[
         str | None,
-        typer.Option("--unit", metavar="NAME", help="Name of the unit.  [default: detected]"),
+        typer.Option("--unit", metavar="NAME", help="Unit to assume.  [default: as reported]"),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="Write to this file, which must not exist yet."),
+        typer.Option(
+            "--out", metavar="FILE", help="Write the PICS to this file, which must not exist yet."
+        ),
     ] = None,
 ) -> None:
-    """Write a PICS, a declaration of what a controller supports.
+    """Draft a PICS: the declaration of what a controller supports.
 
-    Reads the identity of the controller and its bays, and sends every request of its unit once. A request
-    without an answer is listed as unsupported. Nothing is set, and nothing moves. Add the stages, travels
-    and promises of the vendor yourself.
+    The command reads the identity of the controller and its bays, and sends every request of the unit once.
+    Requests that get no answer are listed as unsupported. No setting is changed, and nothing moves. Add the
+    stages, their travel and the reply time yourself.
     """
     from stagewire.errors import BadValueError, StagewireError, TransportError
     from stagewire.links import open_link
@@ -167,7 +175,7 @@ def pics(
         ReportFiles.check_file(out, "--out")
         if out.exists():
             raise CalledWronglyError(
-                f"--out: {out} already exists and may have been edited by hand; give another name"
+                f"--out: {out} already exists, and may have been edited; choose another file name"
             )
     try:
         with progress() as say, open_link(url) as link:

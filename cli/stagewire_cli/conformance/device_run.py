@@ -53,8 +53,8 @@ def plan_of(
 
 
 def show_list(plan: Plan) -> None:
-    """Print every check with its needs and its pages of the document."""
-    shown = table("check", "needs", "where", "requirement")
+    """Print every check with what it needs, and the pages of the document about it."""
+    shown = table("check", "needs", "document", "requirement")
     for check in plan.checks:
         shown.add_row(check.id, needs_text(check), pages_text(plan, check), printable(check.title))
     console().print(shown)
@@ -92,7 +92,7 @@ def _progress_display() -> Iterator[Callable[[Check, int, int], None]]:
     if not sys.stderr.isatty():
         yield _KindLines()
         return
-    with bar("reading the identity") as show:
+    with bar("querying the controller") as show:
         yield lambda check, before, total: show(before, total, check.id)
 
 

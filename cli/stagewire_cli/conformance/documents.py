@@ -36,17 +36,17 @@ def examples(
         bool, typer.Option("--summary", help="Print one line per protocol, and all failures.")
     ] = False,
     with_coverage: Annotated[
-        bool, typer.Option("--coverage", help="Show which messages have examples instead.")
+        bool, typer.Option("--coverage", help="Show which messages have examples, and run none.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
 ) -> None:
-    """Decode and encode every worked example and capture.
+    """Encode and decode every worked example of the documents, and every capture.
 
-    An example with an erratum passes if its printed bytes behave as the registry says, and fails if they are
-    correct after all.
+    A misprinted example (an erratum) passes if its bytes behave as the registry states, and fails if they are
+    correct.
     """
     if summary and (as_json or with_coverage):
-        raise typer.BadParameter("--summary excludes --json and --coverage")
+        raise typer.BadParameter("--summary cannot be combined with --json or --coverage")
     chosen = one_or_all(protocol, whole=True)  # an unusable protocol must not be skipped
     if with_coverage:
         for one in chosen:
@@ -137,10 +137,10 @@ def rules(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
 ) -> None:
-    """List the rules of the documents and the checks of each.
+    """List the rules of the documents, with the checks that verify them or the reason why no check can.
 
-    A rule without a check has a reason instead. Exit code 1 means that a required rule has neither, or that a
-    rule has both.
+    Such a reason is a waiver. The exit status is 1 if a must has neither a check nor a waiver, or a rule has
+    both.
     """
     from stagewire_conformance.device.rules_page import coverage, summary_of_rules
 
@@ -161,7 +161,7 @@ def rules(
 
 
 def _rule_table(rows: tuple[Coverage, ...]) -> None:
-    shown = table("rule", "where", "strength", "checks or waiver")
+    shown = table("rule", "where", "strength", "checks, or reason for the waiver")
     for row in rows:
         seen = ", ".join(row.checks) or printable(row.waiver) or "nothing"
         shown.add_row(row.rule, row.where, row.strength, seen, style="red" if row.problem else None)

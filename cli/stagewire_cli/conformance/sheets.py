@@ -164,7 +164,7 @@ def show_results(sheet: Sheet) -> None:
 def _show_kinds(sheet: Sheet) -> None:
     grades = [grade for grade in GRADES if sheet.counts()[grade]]
     names = {grade: _heading(sheet, grade) for grade in grades}
-    shown = table("kind", "requirement", *names.values(), right=tuple(names.values()))
+    shown = table("kind", "description", *names.values(), right=tuple(names.values()))
     for group in sheet.groups:
         counts = group.counts()
         worst = next((grade for grade in Grade if counts[grade]), None)
@@ -198,7 +198,7 @@ def _show_left_out(sheet: Sheet, grade: Grade) -> None:
         reasons.setdefault(case.why, []).append(case.id)
     for why, ids in reasons.items():
         word = _heading(sheet, grade)
-        typer.echo(f"{word}: {counted(len(ids), 'check')}: {printable(why)}: {listed(ids, 3)}")
+        typer.echo(f"{word}: {counted(len(ids), 'check')} ({printable(why)}): {listed(ids, 3)}")
 
 
 def show_end(sheet: Sheet, written: Sequence[Path]) -> None:

@@ -46,10 +46,10 @@ def _lines(
     pics: Pics, declared: Declaration, url: str, identity: Mapping[str, int | str]
 ) -> Iterator[str]:
     is_of_commands = isinstance(declared.protocol, CommandProtocol)
-    yield f"# Draft from the answers of a {pics.unit} at {_comment(url)}."
+    yield f"# Drafted from the answers of the {pics.unit} at {_comment(url)}."
     for name, value in identity.items():
         yield f"# {name}: {_comment(str(value).strip())}"
-    yield "# Correct it and give reasons: the suite skips the messages under [unsupported], and nothing else."
+    yield "# Correct this draft. The suite skips the messages under [unsupported], and nothing else."
     yield ""
     yield "schema_version = 1"
     yield f"protocol = {_text(declared.protocol.name)}"
@@ -69,7 +69,7 @@ def _lines(
     yield from (
         "",
         "# [timing]",
-        "# reply_p99_ms = 50            # your promise for 99 of 100 replies",
+        "# reply_p99_ms = 50            # optional: 99 of 100 replies arrive within this time",
     )
 
 
@@ -82,17 +82,19 @@ def _channel(channel: ChannelPics, declared: Declaration, is_of_commands: bool) 
     else:
         yield f"number = {channel.number}"
     if is_of_commands:
-        yield '# travel = "-50..50mm"          # of its stage'
+        yield '# travel = "-50..50mm"          # travel of the stage'
         return
     place = next(
         each for each in declared.places if each.channels and each.bay in (channel.bay, 1, None)
     )
     stages = place.unit.stages
     yield (
-        f'# stage = "{stages[0]}"' if stages else '# counts_per_mm = "25600"        # of its stage'
+        f'# stage = "{stages[0]}"'
+        if stages
+        else '# counts_per_mm = "25600"        # scale of the stage'
     )
-    yield f'# travel = "0..12mm"           # of its stage; or in {COUNTS}: "0..400000{COUNTS}"'
-    yield "# homes = true                 # whether it can home"
+    yield f'# travel = "0..12mm"           # travel of the stage; or in {COUNTS}: "0..400000{COUNTS}"'
+    yield "# homes = true                 # whether the stage can home"
     yield "# limit_switches = true"
 
 
@@ -207,7 +209,7 @@ def _reported_unit(link: Link) -> str:
                 return _unit_of(line.declared, identity)
     raise NothingAnswersError(
         f"no controller at {link.url} identifies itself (tried {', '.join(asked)}). Check that it is "
-        "switched on, and that this is its port. For a protocol without an identity message give --unit"
+        "switched on, and that this is its port. For a protocol without an identity message, give --unit"
     )
 
 

@@ -143,12 +143,12 @@ class Plan:
         """
         if unit is None and pics is None:
             raise DeclarationError(
-                "which controller is it? Give --unit, such as --unit TDC001, or --pics FILE; "
-                "stagewire conformance pics --from URL writes a PICS"
+                "missing unit: give --unit, such as --unit TDC001, or --pics FILE; "
+                "stagewire conformance pics --from URL drafts a PICS"
             )
         if pics is None and str(unit).upper() == RACK:
             raise DeclarationError(
-                "a rack of modules needs a PICS that lists its bays; write one with "
+                "a rack of modules needs a PICS that lists its bays; draft one with "
                 f"stagewire conformance pics --from URL --unit {RACK} --out pics.toml, and use it with "
                 "--pics pics.toml"
             )

@@ -24,14 +24,17 @@ _HEAD = """\
 <!-- Made by `python -m stagewire_conformance.device.rules_page docs/reference/conformance-rules.md` -->
 # Rules and their checks
 
-This page lists every must and should of the documents. For each, it names the kinds of checks of
-`stagewire conformance device` that verify it, or gives a waiver: the reason why no check can. A must has
-either checks or a waiver, never both. `must` is what a document states as a fact or a duty, `should` is what
-it calls usual, typical or recommended. "Host" marks rules for the program at the other end of the line.
+This page lists every rule that the documents state. A rule is a `must` if its document states a fact or a
+requirement, and a `should` if it describes something as usual, typical or recommended. "Host" marks rules for
+the program at the other end of the line.
+
+The last column names the kinds of checks of `stagewire conformance device` that verify the rule. If no check
+can verify it, the column gives the reason, called a *waiver*. Every `must` has either checks or a waiver,
+never both.
 
 The rules are in `spec/<protocol>/rules.yaml`, in our own words and with references to the sentences of the
-document. `stagewire conformance rules` prints these tables, and all details with `--json`.
-`stagewire conformance device URL --unit UNIT --only KIND` runs the checks of one kind.
+document. `stagewire conformance rules` prints the same tables, and all details with `--json`. To run the
+checks of one kind, use `stagewire conformance device URL --unit UNIT --only KIND`.
 """
 
 

@@ -49,7 +49,11 @@ def allowed_words(report: Report) -> str:
         *([f"move within {allowed.motion}"] if allowed.motion else []),
         *(["write to the EEPROM"] if allowed.eeprom else []),
     ]
-    return "; ".join(["send requests", *more]) if more else "only send requests"
+    return (
+        "; ".join(["send requests and faulty frames", *more])
+        if more
+        else "only send requests and faulty frames"
+    )
 
 
 def _facts(report: Report) -> Iterator[Fact]:
@@ -61,7 +65,7 @@ def _facts(report: Report) -> Iterator[Fact]:
     for name, value in report.identification.items():
         said = f"Reported {name.replace('_', ' ')}"
         yield Fact(key=f"identification_{name}", label=said, value=value)
-    yield Fact(key="declared_by", label="Declared by", value=_declared_by(declared))
+    yield Fact(key="declared_by", label="Declaration", value=_declared_by(declared))
     for place in declared.places:
         yield Fact(key=f"place_{place.name}", label=f"At {place.name}", value=_place(place))
     yield Fact(key="line", label="Line type", value=declared.pics.line)
@@ -74,7 +78,7 @@ def _facts(report: Report) -> Iterator[Fact]:
 
 
 def _declared_by(declared: Declaration) -> str:
-    return "its PICS" if declared.pics.digest else "no PICS: as documented"
+    return "PICS" if declared.pics.digest else "no PICS; the unit is assumed to be as documented"
 
 
 def _place(place: Target) -> str:
@@ -349,14 +353,14 @@ def announcement(url: str, plan: Plan) -> Iterator[str]:
     )
     effects = plan.effects()
     if not effects:
-        yield "This run only sends requests: it does not change settings, write to memory or move anything."
+        yield "This run does not change settings, write to memory or move anything."
     for need, checks in effects.items():
         bound = f" within {plan.allowed.motion}" if need is Need.MOTION else ""
         yield f"This run {_EFFECTS[need]}{bound}: {counted(len(checks), 'check')}"
         for text in dict.fromkeys(check.does for check in checks if check.does):
             yield f"  {text}"
     for why, number in plan.refusals().items():
-        yield f"Not run: {counted(number, 'check')}: {why}"
+        yield f"Not run: {counted(number, 'check')} ({why})"
 
 
 def needs_text(check: Check) -> str:

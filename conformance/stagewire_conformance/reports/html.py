@@ -231,13 +231,13 @@ class View:
             return self.counts(row.counts)
         if row.rule.for_host:
             return "applies to the host"
-        return "cannot be checked" if row.rule.waiver else "nothing of this unit to check"
+        return "cannot be checked" if row.rule.waiver else "does not apply to this unit"
 
     def message_state(self, row: MessageRow) -> str:
         """Return the coverage of a message in words."""
         if row.grade is not None:
             return self.counts(row.counts)
-        return "not claimed" if row.message.unsupported else "no check"
+        return "unsupported" if row.message.unsupported else "no check"
 
     # bytes
 

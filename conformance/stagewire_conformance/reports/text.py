@@ -124,7 +124,7 @@ _VERDICTS = {
     Verdict.FAILED: "does not conform",
     Verdict.UNFINISHED: "the run did not finish",
     Verdict.NON_STRICT: "conforms, with departures from recommendations of the document",
-    Verdict.PASSED: "all cases that were run passed",
+    Verdict.PASSED: "no failures",
 }
 GRADES = {
     Grade.FAILED: "failed",
@@ -191,7 +191,7 @@ def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
     for rule in rules[:_MOST_RULES]:
         yield from _rule(sheet, rule)
     if rules[_MOST_RULES:]:
-        yield f"and {counted(len(rules) - _MOST_RULES, 'rule')} more: " + listed(
+        yield f"and {counted(len(rules) - _MOST_RULES, 'more rule')}: " + listed(
             (rule.id for rule in rules[_MOST_RULES:]), 12
         )
     if case.lines:

@@ -38,7 +38,9 @@ def read(answer: Mapping[str, Any]) -> Hello:
     that of this suite.
     """
     if answer.get("ok") is not True:
-        raise NotATesteeError(f"it refused hello: {answer.get('detail') or answer.get('error')}")
+        raise NotATesteeError(
+            f"it refused hello: {answer.get('detail') or answer.get('error') or 'no reason given'}"
+        )
     if answer.get("id") != REQUEST["id"]:
         raise NotATesteeError(f"its answer to hello has the id {answer.get('id')!r}, expected 0")
     version = answer.get("testee")

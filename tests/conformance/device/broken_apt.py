@@ -299,7 +299,7 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
         ("TDC001", takes_of("MOD_IDENTIFY", followed_by(by_host("HW_REQ_INFO"))), "identify/0x50", FAIL,
          "MOD_IDENTIFY to 0x50 was answered with HW_GET_INFO"),
     "one answer of fifty lost":
-        ("TDC001", LinkFault(every(50, dropped)), "back-to-back", FAIL, "1 of 10 requests without a pause"),
+        ("TDC001", LinkFault(every(50, dropped)), "back-to-back", FAIL, "1 of 10 requests sent without"),
     "answers out of order":
         ("TDC001", LinkFault(disorderly()), "back-to-back", FAIL, "which was sent first"),
     "one answer of fifty sent twice":

@@ -84,12 +84,12 @@ def test_a_plan_lists_effects_and_refusals() -> None:
         for line in lines
     )
     assert any(
-        line.startswith("This run only sends requests: ") for line in announcement(URL, asking)
+        line.startswith("This run does not change settings") for line in announcement(URL, asking)
     )
 
 
 def test_a_plan_needs_a_declaration(tmp_path: Path) -> None:
-    with pytest.raises(DeclarationError, match="Give --unit"):
+    with pytest.raises(DeclarationError, match="give --unit"):
         Plan.of(None, ASKING)
     with pytest.raises(DeclarationError, match="needs a PICS that lists its bays"):
         Plan.of("rack", ASKING)

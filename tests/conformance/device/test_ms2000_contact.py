@@ -20,9 +20,7 @@ from stagewire_conformance.device.run import run
 from stagewire_ms2000 import messages as m
 
 X, Y = 0x18, 0x19
-SAYS = (
-    "bytes arrived that are not a reply. Is this another baud rate, or another kind of controller?"
-)
+SAYS = "bytes arrived that are not a reply. Check the baud rate and the kind of controller"
 FRAME = apt.MotMoveCompletedHeader(1).pack(0x01, 0x50)
 
 _DRAWN = random.Random(1)

@@ -297,4 +297,4 @@ def test_a_promised_reply_time_is_kept_or_undecided() -> None:
 
     (timing,) = outcomes(Sleepy(controller_of("TDC001")), declare(pics), ["timing"])
     assert timing.result is Result.INFO
-    assert "too much to tell" in words_of(timing)
+    assert "too late to judge" in words_of(timing)

@@ -91,13 +91,13 @@ def _nothing(line: AptLine, garbage: int) -> str:
     name = line.declared.unit.name
     if garbage:
         return (
-            f"no {name} answers at {line.url}: {garbage} bytes arrived that are not a message. Is this "
-            "another baud rate, or another kind of controller?"
+            f"no {name} answers at {line.url}: {garbage} bytes arrived that are not a message. Check "
+            "the baud rate and the kind of controller"
         )
     places = ", ".join(place.name for place in line.declared.places)
     return (
-        f"no answer at {line.url} (tried twice at {places}). Is the {name} switched on, is this its "
-        "port, and is the port free?"
+        f"no answer at {line.url} (tried twice at {places}). Check that the {name} is switched on, that "
+        "this is its port, and that no other program uses the port"
     )
 
 

@@ -104,14 +104,14 @@ def _nothing(line: CommandLine) -> str:
     came = sum(len(entry.raw) for entry in line.log if not entry.sent)
     if came:
         return (
-            f"no {name} answers at {line.url}: {came} bytes arrived that are not a reply. Is this "
-            "another baud rate, or another kind of controller?"
+            f"no {name} answers at {line.url}: {came} bytes arrived that are not a reply. Check "
+            "the baud rate and the kind of controller"
         )
     axes = ", ".join(place.name for place in line.declared.places)
     return (
         f"no answer at {line.url}: none of the axes {axes} identifies itself, even after 255 66, "
-        f"which switches to the low-level format. Is the {name} switched on, is this its port, and is "
-        "this the baud rate set by its switches?"
+        f"which switches to the low-level format. Check that the {name} is switched on, that this is its "
+        "port, and that its switches set this baud rate"
     )
 
 

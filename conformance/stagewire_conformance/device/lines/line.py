@@ -120,8 +120,8 @@ class Jitter:
 
     def __str__(self) -> str:
         return (
-            f"this computer wakes up to {self.late * 1e3:.2f} ms late (99 of 100 waits; "
-            f"half of them {self.typical * 1e3:.2f} ms)"
+            f"99 % of the waits of this computer end at most {self.late * 1e3:.2f} ms late, "
+            f"half of them at most {self.typical * 1e3:.2f} ms"
         )
 
 

@@ -63,7 +63,7 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
     request = clean_request(trial.declared, place)
     if request is None:
         trial.inconclusive(
-            "the controller claims no request, so nothing can show whether it still replies"
+            "the PICS leaves no supported request, so nothing can show whether the controller still replies"
         )
         return False
     address = request.place.address
@@ -126,6 +126,8 @@ def before_clean_request(declared: Declaration, allowed: Permissions) -> Iterato
     """
     request = clean_request(declared)
     if request is None:
-        yield Case(skip="the controller claims no request that could show whether it still replies")
+        yield Case(
+            skip="the PICS leaves no supported request that could show whether the controller still replies"
+        )
     else:
         yield Case(messages=request.messages)

@@ -57,7 +57,7 @@ def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
 
 KIND = Kind(
     name="home",
-    title="A motor homes, reports it once, and counts from home",
+    title="A motor homes, reports the end once, and counts from the home position",
     rules=(
         "home-starts",
         "home-no-response",
@@ -76,9 +76,9 @@ KIND = Kind(
     KIND,
     "MOT_MOVE_HOME homes {motors}, and each reports the end once",
     messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
-    does="homes all motors together, after stopping each once on its way: each goes to its switch "
-    "or index mark, which may be outside the range, counts from there as 0, and returns to its "
-    "previous position",
+    does="starts homing all motors together, stops each once on its way, and homes them again: each "
+    "runs to its switch or index mark, which may be outside the range, takes that position as 0, and "
+    "returns to its previous position",
     seconds=10.0,
     lacks=_lacks,
     also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),

@@ -69,7 +69,7 @@ def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | N
     )
     trial.must(
         not more,
-        f"{axis.text}: after {told}, {len(seen.ends)} end messages arrived "
+        f"{axis.text}: after {told}, {len(seen.ends)} end-of-move messages arrived "
         f"({', '.join(f'{end.name} from {end.source:#04x}' for end in seen.ends)}) instead of "
         "one",
         came=raw_of(seen.ends),

@@ -34,21 +34,21 @@ _AFTER: Final = 0.2
 
 SUSPEND = Kind(
     name="suspend",
-    title="End messages can be suspended and resumed",
+    title="End-of-move messages can be suspended and resumed",
     rules=("end-messages-suspended", "end-messages-resumed"),
 )
 
 
 @motor_check(
     SUSPEND,
-    "End messages of {motors} can be suspended and resumed",
+    "End-of-move messages of {motors} can be suspended and resumed",
     messages=(
         "MOT_SUSPEND_ENDOFMOVEMSGS",
         "MOT_RESUME_ENDOFMOVEMSGS",
         "MOT_MOVE_ABSOLUTE",
         COMPLETED,
     ),
-    does="moves all motors together within {range} while their end messages are suspended, and back "
+    does="moves all motors together within {range} while their end-of-move messages are suspended, and back "
     "after they are resumed",
 )
 def _suspend_and_resume(axes: Sequence[Axis]) -> None:
@@ -59,7 +59,7 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
         missed = status.position - axis.start - ways[axis]
         return not status.moving and abs(missed) <= axis.tolerance(ways[axis])
 
-    trial.undo("resumed end messages", lambda: _tell(axes, m.MotResumeEndOfMoveMsgs()))
+    trial.undo("resumed end-of-move messages", lambda: _tell(axes, m.MotResumeEndOfMoveMsgs()))
     _tell(axes, m.MotSuspendEndOfMoveMsgs())
     for axis, way in ways.items():
         axis.send(m.MotMoveAbsolute(axis.channel, axis.start + way))
@@ -67,7 +67,7 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
     behind = trial.line.listen(_AFTER)
     for axis, way in ways.items():
         target = axis.start + way
-        told = f"MOT_MOVE_ABSOLUTE to {target} with suspended end messages"
+        told = f"MOT_MOVE_ABSOLUTE to {target} with suspended end-of-move messages"
         mine = [
             each
             for each in behind
@@ -83,7 +83,7 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
         if not judge_place(axis, told, judge_rest(axis, told), axis.start, target):
             axis.halt()
     _tell(axes, m.MotResumeEndOfMoveMsgs())
-    move([absolute(axis, axis.start, " after end messages were resumed") for axis in axes])
+    move([absolute(axis, axis.start, " after end-of-move messages were resumed") for axis in axes])
 
 
 def _tell(

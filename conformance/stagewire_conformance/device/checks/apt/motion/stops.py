@@ -36,7 +36,7 @@ _AFTER: Final = 0.15
 
 KIND = Kind(
     name="move-stop",
-    title="A stop ends a move, and is reported once",
+    title="A stop ends a move, and the end is reported once",
     rules=(
         "stop-any-move",
         "stop-mode-values",

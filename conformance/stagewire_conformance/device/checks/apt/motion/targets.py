@@ -41,7 +41,7 @@ _SECONDS: Final = 0.3
 
 ABSOLUTE = Kind(
     name="move-absolute",
-    title="An absolute move ends at its target, and is reported once",
+    title="An absolute move ends at its target, and its end is reported once",
     rules=(
         "absolute-move",
         "absolute-move-long",
@@ -53,7 +53,7 @@ ABSOLUTE = Kind(
 
 RELATIVE = Kind(
     name="move-relative",
-    title="A relative move covers its distance, and is reported once",
+    title="A relative move covers its distance, and its end is reported once",
     rules=(
         "relative-move",
         "relative-move-long",
@@ -143,7 +143,7 @@ _LESS: Final = 0.75
 
 JOG = Kind(
     name="move-jog",
-    title="A jog is one step in the commanded direction, and is reported once",
+    title="A jog moves one step in the commanded direction, and its end is reported once",
     rules=(
         "jog-move",
         "jog-direction-values",

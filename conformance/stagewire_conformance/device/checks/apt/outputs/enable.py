@@ -80,8 +80,8 @@ ENABLE = Kind(
     ENABLE,
     "MOD_SET_CHANENABLESTATE disables and enables {output}, and the channel reports it",
     messages=tuple(sorted(ENABLED_SETS)),
-    does="disables each channel for a moment and enables it again: the stage that it holds may give "
-    "way, and its output may drop to 0",
+    does="disables each channel for a moment and enables it again: its stage may move if nothing "
+    "holds it, and its output may drop to 0",
     lacks=_lacks,
     also=_bits_of,
     skip=_skip,

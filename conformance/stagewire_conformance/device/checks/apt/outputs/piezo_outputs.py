@@ -78,7 +78,7 @@ POSITION = Kind(
 
 MODE = Kind(
     name="piezo-mode",
-    title="The control mode is as set",
+    title="The control mode can be set",
     rules=("control-mode", "control-mode-values", "piezo-status-bits-meaning"),
 )
 

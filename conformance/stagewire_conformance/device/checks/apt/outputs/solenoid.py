@@ -118,7 +118,7 @@ STATE = Kind(
 
 MODE = Kind(
     name="solenoid-mode",
-    title="The operating mode is as set",
+    title="The operating mode can be set",
     rules=("solenoid-mode", "solenoid-mode-values"),
 )
 
@@ -134,7 +134,7 @@ INTERLOCK = Kind(
     "MOT_SET_SOL_STATE switches {output} on and off",
     messages=_BOTH,
     does="switches the solenoid off, on for a moment in manual mode, and off again; while it is on, "
-    "it opens what it controls",
+    "whatever it controls is actuated",
 )
 def _state(trial: Trial, place: Target, channel: int) -> None:
     mode = _Switch(trial, place, channel, "MOT_SOL_OPERATINGMODE")

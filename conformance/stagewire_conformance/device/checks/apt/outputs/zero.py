@@ -45,7 +45,7 @@ _NEAR: Final = FULL_SCALE // 50
 """The tolerance of a zero reading in counts."""
 
 
-_TITLE: Final = "PZ_SET_ZERO makes the reading of {output} at zero volts its zero"
+_TITLE: Final = "After PZ_SET_ZERO, the reading of {output} at zero volts is 0"
 _DOES: Final = (
     "zeroes each channel: outputs 0 V, and makes the reading there the zero of all later "
     "positions; the previous zero is lost"
@@ -59,7 +59,7 @@ def _lacks(declared: Declaration, allowed: Permissions, place: Target) -> str:
 
 KIND = Kind(
     name="piezo-zero",
-    title="Zeroing makes the reading at zero volts the zero of positions",
+    title="After zeroing, the reading at zero volts is position 0",
     rules=("zero-applies-zero-volts", "zero-sets-reference"),
 )
 

@@ -72,12 +72,12 @@ _Damage = Callable[["Trial", Request], tuple[bytes, str]]
 
 TRUNCATED: Final = Kind(
     name="truncated",
-    title="A clean request after a truncated frame is answered",
+    title="A valid request after a truncated frame is answered",
     rules=("header-six-bytes", "data-length-bytes", "request-answered"),
 )
 GARBAGE: Final = Kind(
     name="garbage",
-    title="A clean request after stray bytes is answered",
+    title="A valid request after stray bytes is answered",
     rules=("header-six-bytes", "request-answered"),
 )
 
@@ -103,14 +103,14 @@ def _run(trial: Trial, damage: _Damage) -> None:
         clean(trial, f"after {about}", request.place, tries=_TRIES)
 
 
-@_damage(TRUNCATED, "header", "A clean request after part of a header is answered")
+@_damage(TRUNCATED, "header", "A valid request after part of a header is answered")
 def _part_of_header(trial: Trial, request: Request) -> tuple[bytes, str]:
     raw = request.message.pack(request.place.address, trial.declared.framed.host)
     count = trial.random.randrange(1, HEADER_SIZE)
     return raw[:count], f"{count} of the {HEADER_SIZE} bytes of {request.name}"
 
 
-@_damage(TRUNCATED, "packet", "A clean request after part of a packet is answered")
+@_damage(TRUNCATED, "packet", "A valid request after part of a packet is answered")
 def _part_of_packet(trial: Trial, request: Request) -> tuple[bytes, str]:
     """Truncate a frame that is harmless, whatever completes it."""
     packet = harmless_bytes(trial.declared, trial.random, _PACKET)
@@ -124,9 +124,9 @@ def _garbage(trial: Trial, request: Request, counts: range) -> tuple[bytes, str]
     return harmless_bytes(trial.declared, trial.random, count), f"{count} stray bytes"
 
 
-_damage(GARBAGE, "one", "A clean request after one stray byte is answered")(
+_damage(GARBAGE, "one", "A valid request after one stray byte is answered")(
     partial(_garbage, counts=range(1, 2))
 )
-_damage(GARBAGE, "many", "A clean request after many stray bytes is answered")(
+_damage(GARBAGE, "many", "A valid request after many stray bytes is answered")(
     partial(_garbage, counts=range(7, 90))
 )

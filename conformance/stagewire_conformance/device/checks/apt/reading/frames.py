@@ -31,7 +31,7 @@ _ENOUGH: Final = 3
 
 KIND = Kind(
     name="frames",
-    title="The controller sends whole frames with the right addresses",
+    title="The controller sends complete frames with the correct addresses",
     rules=(
         "header-six-bytes",
         "length-in-header",
@@ -73,7 +73,9 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
             )
 
 
-@KIND.check("{place.name} sends whole headers with the right lengths and addresses", each=_places)
+@KIND.check(
+    "{place.name} sends complete frames with the correct lengths and addresses", each=_places
+)
 def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
     """Send every request once, and examine the frames of the replies, whatever their content."""
     silent = 0

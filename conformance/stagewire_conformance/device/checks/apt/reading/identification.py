@@ -65,7 +65,7 @@ def _identified_places(declared: Declaration, allowed: Permissions) -> Iterator[
 
 
 @IDENTIFICATION.check(
-    "{request.place.name} identifies itself, with the same reply twice", each=_identified_places
+    "{request.place.name} identifies itself twice with the same reply", each=_identified_places
 )
 def _identify_twice(trial: Trial, request: Request) -> None:
     address = request.place.address

@@ -58,7 +58,7 @@ UNKNOWN_ID: Final = Kind(
 )
 WRONG_LENGTH: Final = Kind(
     name="wrong-length",
-    title="A frame ends where its header says, whatever packet its id usually has",
+    title="The header alone determines where a frame ends",
     rules=(
         "length-in-header",
         "data-flag-checked-first",
@@ -230,7 +230,7 @@ def _is_fit(declared: Declaration, placed: PlacedSet) -> bool:
 @WRONG_LENGTH.check(
     "A SET message to {place} whose packet is too short changes nothing",
     needs={Need.SETTINGS},
-    does="sends a setting that lacks a byte, which should change nothing, and restores the setting",
+    does="sends a SET message that is a byte too short and should change nothing, and restores the setting",
     seconds=0.5,
     each=_settings,
 )

@@ -2,7 +2,7 @@
 
 The document sets no limit; a vendor may promise one in the PICS.
 
-Requests without a pause between them must all be answered, and each target must answer in order (page 11).
+Requests that are sent without pauses must all be answered, and each target must answer in order (page 11).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _ENOUGH: Final = 3
 
 BURSTS = Kind(
     name="back-to-back",
-    title="Requests without a pause are all answered, in order",
+    title="Requests sent without pauses are all answered, in order",
     rules=("request-answered", "get-answers-request", "slot-source"),
 )
 
@@ -67,7 +67,7 @@ def _bursts(trial: Trial, requests: Sequence[Request]) -> None:
 
 
 def _answered(trial: Trial, burst: Sequence[Request]) -> bool:
-    """Send requests without a pause; return whether all were answered correctly."""
+    """Send requests sent without pauses; return whether all were answered correctly."""
     line = trial.line
     for request in burst:
         line.send(request.message, request.place.address)
@@ -100,7 +100,7 @@ def _open(burst: Sequence[Request], order: Sequence[int]) -> list[int]:
 def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Incoming]) -> bool:
     return trial.must(
         not lost,
-        f"{len(lost)} of {_BURST} requests without a pause got no reply: "
+        f"{len(lost)} of {_BURST} requests sent without pauses got no reply: "
         f"{', '.join(request.about for request in lost[:3])}; each should get one",
         came=raw_of(came),
     )
@@ -109,11 +109,13 @@ def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Incoming])
 def _judge_surplus(trial: Trial, surplus: Sequence[Incoming]) -> bool:
     for heard in surplus:
         if is_error(trial, heard):
-            judge_unasked(trial, heard, "in addition to the replies to requests without a pause")
+            judge_unasked(
+                trial, heard, "in addition to the replies to requests sent without pauses"
+            )
     surplus = [heard for heard in surplus if not is_error(trial, heard)]
     return trial.must(
         not surplus,
-        "in addition to the replies to requests without a pause, the controller sent "
+        "in addition to the replies to requests sent without pauses, the controller sent "
         f"{described(trial, surplus)}; each request should be answered once",
         came=raw_of(surplus),
     )
@@ -130,7 +132,7 @@ def _judge_order(
                 return trial.must(
                     False,
                     f"{burst[earlier].about} was answered before {burst[later].about}, which "
-                    "was sent first; requests without a pause should be answered in order",
+                    "was sent first; requests sent without pauses should be answered in order",
                     came=raw_of(came),
                 )
     return True
@@ -183,15 +185,15 @@ def _timing(trial: Trial, requests: Sequence[Request]) -> None:
         "jitter_ms": round(jitter.late * 1e3, 3),
     }
     said = (
-        f"{slowest} was answered within {late * 1e3:.2f} ms in 99 of 100 cases, and within "
-        f"{median * 1e3:.2f} ms in half of them"
+        f"{slowest}: 99 % of the replies arrived within {late * 1e3:.2f} ms, half of them within "
+        f"{median * 1e3:.2f} ms"
     )
     promised = trial.declared.pics.timing.reply_p99_ms
     if promised is None:
-        trial.inconclusive(f"{said}; {jitter}. The PICS promises no time (reply_p99_ms)")
+        trial.inconclusive(f"{said}; {jitter}. The PICS sets no limit (reply_p99_ms)")
     elif jitter.blurs(promised / 1e3):
         trial.inconclusive(
-            f"{said}; {jitter}, too much to tell whether the promised {promised:g} ms are kept"
+            f"{said}; {jitter}, which is too late to judge the promised {promised:g} ms"
         )
     else:
         trial.info(f"{said}; {jitter}")

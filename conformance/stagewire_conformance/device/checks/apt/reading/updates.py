@@ -157,7 +157,7 @@ _RATE_SECONDS: Final = 30.0
 
 UPDATES = Kind(
     name="updates",
-    title="Status messages come ten times a second from start to stop",
+    title="Status messages arrive ten times a second from start to stop",
     rules=(
         "status-updates-periodic",
         "status-updates-every-100-ms",
@@ -203,7 +203,7 @@ def _streams(declared: Declaration, signs: bool) -> Iterator[Case]:
 
 
 @UPDATES.check(
-    "Status messages come from start to stop, and only from the targets that were started",
+    "Status messages arrive from start to stop, and only from the targets that were started",
     name="start-stop",
     seconds=_SECONDS + 1.5,
     each=lambda declared, allowed: _streams(declared, signs=False),
@@ -306,7 +306,7 @@ def _surely(stream: Stream, heard: Sequence[Incoming]) -> list[Incoming]:
 
 
 UPDATES.check(
-    "Status messages come ten times a second, and continue while the host sends keep-alive "
+    "Status messages arrive ten times a second, and continue while the host sends keep-alive "
     "messages",
     name="rate",
     seconds=_RATE_SECONDS + 1,
@@ -319,7 +319,7 @@ _QUIET_SECONDS: Final = 0.8
 
 QUIET = Kind(
     name="quiet",
-    title="Nothing unsolicited comes",
+    title="The controller sends nothing unsolicited",
     rules=(
         "get-answers-request",
         "no-error-in-normal-operation",
@@ -337,7 +337,7 @@ def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     )
 
 
-@QUIET.check("Nothing unsolicited comes", seconds=_QUIET_SECONDS, each=_claimed)
+@QUIET.check("The controller sends nothing unsolicited", seconds=_QUIET_SECONDS, each=_claimed)
 def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
     heard = trial.line.listen(_QUIET_SECONDS)
     running = [each for stream in streams for each in stream.of_it(heard)]

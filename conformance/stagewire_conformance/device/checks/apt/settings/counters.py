@@ -36,7 +36,7 @@ _NOISE: Final = 64
 
 KIND = Kind(
     name="counters",
-    title="Counters can be set, and count on from the new value",
+    title="Counters can be set, and continue from the new value",
     rules=(
         "position-counter-set",
         "position-counter-signed",

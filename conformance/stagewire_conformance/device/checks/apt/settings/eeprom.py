@@ -40,7 +40,7 @@ def _rank(placed: PlacedSet) -> int:
 
 KIND = Kind(
     name="eeprom",
-    title="Parameters are saved without a reply and without a change",
+    title="Saving parameters gets no reply and changes no values",
     rules=("eeprom-message-id", "piezo-eeprom-message-id", "command-without-acknowledgement"),
 )
 

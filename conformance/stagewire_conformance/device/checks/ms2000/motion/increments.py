@@ -21,7 +21,7 @@ from stagewire_ms2000 import messages as m
 
 INCREMENTS: Final = Kind(
     name="move-increment",
-    title="A move by the increment starts where the axis is, and has the length of the increment",
+    title="A move by the increment starts at the current position and covers the increment",
     rules=(
         "increment-up",
         "increment-up-no-response",

@@ -19,7 +19,7 @@ from stagewire_ms2000.flags import StatusBits
 
 KIND: Final = Kind(
     name="limits",
-    title="An axis at an end of its travel reports which",
+    title="An axis at an end of its travel reports which end",
     rules=("status-limit-bits",),
 )
 

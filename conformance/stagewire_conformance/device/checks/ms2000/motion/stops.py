@@ -71,7 +71,7 @@ KIND: Final = Kind(
 
 @motion_check(
     KIND,
-    "{axis} stops when it is stopped, stays at rest, and can move when it is started",
+    "{axis} stops on command, stays at rest, and can move again after a start",
     messages=(
         "STOP_MOTOR",
         "START_MOTOR",

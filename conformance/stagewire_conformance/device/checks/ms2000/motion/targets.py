@@ -95,7 +95,7 @@ def _turned_round(mover: Mover) -> None:
 
 @motion_check(
     TARGETS,
-    "The status byte of {axis} reports motion while it moves, and no longer",
+    "The status byte of {axis} reports motion while it moves, and not afterwards",
     messages=("READ_STATUS_BYTE",),
     seconds=1.0,
     name="status-byte",

@@ -72,7 +72,7 @@ _OWN: Final = ("READ_IDENTIFICATION",)
 
 READS: Final = Kind(
     name="reads",
-    title="Every command that reads gets a reply of the right length",
+    title="Every read command gets a reply of the correct length",
     rules=(
         "no-ascii", "command-parts", "ends-with-colon", "command-identifiers", "size-of-data",
         "data-of-command", "no-blanks-in-replies", "status-answered", "position-reply", "position-size",

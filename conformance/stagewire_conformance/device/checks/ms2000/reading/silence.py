@@ -22,12 +22,12 @@ _SECONDS: Final = 0.5
 
 QUIET: Final = Kind(
     name="quiet",
-    title="Nothing unsolicited comes",
+    title="The controller sends nothing unsolicited",
     rules=("no-blanks-in-replies",),
 )
 
 
-@QUIET.check("Nothing comes without a request", seconds=_SECONDS)
+@QUIET.check("The controller sends nothing without a request", seconds=_SECONDS)
 def _quiet(trial: Trial) -> None:
     came = line_of(trial).listen(_SECONDS)
     trial.must(
@@ -140,7 +140,7 @@ _CASES: Final[dict[str, tuple[str, str, Make, tuple[str, ...]]]] = {
     ),
     "long-garbage": (
         f"{_LONG} bytes and a colon",
-        "More bytes before a colon than any command has are not answered",
+        "A command that is longer than any valid one is not answered",
         _long_garbage,
         ("clears-on-colon", "errors-ignored"),
     ),

@@ -35,7 +35,7 @@ def _sample(axis: Axis) -> _Sample:
 
 KIND: Final = Kind(
     name="status",
-    title="An axis at rest reports this by its letter, bits, position and speed",
+    title="The status letter, status bits, position and speed of an axis at rest are consistent",
     rules=(
         "status-answered", "status-not-busy", "status-byte-reply", "status-moving-bit",
         "status-servo-bit", "status-ramping-bits", "status-limit-bits", "position-and-status-reply",
@@ -46,7 +46,7 @@ KIND: Final = Kind(
 
 @axis_check(
     KIND,
-    "{axis} at rest reports it consistently",
+    "{axis} at rest reports its state consistently",
     messages=(
         "READ_STATUS", "READ_STATUS_BYTE", "READ_MOTOR_POSITION",
         "READ_MOTOR_POSITION_AND_STATUS", "READ_CURRENT_SPEED", "READ_TARGET_POSITION",

@@ -1,6 +1,6 @@
 """Checks of response times; the document sets no limit, a vendor may promise one in the PICS.
 
-Requests without a pause between them are also sent.
+Requests sent without pauses between them are also sent.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _MEASURED: Final = 200
 
 TIMING: Final = Kind(
     name="timing",
-    title="Replies come within the time that the vendor promises",
+    title="Replies arrive within the time that the PICS promises",
     rules=(),
 )
 
@@ -44,7 +44,7 @@ def _first(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
 
 @axis_check(
     TIMING,
-    f"99 in 100 of {_MEASURED} replies of {{axis}} come within the time that the vendor promises",
+    f"99 % of {_MEASURED} replies of {{axis}} arrive within the time that the PICS promises",
     messages=("READ_MOTOR_POSITION",),
     name="reply",
     seconds=2.0,
@@ -62,18 +62,20 @@ def _look(axis: Axis) -> None:
     p50, p99 = percentile(times, 50), percentile(times, 99)
     figures = {"p50_ms": p50, "p99_ms": p99, "jitter_ms": jitter.late * 1000}
     told = (
-        f"half of {_MEASURED} replies came within {p50:.2f} ms, 99 in 100 within {p99:.2f} ms; "
+        f"half of {_MEASURED} replies arrived within {p50:.2f} ms, 99 % within {p99:.2f} ms; "
         f"{jitter}"
     )
     if promised is None:
         trial.inconclusive(f"{told}; neither the document nor the PICS sets a limit", **figures)
     elif jitter.blurs(promised / 1000):
-        trial.inconclusive(f"{told}, too much to judge the promised {promised:g} ms", **figures)
+        trial.inconclusive(
+            f"{told}, which is too late to judge the promised {promised:g} ms", **figures
+        )
     else:
         trial.info(told, **figures)
         trial.must(
             p99 <= promised,
-            f"99 in 100 replies came within {p99:.2f} ms; the PICS promises {promised:g} ms",
+            f"99 % of the replies arrived within {p99:.2f} ms; the PICS promises {promised:g} ms",
         )
 
 
@@ -94,7 +96,7 @@ def _claimed(declared: Declaration) -> list[tuple[Target, Command]]:
 
 BACK_TO_BACK: Final = Kind(
     name="back-to-back",
-    title="Requests without a pause are answered",
+    title="Requests sent without pauses are answered",
     rules=("no-blanks-in-replies", "commands-processed-at-colon"),
 )
 
@@ -128,13 +130,13 @@ def _one_by_one(trial: Trial) -> None:
 
 
 @BACK_TO_BACK.check(
-    f"{_BURST} requests without a pause get no bytes but their replies",
+    f"{_BURST} requests sent without pauses get their replies and no other bytes",
     name="bursts",
     seconds=1.5,
     each=_all,
 )
 def _bursts(trial: Trial) -> None:
-    """Send several requests without a pause. Some may be lost, because a colon clears the buffers."""
+    """Send several requests sent without pauses. Some may be lost, because a colon clears the buffers."""
     line, clean = line_of(trial), Clean(trial)
     requests = cycle(_claimed(trial.declared))
     missing = 0
@@ -147,7 +149,7 @@ def _bursts(trial: Trial) -> None:
         came = line.collect(due, about="replies to all of them")
         trial.must(
             len(came) <= due,
-            f"{_BURST} requests without a pause should get {due} bytes; {len(came)} came",
+            f"{_BURST} requests sent without pauses should get {due} bytes; {len(came)} came",
             came=came,
         )
         missing += max(0, due - len(came))

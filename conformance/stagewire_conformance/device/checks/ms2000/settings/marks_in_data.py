@@ -31,7 +31,7 @@ _COLONS: Final = {"low": (0,), "middle": (1,), "high": (2,), "all": (0, 1, 2)}
 
 KIND: Final = Kind(
     name="marks-in-data",
-    title="A colon or 255 in the data does no harm",
+    title="A colon or 255 in the data does not corrupt a command",
     rules=("colon-found-behind-data", "setup-prefix"),
 )
 
