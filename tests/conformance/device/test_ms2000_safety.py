@@ -343,7 +343,7 @@ def test_a_line_lost_during_a_move_ends_the_run_with_a_reason() -> None:
 def test_a_dead_port_is_reported_within_seconds_after_two_requests_in_each_format() -> None:
     link = DeadLink()
     declared = declared_with()
-    with pytest.raises(NothingAnswersError, match="this the baud rate set by its switches"):
+    with pytest.raises(NothingAnswersError, match="its switches set this baud rate"):
         run(link, plan(declared, NOTHING), declared, NOTHING, 1)
     assert link.now < 4
 
