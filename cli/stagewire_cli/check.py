@@ -54,7 +54,7 @@ def check(
         typer.Option(
             "--against",
             metavar="REV",
-            help="Require evidence for changes on the wire since this folder or git revision.",
+            help="Require evidence for every change on the wire since this folder or git revision.",
         ),
     ] = None,
     overlay: Annotated[
@@ -62,13 +62,17 @@ def check(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Check these overlays combined; excludes --against. "
-            "Each single overlay is always checked.",
+            help="Also check these overlays combined; may be repeated. Each overlay is always checked "
+            "on its own. Not with --against.",
         ),
     ] = None,
     format: Annotated[
         ReportFormat,
-        typer.Option("--format", case_sensitive=False, help="Format of the report."),
+        typer.Option(
+            "--format",
+            case_sensitive=False,
+            help="Format of the report, for people, programs or CI servers.",
+        ),
     ] = ReportFormat.TEXT,
     out: Annotated[
         Path | None,
@@ -81,14 +85,14 @@ def check(
             metavar="CODE",
             callback=_explain,
             is_eager=True,
-            help="Explain a diagnostic, such as SW031, with its remedy, and exit.",
+            help="Print the cause and cure of a diagnostic, such as SW031, and exit.",
         ),
     ] = None,
 ) -> None:
-    """Check a registry and report every error.
+    """Check a spec and report all errors in it.
 
-    With --against, every change on the wire of a protocol or an overlay requires an erratum or a reference to
-    the document. In a git revision, the path of SPEC is used.
+    With --against, every change on the wire in a protocol or an overlay needs an erratum or a reference
+    to the document. If REV is a revision, SPEC is compared with the same folder in that revision.
     """
     with generator_extra():
         from stagewire_generator.diagnostics import SpecError
@@ -97,8 +101,7 @@ def check(
             import junitparser  # noqa: F401
     if against is not None and overlay:
         raise CalledWronglyError(
-            "--against compares each overlay separately and excludes --overlay, which combines "
-            "them; give only one of the two"
+            "--against compares each overlay on its own, so it cannot be combined with --overlay"
         )
     if out is not None:
         check_output(out, None)

@@ -50,26 +50,26 @@ def diff(
         typer.Option(
             "--spec",
             metavar="FOLDER",
-            help="Folder of the registry in a revision; REVISION:PATH names another.",
+            help="Folder of the spec in a revision; REVISION:PATH selects another one.",
         ),
     ] = "spec",
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print JSON, as described by changes.schema.json.")
+        bool, typer.Option("--json", help="Print JSON, in the format of changes.schema.json.")
     ] = False,
     fail_on: Annotated[
         Severity | None,
         typer.Option(
             "--fail-on",
             case_sensitive=False,
-            help="Exit with 1 on a change of this class or a more severe one.",
+            help="Exit with status 1 if there is a change of this class or a more serious one.",
         ),
     ] = None,
 ) -> None:
-    """Compare two registries and classify every change.
+    """Show the changes between two specs: on the wire, in generated code, in the documentation.
 
-    Changes have three classes: WIRE (bytes change), SOURCE (generated names or types change) and DOC. OLD and
-    NEW are folders with protocols, or git revisions of the current repository. Every overlay is also
-    compared, combined with its protocol; a change of the protocol itself is shown only once.
+    OLD and NEW are folders that contain protocols, or revisions of the git repository in the current
+    folder. Every overlay is also compared, applied to its protocol. A change of the protocol itself is
+    shown only once.
     """
     if not spec.strip():
         raise CalledWronglyError("the folder of --spec is empty")

@@ -27,7 +27,7 @@ def format_files(
         typer.Argument(
             parser=folder,
             metavar="PATH",
-            help="Files, or folders of registries.  [default: spec]",
+            help="Files, or folders that contain specs.  [default: spec]",
             show_default=False,
         ),
     ] = None,
@@ -35,7 +35,7 @@ def format_files(
         bool, typer.Option("--check", help="Write nothing; report what would change.")
     ] = False,
 ) -> None:
-    """Format the files of a registry, or check their format.
+    """Format the files of a spec, or check that they are formatted.
 
     A folder includes the worked examples and captures next to it. A file that is not valid YAML is
     reported and left unchanged.
@@ -61,7 +61,8 @@ def format_files(
                 typer.echo(printable(f"{path}: {outcome.reason}"))
     for place in sorted(lacking):
         typer.echo(
-            f"note: editors look for schemas in {printable(str(place))}; `stagewire schemas` writes them",
+            f"note: editors look for schemas in {printable(str(place))}; "
+            "run `stagewire schemas` to write them there",
             err=True,
         )
     _sum_up(states, check=check)
@@ -78,7 +79,7 @@ def _files(paths: Sequence[Path]) -> list[Path]:
         if path.is_dir():
             inside = find(path)
             if not inside:
-                raise CalledWronglyError(f"{path} contains no spec files")
+                raise CalledWronglyError(f"{path} contains no file of a spec")
             found |= dict.fromkeys(inside)
         elif path.exists() or path.is_symlink():
             found[path] = None

@@ -61,7 +61,8 @@ def generate(
         typer.Option(
             "--package",
             metavar="NAME",
-            help="Generate a project for one protocol, which pip installs as this package.",
+            help="Write a Python project that pip can install, with a package of this name. "
+            "Requires a spec with a single protocol.",
         ),
     ] = None,
     overlay: Annotated[
@@ -69,7 +70,7 @@ def generate(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Add this later issue to its protocol; may be repeated.",
+            help="Apply this overlay (a later issue) to its protocol; may be repeated.",
         ),
     ] = None,
     check: Annotated[
@@ -81,7 +82,7 @@ def generate(
             "--templates",
             parser=folder,
             metavar="FOLDER",
-            help="Folder of templates that replace the built-in ones of the same name.",
+            help="Folder of templates that replace built-in ones with the same name.",
         ),
     ] = None,
     list_outputs: Annotated[
@@ -90,17 +91,19 @@ def generate(
     ] = False,
     list_inputs: Annotated[
         bool,
-        typer.Option("--list-inputs", help="Write nothing; list the files that are read."),
+        typer.Option(
+            "--list-inputs", help="Write nothing; list the files that determine the output."
+        ),
     ] = False,
     list_templates: Annotated[
         bool,
-        typer.Option("--list-templates", help="List the built-in templates, which you can copy."),
+        typer.Option("--list-templates", help="List the built-in templates, with their paths."),
     ] = False,
     cmake_dir: Annotated[
         bool, typer.Option("--cmake-dir", help="Print the folder of StagewireGenerate.cmake.")
     ] = False,
 ) -> None:
-    """Generate code from a registry, or check that it is current."""
+    """Generate code from a spec, or check that generated code is up to date."""
     _only_one(
         {
             "--check": check,
@@ -148,7 +151,7 @@ def _only_one(modes: Mapping[str, bool]) -> None:
     """Raise :class:`CalledWronglyError` if more than one of the options is given."""
     given = [name for name, wanted in modes.items() if wanted]
     if len(given) > 1:
-        raise CalledWronglyError(f"{' and '.join(given)} exclude each other")
+        raise CalledWronglyError(f"{' and '.join(given)} cannot be combined")
 
 
 def _render(
@@ -219,7 +222,7 @@ def _compare(out: Path, files: Mapping[str, str], *, partial: bool) -> None:
     if changes:
         count = Counter(change.kind for change in changes)
         listed = ", ".join(f"{number} {kind}" for kind, number in sorted(count.items()))
-        typer.echo(f"{out} is out of date: {listed}", err=True)
+        typer.echo(f"{out} is not up to date: {listed}", err=True)
         raise typer.Exit(WRONG)
     typer.echo(f"{out}: {len(files)} files, up to date")
 
@@ -239,9 +242,9 @@ def schemas(
         bool, typer.Option("--check", help="Write nothing; report what would change.")
     ] = False,
 ) -> None:
-    """Write the JSON Schemas of registry files, or check them.
+    """Write the JSON Schemas of spec files to a folder, or check that they are up to date.
 
-    Editors find the schemas through the first line of each spec file, which `stagewire format` writes.
+    Editors find the schema of a file by its first line, which `stagewire format` writes.
     """
     with generator_extra():
         from stagewire_generator.output import compare
@@ -252,7 +255,7 @@ def schemas(
         for change in changes:
             typer.echo(f"{change.kind}: {printable(change.path)}")
         if changes:
-            typer.echo(f"{out} does not have the schemas of this stagewire version", err=True)
+            typer.echo(f"{out} does not contain the schemas of this version of Stagewire", err=True)
             raise typer.Exit(WRONG)
         typer.echo(f"{out}: {len(files)} schemas, up to date")
         return

@@ -95,8 +95,12 @@ def _check_overlays(specs: Sequence[SpecFolder], overlays: Sequence[str]) -> Non
     )
     for name in overlays:
         if name not in known:
-            choices = f"choose from {printable(', '.join(known))}" if known else "the spec has none"
-            raise CalledWronglyError(f"unknown overlay {name} ({choices})")
+            there = (
+                f"choose from {printable(', '.join(known))}"
+                if known
+                else "the spec has no overlays"
+            )
+            raise CalledWronglyError(f"unknown overlay {name} ({there})")
         if overlays.count(name) > 1:
             raise CalledWronglyError(f"--overlay {name} is given twice")
 
@@ -199,7 +203,7 @@ def compared_spec(label: str, name: str, spec: str, *, quiet: bool = False) -> I
             yield _loaded(label, name, extracted.spec, extracted, quiet=quiet)
     except RevisionError as error:
         raise CalledWronglyError(
-            f"{label} {name} is not a folder, and cannot be read as a revision: {error}"
+            f"{label} ({name}) is neither a folder nor a readable revision: {error}"
         ) from None
 
 
@@ -214,11 +218,11 @@ def _loaded(
         return Spec.of(load(find([folder]), named=named).checked)
     except SpecError as error:
         show_diagnostics(error, [Path(name)], err=quiet)
-        typer.echo(f"{label} has errors, so nothing was compared", err=True)
+        typer.echo(f"{label} does not pass check, so nothing was compared", err=True)
         if extracted is not None:
             typer.echo(
-                "it was checked by the rules of this version of stagewire; for a spec written for "
-                "an older version, run that version",
+                "it was checked with the rules of this version of Stagewire; if the spec was written "
+                "for an older version, run the comparison with that version",
                 err=True,
             )
         raise typer.Exit(CALLED_WRONGLY) from None

@@ -130,9 +130,7 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
             out.print(entry[key])
     _plain(out, {key: entry[key] for key in ("set", "exchange", "errata") if entry.get(key)})
     if not entry["layouts"]:
-        out.print(
-            "the document has no layout for it: its bytes are returned, and it cannot be encoded"
-        )
+        out.print("the document gives no layout; received bytes are kept, and it cannot be encoded")
     for layout in entry["layouts"]:
         _layout(out, layout)
 
@@ -140,7 +138,7 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
 def _layout(out: Console, layout: Json) -> None:
     when = f" when {_text(layout['when'])}" if layout.get("when") else ""
     plural = "s" if layout["length"] > 1 else ""
-    length = f", {layout['length']} byte{plural} of data" if layout["length"] else ""
+    length = f", {layout['length']} byte{plural}" if layout["length"] else ""
     out.print(f"\n{layout['form']}{when}{length}")
     if layout.get("note"):
         out.print(layout["note"])

@@ -92,7 +92,7 @@ GROUPS: tuple[Group, ...] = (
                 "A symbolic link leads out of the spec. Or a directory, or a file of more than 1 MiB, has a "
                 "name that ends in `.yaml`. Or a file is not in the directory for its kind, or its name "
                 "ends in `.yml`.",
-                "replace it with a regular text file of at most 1 MiB",
+                "use a regular text file of at most 1 MiB, in the directory for its kind",
             ),
         },
     ),
@@ -105,7 +105,7 @@ GROUPS: tuple[Group, ...] = (
                 "a value or key that does not match the schema",
                 "A key is misspelt, missing or in the wrong place, or a value has the wrong type or form "
                 "for this kind of file.",
-                "see the schema named in the first line of the file",
+                "see the schema of this kind of file; `stagewire schemas DIR` writes all schemas to DIR",
             ),
         },
     ),
@@ -156,7 +156,7 @@ GROUPS: tuple[Group, ...] = (
                 "one of the ids is wrong: compare both with the document",
             ),
             "SW031": Code(
-                "the length is not the sum of the fields",
+                "the length is not the total size of the fields",
                 "A field is missing or has a format of the wrong size. Or the length includes the header, "
                 "or is misprinted.",
                 "correct the length or the fields",
@@ -228,7 +228,8 @@ GROUPS: tuple[Group, ...] = (
                 "an erratum that no difference and no example supports",
                 "The erratum names no place, and no worked example refers to it. Perhaps the example that "
                 "did was removed.",
-                "name the place of the difference, refer to the erratum from an example, or remove it",
+                "name the place of the difference, refer to the erratum from an example, or remove "
+                "the erratum",
             ),
             "SW042": Code(
                 "an erratum for a place where document and registry agree",
@@ -296,8 +297,9 @@ GROUPS: tuple[Group, ...] = (
                 "a message without an effect, or with an effect where none is allowed",
                 "A message to the controller was added without its effect. Or `effect` is given for a "
                 "message that the controller sends, or for a parameter set without a SET.",
-                "choose the effect from the document: `motion` for everything that moves, opens or "
-                "changes an output; `none` for pure requests; docs/reference/registry.md lists them all",
+                "state the effect that the document describes, such as `motion` for everything that "
+                "moves, opens or changes an output, or `none` for a pure request; "
+                "docs/reference/registry.md lists all effects",
             ),
             "SW071": Code(
                 "an effect that contradicts `halted_by`",

@@ -176,7 +176,9 @@ class _Reader:
             self.event()  # the document ends
             event = self.event()
             if not isinstance(event, yaml.StreamEndEvent):
-                self.problem(self.at(event), "a second document begins here; a file holds one")
+                self.problem(
+                    self.at(event), "a second document begins here; a file must contain only one"
+                )
         return data
 
     def problem(self, place: Place, text: str) -> None:

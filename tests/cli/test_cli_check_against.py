@@ -48,7 +48,7 @@ def test_a_wire_change_without_evidence_is_an_error(stagewire: Stagewire, new: P
     assert result.code == 1
     assert result.out == (
         f"{new}/tiny/messages/core.yaml:15:3: SW050 flags state_bits at_rest bit: bit-number, 1 -> 2; "
-        "no erratum, page, witness or example for it is new or changed\n"
+        "no new or changed erratum, page, witness or example for it\n"
         "    hint: add the page, witness or worked example that shows it, or an erratum with "
         "`flags state_bits` in its subject\n"
     )
@@ -147,7 +147,7 @@ def test_examples_next_to_the_spec_are_evidence(stagewire: Stagewire, repository
     ("arguments", "said"),
     [
         (["spec", "--against", "nowhere"],
-         "--against nowhere is not a folder, and cannot be read as a revision: the repository has no"),
+         "--against (nowhere) is neither a folder nor a readable revision: the repository has no"),
         (["spec", "--against", "HEAD:nowhere"], "the revision HEAD has no directory nowhere"),
         (["spec", "--against", ""], "the name of --against is empty"),
         (["spec", "--against", "-x"], "is not a revision"),
@@ -242,7 +242,7 @@ def test_combined_overlays_are_not_compared(stagewire: Stagewire, repository: Pa
     shutil.copytree(OVERLAYS, repository / "spec" / "tiny" / "overlays")
     result = stagewire("check", "--against", "HEAD", "--overlay", "tiny/second")
     assert (result.code, result.out) == (2, "")
-    assert "--against compares each overlay separately" in result.err
+    assert "--against compares each overlay on its own" in result.err
 
 
 def test_the_spec_of_the_project_equals_itself(stagewire: Stagewire) -> None:

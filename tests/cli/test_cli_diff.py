@@ -233,8 +233,8 @@ def test_errors_in_a_revision_name_its_files(stagewire: Stagewire, repository: P
     result = stagewire("diff", "HEAD", "HEAD~1")
     assert result.code == 2
     assert result.out.startswith("HEAD:spec/tiny/units.yaml:")
-    assert "HEAD: 2 errors\nOLD has errors, so nothing was compared" in result.err
-    assert "by the rules of this version of stagewire" in result.err
+    assert "HEAD: 2 errors\nOLD does not pass check" in result.err
+    assert "with the rules of this version of Stagewire" in result.err
 
 
 @pytest.mark.parametrize(
@@ -242,11 +242,11 @@ def test_errors_in_a_revision_name_its_files(stagewire: Stagewire, repository: P
     [
         (
             ["nowhere", "HEAD"],
-            "OLD nowhere is not a folder, and cannot be read as a revision: ",
+            "OLD (nowhere) is neither a folder nor a readable revision: ",
         ),
         (
             ["HEAD", "nowhere"],
-            "NEW nowhere is not a folder, and cannot be read as a revision: ",
+            "NEW (nowhere) is neither a folder nor a readable revision: ",
         ),
         (["HEAD", "HEAD:nowhere"], "the revision HEAD has no directory nowhere"),
         (["HEAD", "HEAD~1", "--spec", "nowhere"], "the revision HEAD has no directory nowhere"),

@@ -109,7 +109,7 @@ def test_invalid_files_are_reported_and_the_rest_is_formatted(
     [
         (["format", "nowhere"], 2, "nowhere does not exist; give a file or folder"),
         (["format", ""], 2, "the name of a folder is empty"),
-        (["format", "spec/schema"], 2, "spec/schema contains no spec files"),
+        (["format", "spec/schema"], 2, "spec/schema contains no file of a spec"),
         (["format", "spec/schema/units.schema.json"], 1, "1 left unchanged"),
         (["format", "--all"], 2, "No such option"),
         (["schemas"], 2, "Missing argument 'FOLDER'"),
@@ -130,7 +130,7 @@ def test_format_reports_missing_schemas(stagewire: Stagewire, spec: Path) -> Non
     result = stagewire("format")
     assert result.code == 0
     assert "editors look for schemas in " in result.err
-    assert "`stagewire schemas` writes them" in result.err
+    assert "run `stagewire schemas` to write them there" in result.err
     assert result.err.count("note:") == 1
     assert stagewire("schemas", spec / "schema").code == 0
     assert stagewire("format").err == ""

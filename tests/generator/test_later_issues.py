@@ -251,7 +251,7 @@ def test_an_overlay_option_for_a_spec_without_overlays_is_an_error(
     good_spec: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["check", str(good_spec), "--overlay", "tiny/second"]) == 2
-    assert "unknown overlay tiny/second (the spec has none)" in capsys.readouterr().err
+    assert "unknown overlay tiny/second (the spec has no overlays)" in capsys.readouterr().err
 
 
 def test_several_overlays_can_be_checked_together(
@@ -261,4 +261,4 @@ def test_several_overlays_can_be_checked_together(
     assert main(arguments) == 0
     assert "tiny/third: ok" in capsys.readouterr().out
     assert main([*arguments, "--against", str(overlaid_spec)]) == 2
-    assert "each overlay by itself" in capsys.readouterr().err
+    assert "each overlay on its own" in capsys.readouterr().err

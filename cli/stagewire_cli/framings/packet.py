@@ -76,8 +76,8 @@ class PacketFraming(Framing):
         return {"address": parse_address("--address", given["address"])}
 
     def show(self, out: Console, id: int) -> None:
-        """Print the parts of packets with this message id."""
-        out.print("\npacket, its payload of n bytes")
+        """Print the parts of the packets with an id."""
+        out.print("\npacket with a payload of n bytes")
         out.print(parts_table(self.protocol.shape, id))
 
 

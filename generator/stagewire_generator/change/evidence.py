@@ -74,7 +74,7 @@ class _Witness:
             what = f"{_shown(change)}; no new erratum{where} names {subjects[0]} in its subject"
             found.add(place, "SW051", what)
             return
-        missing = f"no erratum, page, witness or example for it{where} is new or changed"
+        missing = f"no new or changed erratum, page, witness or example for it{where}"
         what = f"{_shown(change)}; {missing}"
         found.add(place, "SW050", what, _hint(subjects[0]))
 

@@ -119,7 +119,7 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 diagnostics.add(
                     table.place,
                     "SW033",
-                    f"{table.name}.{bit.name}: a {table.format.name} has no bit {bit.bit}",
+                    f"{table.name}.{bit.name}: the format {table.format.name} has no bit {bit.bit}",
                 )
 
 
@@ -191,7 +191,7 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
         diagnostics.add(
             field.place,
             "SW033",
-            f"{where}: the range {field.minimum} to {field.maximum} is invalid for a {format.name} "
+            f"{where}: the range {field.minimum} to {field.maximum} is invalid for the format {format.name} "
             f"({format.minimum} to {format.maximum})",
         )
     for name, value in (("default", field.default), ("constant", field.constant)):
@@ -210,6 +210,6 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
         diagnostics.add(
             field.place,
             "SW033",
-            f"{where}: a {format.name} cannot hold {field.flags.name}, whose bits are those of a "
+            f"{where}: a {format.name} field cannot hold {field.flags.name}, which has the format "
             f"{field.flags.format.name}",
         )

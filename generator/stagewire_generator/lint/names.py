@@ -255,7 +255,7 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
             diagnostics.add(place, "SW023", f"the unit name {name} is reserved")
         for part in _PARTS_OF_UNITS:
             if name.removesuffix(part) in data["units"] and name.endswith(part):
-                what = f"the unit {name} has the name of a class for {name.removesuffix(part)}"
+                what = f"the unit {name} has the same name as a class for {name.removesuffix(part)}"
                 diagnostics.add(document.place("units", name), "SW022", what)
     names = data.get("lists", {})
     _apart([(name, document.place("lists", name)) for name in names], diagnostics)

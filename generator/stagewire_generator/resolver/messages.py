@@ -146,7 +146,7 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
         found = ParameterSet(name, words, members, place)
         tables.sets[name] = found
         if "effect" in entry and "set" not in members:
-            what = f"{name} declares an effect, which applies to SET only, but has no SET"
+            what = f"{name} declares an effect, but has no SET that it could apply to"
             tables.diagnostics.add(place, "SW070", what, "remove the effect")
         for role in members:
             _define_member(tables, document, entry, found, group, role)

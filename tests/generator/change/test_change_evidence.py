@@ -151,33 +151,33 @@ def test_a_change_is_accepted_only_with_evidence(
     [
         ("direction", "good_spec", [
             "tiny/messages/extra.yaml:7:3: SW050 LAMP direction: message-direction, "
-            "to_controller -> both; no erratum, page, witness or example for it is new or changed",
+            "to_controller -> both; no new or changed erratum, page, witness or example for it",
         ]),
         ("wider format", "good_spec", [
             "tiny/messages/extra.yaml:14:5: SW050 LAMP data length: layout-length, 4 -> 6; "
-            "no erratum, page, witness or example for it is new or changed",
+            "no new or changed erratum, page, witness or example for it",
             "tiny/messages/extra.yaml:14:83: SW050 LAMP data force: field-format, word -> dword; "
-            "no erratum, page, witness or example for it is new or changed",
+            "no new or changed erratum, page, witness or example for it",
         ]),
         ("layout removed", "good_spec", [
             "tiny/messages/core.yaml:65:3: SW050 POS_MOVE header: layout-removed, header -> nothing; "
-            "no erratum, page, witness or example for it is new or changed",
+            "no new or changed erratum, page, witness or example for it",
         ]),
         ("bit", "good_spec", [
             "tiny/messages/core.yaml:15:3: SW050 flags state_bits at_rest bit: bit-number, 1 -> 2; "
-            "no erratum, page, witness or example for it is new or changed",
+            "no new or changed erratum, page, witness or example for it",
         ]),
         ("scale of a stage", "good_spec", [
             "tiny/stages.yaml:6:3: SW050 stage Slide TPx distance: scale, counts_per_mm 20000 -> "
-            "counts_per_mm 20001; no erratum, page, witness or example for it is new or changed",
+            "counts_per_mm 20001; no new or changed erratum, page, witness or example for it",
         ]),
         ("channels", "good_spec", [
             "tiny/units.yaml:25:50: SW050 unit TP9 channels: unit-channels, 1 -> 2; "
-            "no erratum, page, witness or example for it is new or changed",
+            "no new or changed erratum, page, witness or example for it",
         ]),
         ("devices", "good_spec", [
             "tiny/protocol.yaml:25:3: SW050 devices: framing, 0x11, 0x21, 0x50 -> 0x11, 0x21, 0x22, 0x50; "
-            "no erratum, page, witness or example for it is new or changed",
+            "no new or changed erratum, page, witness or example for it",
         ]),
         ("message removed", "good_spec", [
             "tiny/protocol.yaml:2:1: SW051 LAMP: message-removed, LAMP -> nothing; "
@@ -185,7 +185,7 @@ def test_a_change_is_accepted_only_with_evidence(
         ]),
         ("message that a command stops", "good_commands", [
             "turtle/messages/walk.yaml:28:3: SW050 GO_TO stops: exchange, HALT -> SPIN; "
-            "no erratum, page, witness or example for it is new or changed",
+            "no new or changed erratum, page, witness or example for it",
         ]),
     ],
     ids=lambda value: value if isinstance(value, str) else "",

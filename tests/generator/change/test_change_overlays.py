@@ -322,7 +322,7 @@ def test_removing_an_overlay_needs_evidence(
 def test_a_change_without_evidence_has_a_place_and_a_message(old: Spec, spec: Path) -> None:
     edits = [*CHANGES["message"]["edits"], *CHANGES["unit"]["edits"]]
     removed = without(spec, f"{THIRD}/messages/extra.yaml", "  BELL:")
-    nothing = "no erratum, page, witness or example for it in the overlay second is new or changed"
+    nothing = "no new or changed erratum, page, witness or example for it in the overlay second"
     assert left(old, edited(spec, *edits, removed)) == [
         "tiny/overlays/second/messages/core.yaml:45:14: SW050 LAMP_TEST header seconds: field-range, "
         f"0 to 255 -> 0 to 9; {nothing}",

@@ -111,7 +111,7 @@ FRAMED = [
         "tiny/units.yaml",
         "TP9:",
         "TP1Channel:",
-        "SW022 the unit TP1Channel has the name of a class for TP1",
+        "SW022 the unit TP1Channel has the same name as a class for TP1",
     ),
 ]
 # for a setting in us: the sets and fields that give its value, and the expected diagnostic

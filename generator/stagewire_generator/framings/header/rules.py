@@ -21,7 +21,7 @@ def check_header(protocol: Protocol, head: Document, diagnostics: Diagnostics) -
     if channel is not None and channel not in fields:
         what = f"no message has the field {channel}, which should name the channel"
         diagnostics.add(head.place("framing", "channel"), "SW021", what)
-    free = "addresses must not use the data flag, which announces a packet; see the document"
+    free = "in an address, the bit of the data flag must be clear; see the document"
     if host & flag:
         what = f"the host's address {host:#04x} contains the data flag"
         diagnostics.add(head.place("framing", "host"), "SW038", what, free)

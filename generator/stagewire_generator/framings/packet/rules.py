@@ -14,7 +14,7 @@ _NUMBERS = ("length", "address", "id", "check")
 _NOT_COVERED = ("check", "end")
 _WORDS = ("polynomial", "initial", "final")
 _LONGEST = 4  # bytes of a length, an address or an id
-_SEE = "correct the order or the parts"
+_SEE = "correct `order`, or the other keys of `framing`"
 
 
 def check_packets(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
@@ -54,13 +54,13 @@ class _Rules:
         order = self.order_of_parts
         for part in _ALWAYS:
             if part not in order:
-                self.refuse(f"{part} is not in the order", "order")
+                self.refuse(f"{part} is missing from `order`", "order")
         for part in order:
             if part != "payload" and part not in self.framing:
-                self.refuse(f"{part} is in the order, but not defined", "order")
+                self.refuse(f"`order` lists {part}, but `framing` does not define it", "order")
         for part in ("address", "check", "end"):
             if part in self.framing and part not in order:
-                self.refuse(f"{part} is not in the order", part)
+                self.refuse(f"{part} is missing from `order`", part)
         if "start" in order and order[0] != "start":
             self.refuse("start is not the first part", "order")
         if "end" in order and order[-1] != "end":
@@ -70,9 +70,9 @@ class _Rules:
         payload = order.index("payload")
         for part in ("length", "id"):
             if part in order and order.index(part) > payload:
-                self.refuse(f"{part} is after the payload", "order")
+                self.refuse(f"{part} comes after the payload", "order")
         if "check" in order and order.index("check") < payload:
-            self.refuse("check is before the payload", "order")
+            self.refuse("check comes before the payload", "order")
 
     def references(self) -> None:
         """Check that the length counts, and the check covers, parts of the packet."""
@@ -89,18 +89,20 @@ class _Rules:
     def _parts(self, named: list[str], part: str, key: str) -> None:
         for other in named:
             if other not in self.order_of_parts:
-                self.refuse(f"{part}.{key} names {other}, which is not in the order", part, key)
+                self.refuse(f"{part}.{key} names {other}, which is missing from `order`", part, key)
 
     def numbers(self) -> bool:
         """Check that numbers are short and unsigned; return whether all sizes are known."""
         numbers = [part for part in _NUMBERS if part in self.framing]
         for part in numbers:
             name = self.framing[part]["format"]
-            hint = "use another format"
+            hint = "choose another format"
             if self.formats.get(name, {}).get("signed"):
-                self.refuse(f"{part} has the signed format {name}", part, "format", hint=hint)
+                self.refuse(
+                    f"{part} has the format {name}, which is signed", part, "format", hint=hint
+                )
             if part != "check" and self.framing[part].get("size", 0) > _LONGEST:
-                what = f"{part} has the format {name}, but may have at most {_LONGEST} bytes"
+                what = f"{part} has the format {name}; at most {_LONGEST} bytes are allowed"
                 self.refuse(what, part, "format", hint=hint)
         return all("size" in self.framing[part] for part in numbers)
 
@@ -112,8 +114,8 @@ class _Rules:
         most = sum(sizes.get(part, 0) for part in self.framing["length"]["counts"])
         size = self.framing["length"]["size"]
         if most >= 1 << 8 * size:
-            what = f"a length of {most} does not fit in {size} byte{'s' * (size > 1)}"
-            hint = "reduce maximum_length, or use a longer format"
+            what = f"a length of {most} does not fit into {size} byte{'s' * (size > 1)}"
+            hint = "reduce maximum_length, or choose a longer format"
             self.refuse(what, "length", code="SW033", hint=hint)
 
     def check(self) -> None:
@@ -121,7 +123,7 @@ class _Rules:
         check = self.framing.get("check", {})
         size = check.get("size", 0)
         if check.get("method") == "xor" and size != 1:
-            self.refuse("an exclusive or must have one byte", "check", "format")
+            self.refuse("an exclusive or has one byte", "check", "format")
         for word in _WORDS:
             if check.get(word, 0) >= 1 << 8 * size:
                 what = f"{word} {check[word]:#x} has more than {8 * size} bits"
@@ -132,7 +134,7 @@ class _Rules:
         """Check that the id of a message fits its format."""
         size = self.framing["id"]["size"]
         if message.id is not None and message.id >= 1 << 8 * size:
-            what = f"{message.name}: the id {message.id:#x} does not fit in {size} byte{'s' * (size > 1)}"
+            what = f"{message.name}: the id {message.id:#x} does not fit into {size} byte{'s' * (size > 1)}"
             hint = "correct the id, or the format of the id in protocol.yaml"
             self.diagnostics.add(message.place, "SW033", what, hint)
 
@@ -140,17 +142,19 @@ class _Rules:
 def _layouts(message: Message, diagnostics: Diagnostics) -> None:
     """Check that a message is only a payload, and that its forms differ in length."""
     if message.id is not None and not message.documented:
-        what = f"{message.name}: a packet without a layout"
-        hint = "add a layout; `header: {}` is a layout without a payload"
+        what = f"{message.name}: a packet needs a layout"
+        hint = "add one; `header: {}` is a layout without a payload"
         diagnostics.add(message.place, "SW038", what, hint)
     for layout in message.layouts:
         where = f"{message.name} ({layout.form})"
         if layout.only_zero:
-            hint = "remove it: packets have no parameters"
-            diagnostics.add(layout.place, "SW038", f"{where}: only_zero", hint)
+            hint = "remove it: packets have no header parameters"
+            diagnostics.add(
+                layout.place, "SW038", f"{where}: packets do not support only_zero", hint
+            )
         if layout.when:
             hint = "give the layouts different lengths, and remove the `when`"
-            diagnostics.add(layout.place, "SW038", f"{where}: `when` in a packet", hint)
+            diagnostics.add(layout.place, "SW038", f"{where}: packets do not support `when`", hint)
 
 
 RULES = Rules(

@@ -44,7 +44,10 @@ def _size(protocol: Protocol, message: Message, diagnostics: Diagnostics) -> Non
     if (message.size or 0) == protocol.framing["terminator"]:  # the other form has size 0
         what = f"{message.name}: the size {message.size or 0} is the terminator"
         diagnostics.add(
-            message.place, "SW038", what, "a reader would take it for a missing size slot"
+            message.place,
+            "SW038",
+            what,
+            "correct the size: a receiver would read it as an omitted slot",
         )
 
 
