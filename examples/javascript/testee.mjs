@@ -19,7 +19,7 @@ function refuse(code, detail) {
   throw new Refusal(code, detail);
 }
 
-// What a frame says
+// Decoding
 
 function decode(raw, context) {
   if (raw.length < 6) refuse("truncated", `a header has 6 bytes, here are ${raw.length}`);

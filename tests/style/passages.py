@@ -24,7 +24,7 @@ _SHORTEST = 3
 
 _SPAN = re.compile(r"(`+)(?!`).*?(?<!`)\1(?!`)", re.S)
 _FIELD = re.compile(
-    r":(?:param|raises|returns?|type|yields)\b[^:]*:|@(?:param(?:\[[\w,]*\])?|ref|p|see) \S+|@\w+"
+    r":(?:param|raises|returns?|type|yields|ivar)\b[^:]*:|@(?:param(?:\[[\w,]*\])?|ref|p|see) \S+|@\w+"
 )
 _ROLE = re.compile(r":\w+:(?=`)")
 _SPACE = re.compile(r"\s+")

@@ -41,7 +41,7 @@ def device(
     ] = None,
     unit: Annotated[
         str | None,
-        typer.Option("--unit", metavar="NAME", help="Unit to assume when there is no PICS."),
+        typer.Option("--unit", metavar="NAME", help="Unit to assume without a PICS."),
     ] = None,
     pics: Annotated[
         Path | None,

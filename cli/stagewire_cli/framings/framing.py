@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 
 SEVERAL = "to decode several {} at once, give a file, standard input, or --end"
-"""A hint for bytes that go on after the first message."""
+"""A hint for bytes after the first message."""
 
 
 class DirectionOption(enum.Enum):

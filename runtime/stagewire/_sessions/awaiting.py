@@ -72,7 +72,7 @@ class AsyncSession(LoopDriver[_C], AsyncClosing):
         Cancelling the task does not end the exchange.
 
         :param timeout: seconds; raises :class:`~stagewire.errors.MotionTimeoutError` when they have passed,
-            but the exchange goes on. None: the timeout of the exchange itself.
+            but the exchange continues. None: the timeout of the exchange itself.
         """
         self._check_loop()
         if not exchange.done:

@@ -84,7 +84,7 @@ class Session(ThreadDriver[_C], Closing):
         """Wait for the end of an exchange that was started, and return its result or raise its error.
 
         :param timeout: seconds; raises :class:`~stagewire.errors.MotionTimeoutError` when they have passed,
-            but the exchange goes on. None: the timeout of the exchange itself.
+            but the exchange continues. None: the timeout of the exchange itself.
         """
         waiter = Waiter()
         with self._lock:

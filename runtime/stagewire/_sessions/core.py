@@ -91,7 +91,7 @@ class Core:
         """Give up an exchange whose caller no longer waits. Harmless if it has ended.
 
         An exchange that was not written will not be, except a stop. One that was written cannot be taken
-        back: its reply is awaited and discarded, and a motion goes on.
+        back: its reply is awaited and discarded, and a motion continues.
         """
         raise NotImplementedError
 

@@ -28,7 +28,7 @@ class Recording:
 
     Each write or read becomes a line of the capture, even if it is not whole frames, with the names of the
     messages that it completes. Each line is flushed immediately, so a process that crashes loses none. If the
-    disk is full, the recording ends with a warning and the session goes on.
+    disk is full, the recording ends with a warning and the session continues.
 
     :param path: the file; existing contents are replaced.
     :param protocol: the protocol of the line.

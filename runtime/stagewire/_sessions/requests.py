@@ -2,7 +2,7 @@
 
 A reply to a request that was given up looks like the reply to the next request of the same kind. So its key
 (address, messages and selected fields) is *poisoned*: the same request waits until the late reply has
-arrived and was discarded, or a quiet period has passed. Other requests go on.
+arrived and was discarded, or a quiet period has passed. Other requests continue.
 """
 
 from __future__ import annotations

@@ -280,7 +280,7 @@ def test_a_failing_undo_with_motion_is_stopped_and_no_other_one_moves() -> None:
     ]
 
 
-def test_a_check_that_cannot_continue_is_a_fail_and_the_run_goes_on() -> None:
+def test_a_check_that_cannot_continue_is_a_fail_and_the_run_continues() -> None:
     link = watched()
 
     def cannot_go_on(trial: Trial) -> None:

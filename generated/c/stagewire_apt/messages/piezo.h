@@ -4966,8 +4966,8 @@ static inline apt_status apt_pz_get_tpz_iosettings_decode(
  *
  * Setting them changes the feedback path that the closed loop of a TPZ001 follows.
  *
- * Erratum apt-force-calib-range: printed between 1 and 1000; encoded from 1 on, as far as a word
- * goes (65535).
+ * Erratum apt-force-calib-range: printed between 1 and 1000; encoded from 1 to 65535, the maximum
+ * of a word.
  *
  * Erratum apt-future-use-rows-missing: printed no rows for Future Use; encoded two reserved fields
  * at the end of each.

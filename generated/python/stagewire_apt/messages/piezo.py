@@ -4134,8 +4134,8 @@ class PzSetTsgIoSettings(FramedMessage):
     :param future_use_2: The table gives the last six bytes to two cells and does not show where the
         first one ends; reserved, sent as zero.
 
-    Erratum ``apt-force-calib-range``: printed between 1 and 1000; encoded from 1 on, as far as a
-        word goes (65535).
+    Erratum ``apt-force-calib-range``: printed between 1 and 1000; encoded from 1 to 65535, the
+        maximum of a word.
     Erratum ``apt-future-use-rows-missing``: printed no rows for Future Use; encoded two reserved
         fields at the end of each.
     Erratum ``apt-tsg-iosettings-example-short``: printed 13 bytes of packet; encoded 14 bytes.

@@ -114,7 +114,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
 
 
 def _until_silent(trial: Trial, streams: Sequence[Stream]) -> tuple[list[Incoming], float]:
-    """Return the status messages until they stop or clearly go on, and the longest pause to allow.
+    """Return the status messages until they stop or clearly continue, and the longest pause to allow.
 
     The pause is longer for a lower rate.
     """

@@ -97,7 +97,7 @@ def _listen(trial: Trial, streams: Sequence[Stream], seconds: float) -> list[Inc
 def _goes_on(
     trial: Trial, stream: Stream, number: int, came: Sequence[Incoming], began: float, ended: float
 ) -> bool:
-    """Report status messages that end before they are stopped; return whether they go on."""
+    """Report status messages that end before they are stopped; return whether they continue."""
     place = stream.place
     last = came[-1].time if came else began
     alive = stream.sign if trial.declared.wants_signs else ""
