@@ -329,7 +329,7 @@ def test_no_motion_begins_while_a_stop_waits_for_its_answer():
     assert talk.move().written
 
 
-def test_an_unanswered_stop_times_out_and_the_motion_goes_on():
+def test_an_unanswered_stop_times_out_and_the_motion_continues():
     talk = Framed()
     move, stop = talk.move(), talk.halt(timeout=0.5)
     talk.later(0.5)
