@@ -112,7 +112,7 @@ def test_the_command_leaves_out_a_broken_protocol(
     assert main(command.split()) == 0
     out, err = capsys.readouterr()
     assert out.startswith(COMMANDS[command])
-    assert err.startswith("stagewire: left out: protocol orbit is provided by the package orbit_")
+    assert err.startswith("stagewire: skipped: protocol orbit is provided by the package orbit_")
     assert err.count("\n") == 1
 
 

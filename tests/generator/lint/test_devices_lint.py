@@ -104,7 +104,7 @@ FRAMED = [
         "tiny/protocol.yaml",
         "channel: chan_ident",
         "channel: lane",
-        "SW021 no message has a field lane",
+        "SW021 no message has the field lane",
     ),
     ("tiny/units.yaml", "TP9:", "AxesDevice:", "SW023 the unit name AxesDevice is reserved"),
     (

@@ -80,7 +80,7 @@ Reports that the target is reached. The layout depends on the controller (status
 coil), and the bytes do not show which one it is. The fields that all layouts share can be read.
 Encoding writes ``data`` unchanged.""",
     "PosEcho": """\
-Sends back what it is sent.
+Returns the received data.
 
 ``POS_ECHO`` (0x0122), in both directions, 16 bytes of data; page 6.
 
@@ -95,7 +95,7 @@ Switches the lamp.
 :param sample_time: in counts; scale to ms depends on the unit; from 0 to 65535.
 :param force: in counts; scale to Pa unknown; from 0 to 65535.""",
     "LampTest": """\
-Is named, and not described.
+Named, but not described.
 
 ``LAMP_TEST`` (0x0202), to the controller, layout not documented; page 7.
 
@@ -126,7 +126,7 @@ Two numbers.
 
 Erratum ``turtle-height``: printed 1; encoded 0.""",
     "Mood": """\
-Asks for the mood.
+Requests the mood.
 
 ``MOOD`` (0x3F), no data, no size slot; section Mood. Typed as ``?``.""",
     "MoodReply": """\
@@ -156,7 +156,7 @@ A dummy function: refused unless ``allow_dummy`` is given.
 
 Erratum ``turtle-spin-byte``: printed 0x35; encoded 0x53.""",
     "Name": """\
-Gives it a name, and tells the old one.
+Sets the name, and returns the old one.
 
 ``NAME`` (0x4E), 4 bytes of data, size 4; section Name. Typed as ``N``.
 
@@ -165,7 +165,7 @@ Firmware 1.5: Names may be long.
 :param name: text of at most 3 characters.
 :param spare: reserved, sent as zero.""",
     "Halt": """\
-Stops at once.
+Stops immediately.
 
 ``HALT`` (0x48), no data, size 0; section Halt. Typed as ``H``.
 

@@ -205,8 +205,8 @@ def test_several_protocols(
     folders = ("--spec-dir", good_packets, "--spec-dir", good_spec)
     assert generate(*folders, "--package", NAME, "--out", out) == 2
     assert capsys.readouterr().err == (
-        "stagewire: --package takes one protocol, and there are 2: carousel, tiny; give the folder of "
-        "one of them\n"
+        "stagewire: --package requires a single protocol, not 2: carousel, tiny; give the folder of one "
+        "of them\n"
     )
     assert not out.exists()
     assert generate(*folders, "--out", out) == 0  # without it, several are allowed
