@@ -371,7 +371,7 @@ def test_docstrings_name_the_document(overlaid: dict[str, Protocol]) -> None:
     )
     assert "(page 1 of the overlay ``second``)" in second["python/stagewire_tiny/quantities.py"]
     stages = second["python/stagewire_tiny/stages.py"]
-    assert "# The page is one of the overlay second.\nSlide = Stage(" in stages
+    assert "# The page number refers to the overlay second.\nSlide = Stage(" in stages
     assert (
         "From section Bell of the overlay ``third``."
         in third["python/stagewire_tiny/messages/extra.py"]
