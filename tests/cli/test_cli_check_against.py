@@ -81,7 +81,7 @@ def test_an_old_spec_with_errors_is_not_compared(
     result = stagewire("check", GOOD, "--against", new, "--format", format)
     assert result.code == 2
     assert "tiny/units.yaml:" in (result.out if format == "text" else result.err)
-    assert "--against has errors, so nothing was compared" in result.err
+    assert "--against does not pass check, so nothing was compared" in result.err
     assert format == "text" or result.out == ""
 
 

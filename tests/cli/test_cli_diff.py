@@ -187,7 +187,7 @@ def test_a_side_with_errors_is_not_compared(
     assert result.code == 2
     assert result.out.startswith(f"{wrong}/tiny/units.yaml:")
     assert "hint: " in result.out
-    assert f"{side} has errors, so nothing was compared" in result.err
+    assert f"{side} does not pass check, so nothing was compared" in result.err
     assert "change" not in result.out
 
 

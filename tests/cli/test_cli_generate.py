@@ -154,7 +154,7 @@ def test_invalid_templates_write_nothing(stagewire: Stagewire, here: Path, mode:
     assert (done.code, done.out) == (1, "")
     undone = {"--check": "compared", "--list-outputs": "listed"}.get("".join(mode), "written")
     assert done.err == (
-        "stagewire: mine/\\x1b[2J.j2: no built-in template has this name\n"
+        "stagewire: mine/\\x1b[2J.j2: no template has this name\n"
         "stagewire: mine/flags.py.j2:1: No filter named 'nothing'.\n"
         f"nothing was {undone}\n"
     )
@@ -170,7 +170,7 @@ def test_invalid_templates_write_nothing(stagewire: Stagewire, here: Path, mode:
             "--list-outputs and --list-inputs cannot be combined",
         ),
         (["--list-templates", "--cmake-dir"], "cannot be combined"),
-        (["--templates", "nowhere"], "nowhere is not a folder; give a folder of templates"),
+        (["--templates", "nowhere"], "nowhere is not a folder; give a folder with templates"),
         (["--templates", ""], "the name of a folder is empty"),
         (["--spec", "nowhere", "--list-inputs"], "nowhere is not a folder"),
         (

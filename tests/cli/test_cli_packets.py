@@ -270,7 +270,7 @@ def test_show_prints_the_parts_of_a_packet(stagewire: Stagewire) -> None:
     lines = [line.split() for line in result.out.splitlines()]
     assert lines[1] == ["id", "0x02,", "to", "controller,", "page", "1"]
     assert ["0", "angle", "s24", "-180000", "to", "180000", "deg"] in lines
-    packet = lines[lines.index(["packet,", "its", "payload", "of", "n", "bytes"]) + 3 :]
+    packet = lines[lines.index(["packet", "with", "a", "payload", "of", "n", "bytes"]) + 3 :]
     assert [line[:3] for line in packet] == [
         ["0", "start", "2"], ["2", "length", "1"], ["3", "address", "1"], ["4", "id", "1"],
         ["5", "payload", "n"], ["5+n", "check", "2"], ["7+n", "end", "1"],

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         ("MOT_MOVE_VELOCITY", "whether the position counter rises or falls"),
         ("move_direction", "whether the position counter rises or falls"),
         ("apt-clockwise-without-sign", "AlexShkarin/pyLabLib"),
-        ("HW_RICHRESPONSE", "the document has no layout for it"),
+        ("HW_RICHRESPONSE", "the document gives no layout"),
         ("MOT_SET_MOVEVELPARAMS", "without an id"),
     ],
 )

@@ -73,8 +73,8 @@ def paragraph(text: str, indent: int, hanging: int = 0) -> str:
 
 
 def docstring(text: str) -> str:
-    """Escape a text for a triple-quoted docstring."""
-    escaped = text.replace("\\", "\\\\")
+    """Escape a text for a triple-quoted docstring. Formatters remove white space at its beginning."""
+    escaped = text.lstrip().replace("\\", "\\\\")
     if '"' not in escaped:
         return escaped
     return re.sub(r'\A"+|"{3,}|"+\Z', lambda quotes: '\\"' * len(quotes[0]), escaped)
