@@ -62,7 +62,8 @@ def summary(report: Report) -> str:
         return f"{printable(str(report.spec.path))}: {number} error{'s' * (number != 1)}\n"
     lines = [
         f"{name}: ok; {seen.messages} messages, {seen.layouts} layouts, {seen.fields} fields, "
-        f"{seen.errata} errata, {seen.places} witness places, {seen.examples} examples\n"
+        f"{seen.errata} errata{_not_compared(seen)}, {seen.places} witness places, "
+        f"{seen.examples} examples\n"
         for name, seen in report.counts.items()
     ]
     if report.against:
@@ -72,6 +73,10 @@ def summary(report: Report) -> str:
             f"against {printable(report.against)}: ok; {total} change{'s' * (total != 1)}: {listed}\n"
         )
     return "".join(lines)
+
+
+def _not_compared(seen: Counts) -> str:
+    return f" ({seen.not_compared} not compared)" if seen.not_compared else ""
 
 
 SCHEMA_VERSION = 1

@@ -222,7 +222,8 @@ GROUPS: tuple[Group, ...] = (
                 "a difference between document and registry without an erratum",
                 "One of the two was copied incorrectly, or the document is wrong and no erratum records it "
                 "yet.",
-                "look at the page, then correct the wrong copy, or add an erratum with this place",
+                "look at the page, then correct the wrong copy, or add an erratum with this place and both "
+                "texts",
             ),
             "SW041": Code(
                 "an erratum that no difference and no example supports",
@@ -259,6 +260,12 @@ GROUPS: tuple[Group, ...] = (
                 "`protocol.yaml` declares that the document is not transcribed, but the directory "
                 "`printed/` contains files.",
                 "remove the file, or the line `witness: false`",
+            ),
+            "SW047": Code(
+                "an erratum that states another difference",
+                "An erratum states for each place what is printed and what is encoded. Registry or witness "
+                "was changed after it was written, or it was copied incorrectly.",
+                "look at the page, then correct registry, witness or erratum",
             ),
         },
     ),

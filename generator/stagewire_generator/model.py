@@ -317,9 +317,15 @@ class Erratum:
     evidence: str
     kind: str  # wire | meaning | cosmetic
     origin: str  # document | scan
-    places: tuple[str, ...]
+    places: Mapping[str, tuple[str, str]]  # place in the witness -> printed, encoded
+    not_compared: tuple[str, ...]  # places in the witness that only people can judge
     place: Place
     overlay: str = ""
+
+
+def errata_of(example: Json) -> list[str]:
+    """Return the errata that an example or a capture refers to."""
+    return [*example.get("errata", []), *example.get("breakdown", {}).get("errata", [])]
 
 
 class Sentence(NamedTuple):
@@ -397,6 +403,17 @@ class Protocol:
         """Return the document of an overlay, or that of the protocol for an empty name."""
         found: Json = {"": self.document, **{o.name: o.document for o in self.overlays}}[overlay]
         return found
+
+    @property
+    def not_compared(self) -> frozenset[str]:
+        """The errata that no program compares: they name no place, and their examples are prose."""
+        entries = (
+            *self.examples.get("examples", {}).values(),
+            *self.captures.get("captures", {}).values(),
+        )
+        proofs = (entry for entry in entries if "prose" not in entry.get("claim", ()))
+        borne = {slug for entry in proofs for slug in errata_of(entry)}
+        return frozenset(e.id for e in self.errata if not e.places and e.id not in borne)
 
     @property
     def id_digits(self) -> int:

@@ -151,6 +151,7 @@ class Counts:
     layouts: int
     fields: int
     errata: int
+    not_compared: int  # errata that no program compares
     places: int
     examples: int
 
@@ -247,6 +248,7 @@ def _counts(checked: Checked) -> Counts:
         layouts=len(layouts),
         fields=sum(len(layout.all_fields) for layout in layouts),
         errata=len(protocol.errata),
+        not_compared=len(protocol.not_compared),
         places=checked.comparison.compared,
         examples=len(protocol.examples.get("examples", {})),
     )

@@ -148,9 +148,9 @@ WORDS = Vocabulary.of(
 
 def test_signs_and_units_are_read_with_the_vocabulary() -> None:
     """Unknown words are returned unchanged, and are then a difference."""
-    assert WORDS.signed("two's complement") is True
-    assert WORDS.signed("straight") is False
-    assert WORDS.signed("odd") == "odd"
+    assert WORDS.signed("two's complement") == "signed"
+    assert WORDS.signed("straight") == "unsigned"
+    assert WORDS.signed("odd") == "'odd'"
     assert WORDS.unit("tenths of a micron") == amount(Fraction(1, 10), "um") == "1/10 um"
     assert WORDS.unit("μ m/s") == "1 um/s"
     assert WORDS.unit("furlongs") == "furlongs"

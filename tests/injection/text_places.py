@@ -58,7 +58,9 @@ class Place:
             or (self.path[0] in ("commands", "setup_commands") and self.path[-1] == "title")
         )
         of_bytes = Path(self.file).stem in ("examples", "captures") and "fields" in self.path
-        return self.free and not ("/printed/" in self.file or of_bytes or of_commands)
+        of_errata = "/errata/" in self.file and "places" in self.path
+        compared = "/printed/" in self.file or of_bytes or of_commands or of_errata
+        return self.free and not compared
 
 
 # The spec

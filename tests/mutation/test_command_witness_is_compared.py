@@ -55,7 +55,7 @@ def kind(holder: Any, key: Any) -> str:
     return "meaning of a slot" if len(holder) == 3 and key == 2 else ""
 
 
-@pytest.mark.parametrize("chapter", sorted(CHAPTERS))
+@pytest.mark.parametrize("chapter", sorted(CHAPTERS - {"wording"}))  # only people compare it
 def test_a_changed_text_in_the_witness_is_a_difference(chapter: str) -> None:
     as_it_is()
     [document] = [each for each in proof().witness if each.data["chapter"] == chapter]

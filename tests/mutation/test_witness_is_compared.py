@@ -46,18 +46,8 @@ CHANGED = {
     "usb_prefixes/*/3": "XYZ001",
 }
 # Changes that cannot be detected. Strings have no size, a note describes the parts of a byte string, a value
-# for future use is undefined, and a limit may be the name of another field. If an erratum already claims the
-# number of columns, rows or values, or a name in prose, the cells cannot be compared with fields.
-CLAIMED = [
-    ["Chan Ident", "HubAnalogOP", "DisplayMode", "ForceCalib", "Future Use"],
-    ["Chan Ident", "StatusBits"],
-    ["750", "75 V"],
-    ["1000", "100 V"],
-    ["1500", "150 V"],
-    ["Not Used", "word"],
-    ["Reserved", "word"],
-    ["Reserved", "dword"],
-]
+# for future use is undefined, and a limit may be the name of another field. Ranges under a name that no field
+# has cannot be compared.
 NAMES_IN_PROSE = ("SettleWnd", "TrackWnd")
 
 
@@ -66,12 +56,7 @@ def excused(printed: object, holder: Any) -> bool:
         field = re.fullmatch(r"[A-Z][a-z]+[A-Za-z]*[0-9]", str(printed))
         return field is not None or holder.get("of") in NAMES_IN_PROSE
     texts = [str(cell) for cell in holder]
-    return (
-        holder in CLAIMED
-        or "future" in texts[-1].lower()
-        or texts[0].startswith("byte[")
-        or texts[1].endswith("[N]")
-    )
+    return "future" in texts[-1].lower() or texts[0].startswith("byte[") or texts[1].endswith("[N]")
 
 
 LOST = ("addresses/*", "lists/*/rows/*", "usb_prefixes/*")

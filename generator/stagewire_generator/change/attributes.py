@@ -443,6 +443,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "kind": "erratum",
         "origin": "erratum",
         "places": "erratum",
+        "not_compared": "erratum",
         "place": _PLACE,
         "overlay": _OVERLAY,
     },

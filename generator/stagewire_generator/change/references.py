@@ -181,7 +181,7 @@ class Side:
                 tuple(map(self._page, erratum.pages)),
                 squeezed(erratum.printed),
                 squeezed(erratum.encoded),
-                frozenset(map(self._place, erratum.places)),
+                frozenset((self._place(at), *sides) for at, sides in erratum.places.items()),
             )
             for erratum in self._errata()
             if erratum.kind != "cosmetic" and self._names(erratum, subject)

@@ -1,17 +1,17 @@
 """Check that there is an erratum for every difference, and a reason for every erratum.
 
-A difference between witness and registry needs an erratum. An erratum needs a difference or a worked example.
+A difference between witness and registry needs an erratum that states both sides. An erratum needs a
+difference, a place that is not compared, or a worked example.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.witness import compare_witness
-from stagewire_generator.model import Erratum, Protocol
+from stagewire_generator.model import Erratum, Protocol, errata_of
 from stagewire_generator.strict_yaml import Document
 
 
@@ -36,15 +36,13 @@ def check_errata(
     errata = [erratum for erratum in protocol.errata if erratum.overlay == overlay]
     claimed: dict[str, str] = {}
     for erratum in errata:
-        for place in erratum.places:
+        for place in (*erratum.places, *erratum.not_compared):
             if place in claimed:
                 diagnostics.add(
                     erratum.place, "SW045", f"{erratum.id} and {claimed[place]} both claim {place}"
                 )
             claimed[place] = erratum.id
-            if place not in comparison.differences:
-                what = f"{erratum.id}: document and registry do not differ at {place}"
-                diagnostics.add(erratum.place, "SW042", what)
+            _stated(erratum, place, comparison, diagnostics)
     for place, difference in sorted(comparison.differences.items()):
         if place not in claimed:
             diagnostics.add(
@@ -52,8 +50,14 @@ def check_errata(
                 "SW040",
                 f"{place}: the document has {difference.printed!r}, the registry {difference.encoded!r}",
             )
+    for place, at in comparison.not_compared.items():
+        if place not in claimed:
+            what = f"{place}: the document contradicts itself, and no erratum explains it"
+            diagnostics.add(
+                at, "SW040", what, "add an erratum with this place under `not_compared`"
+            )
     referred = _referred(protocol, files, diagnostics)
-    unborne = [e for e in errata if not e.places and e.id not in referred]
+    unborne = [e for e in errata if not (e.places or e.not_compared) and e.id not in referred]
     if unborne and not files.get("examples"):
         what = f"{len(unborne)} errata refer to worked examples, but examples.yaml is missing"
         hint = f"add examples.yaml to the directory {protocol.name}"
@@ -74,6 +78,26 @@ def check_errata(
         if message.overlay == overlay and message.name not in comparison.witnessed:
             diagnostics.add(message.place, "SW043", f"{message.name} does not occur in printed/")
     return comparison
+
+
+def _stated(erratum: Erratum, place: str, comparison: Comparison, diagnostics: Diagnostics) -> None:
+    """Check that document and registry differ at a place as the erratum states."""
+    if place in erratum.not_compared:
+        if place not in comparison.not_compared:
+            what = f"{erratum.id}: the witness has no {place} that is not compared"
+            diagnostics.add(erratum.place, "SW042", what, "correct the place, or remove it")
+        return
+    difference = comparison.differences.get(place)
+    if difference is None:
+        what = f"{erratum.id}: document and registry do not differ at {place}"
+        diagnostics.add(erratum.place, "SW042", what)
+    elif (difference.printed, difference.encoded) != erratum.places[place]:
+        printed, encoded = erratum.places[place]
+        what = (
+            f"{place}: the document has {difference.printed!r}, the registry "
+            f"{difference.encoded!r}; {erratum.id} states {printed!r} and {encoded!r}"
+        )
+        diagnostics.add(difference.at, "SW047", what)
 
 
 def _known(protocol: Protocol, errata: Iterable[Erratum], diagnostics: Diagnostics) -> None:
@@ -106,13 +130,9 @@ def _referred(
     for kind in ("examples", "captures"):
         for document in files.get(kind, []):
             for id, entry in document.data[kind].items():
-                for erratum in _errata_of(entry):
+                for erratum in errata_of(entry):
                     found.add(erratum)
                     if erratum not in known:
                         place = document.place(kind, id, "errata")
                         diagnostics.add(place, "SW021", f"{id}: unknown erratum {erratum}")
     return found
-
-
-def _errata_of(entry: dict[str, Any]) -> list[str]:
-    return [*entry.get("errata", []), *entry.get("breakdown", {}).get("errata", [])]

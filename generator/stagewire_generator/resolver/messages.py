@@ -63,18 +63,21 @@ def _with_fields(layout: Layout, marked: Callable[[Field], Field]) -> Layout:
 
 
 def _erratum(id: str, entry: Json, place: Place, overlay: str) -> Erratum:
+    places = {name: (sides[0], sides[1]) for name, sides in entry.get("places", {}).items()}
+    printed, encoded = next(iter(places.values()), ("", ""))
     return Erratum(
         id=id,
         pages=tuple(entry["pages"]),
         subject=entry["subject"],
         messages=tuple(entry.get("messages", ())),
         fields=tuple(entry.get("fields", ())),
-        printed=str(entry["printed"]),
-        encoded=str(entry["encoded"]),
+        printed=entry.get("printed", printed or "nothing"),
+        encoded=entry.get("encoded", encoded or "nothing"),
         evidence=entry["evidence"],
         kind=entry["class"],
         origin=entry["origin"],
-        places=tuple(entry.get("places", ())),
+        places=places,
+        not_compared=tuple(entry.get("not_compared", ())),
         place=place,
         overlay=overlay,
     )

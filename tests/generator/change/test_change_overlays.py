@@ -282,7 +282,7 @@ def test_an_erratum_removed_together_with_its_override_is_not_evidence(spec: Pat
     files = {name: f"{SECOND}/{name}.yaml" for name in ("overlay", "messages/core", "errata/more")}
     printed = f"{SECOND}/printed/all.yaml"
     entry, _ = erratum("LAMP_TEST", SECOND)
-    entry["new"] += "    places: [heading/LAMP_TEST/id]\n"
+    entry["new"] += '    places:\n      heading/LAMP_TEST/id: ["0x0203", "0x0202"]\n'
     before = edited(spec, {"in": printed, "old": "0x0202", "new": "0x0203"}, entry)
     (spec / files["errata/more"]).unlink()
     after = edited(

@@ -28,8 +28,6 @@ CHAPTERS = ("commands", "document", "format", "setup", "wording")
 
 Found = dict[str, tuple[str, str]]  # place -> printed, encoded
 
-SPELLING: Found = {"wording/spelling": ("Axes; hight", "nothing")}
-
 
 @pytest.fixture(scope="module")
 def kite() -> Protocol:
@@ -58,7 +56,8 @@ def changed(protocol: Protocol, folder: Path, chapter: str, old: str, new: str) 
 
 def test_the_unchanged_witness_matches_the_registry(kite: Protocol) -> None:
     comparison = compare_witness(kite, read(SPEC / "kite" / "printed"))
-    assert found(comparison) == SPELLING
+    assert found(comparison) == {}
+    assert list(comparison.not_compared) == ["wording/spelling"]
     assert comparison.unknown == []
     assert comparison.witnessed == {message.name for message in kite.messages}
     assert comparison.compared > 120
@@ -126,9 +125,9 @@ CASES: list[tuple[str, str, str, Found]] = [
     ("commands", "[64, nought]", '[64, "0"]', {"command/MOOD/size": ("0", "nought")}),
     ("commands", 'size: [84, "0"]', "size: [84, None]", {"command/LAND/size": ("None", "0")}),
     ("commands", "bytes: two", "bytes: three", {"format/FLY/bytes": ("3", "2")}),
-    ("commands", "either way", "one way", {"format/FLY/signed": ("False", "True")}),
-    ("commands", "either way", "signed", {"format/FLY/signed": ("signed", "True")}),
-    ("commands", "sign: either way, ", "", {"format/FLY/signed": ("nothing", "True")}),
+    ("commands", "either way", "one way", {"format/FLY/signed": ("unsigned", "signed")}),
+    ("commands", "either way", "signed", {"format/FLY/signed": ("'signed'", "signed")}),
+    ("commands", "sign: either way, ", "", {"format/FLY/signed": ("nothing", "signed")}),
     ("commands", "unit: hairs", "unit: microns", {"format/FLY/unit": ("microns", "1/10 um")}),
     ("commands", ", unit: a hair", "", {
         "format/WHERE/way/unit": ("nothing", "1/10 um")
@@ -138,7 +137,7 @@ CASES: list[tuple[str, str, str, Found]] = [
     }),
     ("commands", "of: the way", "of: the angle", {
         "format/WHERE": ("the angle", "no such field"),
-        "format/WHERE/way/signed": ("nothing", "True"),
+        "format/WHERE/way/signed": ("nothing", "signed"),
         "format/WHERE/way/unit": ("nothing", "1/10 um"),
     }),
     ("commands", 'from: "-100"', 'from: "-101"', {"range/FLY/minimum": ("-101", "-100")}),
@@ -221,7 +220,7 @@ CASES: list[tuple[str, str, str, Found]] = [
 def test_a_changed_passage_is_a_difference(
     kite: Protocol, tmp_path: Path, chapter: str, old: str, new: str, wanted: Found
 ) -> None:
-    assert found(changed(kite, tmp_path, chapter, old, new)) == SPELLING | wanted
+    assert found(changed(kite, tmp_path, chapter, old, new)) == wanted
 
 
 VOCABULARY: list[tuple[str, str, Found]] = [
@@ -230,9 +229,9 @@ VOCABULARY: list[tuple[str, str, Found]] = [
         "frame/groups/size": ("False", "True"),
     }),
     ("no_size: nought", "no_size: None", {"command/MOOD/size": ("nought", "None")}),
-    ("[either way, to and fro]", "[to and fro]", {"format/FLY/signed": ("either way", "True")}),
+    ("[either way, to and fro]", "[to and fro]", {"format/FLY/signed": ("'either way'", "signed")}),
     ("unsigned: [one way]", "unsigned: [straight]", {
-        "format/WHERE/height/signed": ("one way", "False")
+        "format/WHERE/height/signed": ("'one way'", "unsigned")
     }),
     ("{printed: hairs, unit: um, factor: 1/10}", "{printed: hairs, unit: um, factor: 3}", {
         "format/FLY/unit": ("3 um", "1/10 um")
@@ -253,13 +252,13 @@ VOCABULARY: list[tuple[str, str, Found]] = [
 def test_the_vocabulary_defines_the_meaning_of_words(
     kite: Protocol, tmp_path: Path, old: str, new: str, wanted: Found
 ) -> None:
-    assert found(changed(kite, tmp_path, "format", old, new)) == SPELLING | wanted
+    assert found(changed(kite, tmp_path, "format", old, new)) == wanted
 
 
 def test_without_a_vocabulary_no_word_is_understood(kite: Protocol) -> None:
     witness = [d for d in read(SPEC / "kite" / "printed") if d.data["chapter"] != "format"]
     told = found(compare_witness(kite, witness))
-    assert told["format/FLY/signed"] == ("either way", "True")
+    assert told["format/FLY/signed"] == ("'either way'", "signed")
     assert told["format/FLY/unit"] == ("hairs", "1/10 um")
     assert told["command/FLY/hex"] == ("$46", "")
 
@@ -332,7 +331,7 @@ def test_undefined_axes_do_not_stop_the_comparison(kite: Protocol) -> None:
 def test_a_page_that_is_not_a_section_is_reported(kite: Protocol, tmp_path: Path) -> None:
     document = {**kite.document, "sections": kite.document["sections"][:-1]}
     comparison = compare_witness(replace(kite, document=document), read(SPEC / "kite" / "printed"))
-    assert found(comparison) == SPELLING | {
+    assert found(comparison) == {
         "command/LAND/page": ("Land", "no section 8"),
         "section/8": ("land", "nothing"),
     }
@@ -360,7 +359,7 @@ def test_every_text_is_compared(kite: Protocol, chapter: str) -> None:
     for holder, key in texts(document.data):
         printed, holder[key] = holder[key], "77"
         comparison = compare_witness(kite, witness)
-        if found(comparison) == SPELLING and not comparison.unknown:
+        if found(comparison) == {} and not comparison.unknown:
             unnoticed.append(printed)
         holder[key] = printed
     assert (
@@ -373,6 +372,6 @@ def test_every_text_is_compared(kite: Protocol, chapter: str) -> None:
             "document": [],
             "format": ["Stop", "asks"],
             "setup": ["Typed", "Sent"],
-            "wording": [],
+            "wording": ["Axes", "hight"],  # only people compare it
         }[chapter]
     )

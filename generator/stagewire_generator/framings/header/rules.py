@@ -6,7 +6,7 @@ from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import Rules
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.lists import MESSAGE_CHAPTERS
-from stagewire_generator.lint.witness.reading import FILLERS, same_name, squash
+from stagewire_generator.lint.witness.reading import FILLERS, squash
 from stagewire_generator.lint.witness.witness import Witness
 from stagewire_generator.model import Field, Json, Layout, Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
@@ -79,7 +79,8 @@ def _table(
     else:
         comparison.same(f"{where}/cells", at, len(cells), 6)
     if "columns" in table and data:
-        _columns(comparison, where, layout, table["columns"], (*path, "columns"))
+        at = (*path, "columns")
+        comparison.names(f"{where}/columns/{{}}", at, table["columns"], layout.fields)
 
 
 def _layout_of(message: Message, table: Json) -> Layout | None:
@@ -100,16 +101,6 @@ def _param(
         comparison.same(place, path, cell, f"{field.constant:02X}")
     elif squash(cell) != squash(field.name):
         comparison.differs(place, path, cell, field.name)
-
-
-def _columns(
-    comparison: Comparison, where: str, layout: Layout, columns: list[str], path: KeyPath
-) -> None:
-    if not comparison.same(f"{where}/columns", path, len(columns), len(layout.fields)):
-        return
-    for column, field in zip(columns, layout.fields, strict=True):
-        if not same_name(column, field):
-            comparison.differs(f"{where}/columns/{field.name}", path, column, field.name)
 
 
 RULES = Rules(

@@ -58,7 +58,7 @@ def _format(section: Section, field: Field, row: Json, path: KeyPath) -> None:
     if "bytes" in row:
         same(f"{place}/bytes", (*path, "bytes"), count(row["bytes"]), field.format.size)
     if "sign" in row:
-        same(f"{place}/signed", (*path, "sign"), words.signed(row["sign"]), field.format.signed)
+        same(f"{place}/signed", (*path, "sign"), words.signed(row["sign"]), _sign_of(field))
     if "unit" in row:
         same(f"{place}/unit", (*path, "unit"), words.unit(row["unit"]), _unit_of(field))
 
@@ -68,6 +68,10 @@ def _range(section: Section, field: Field, row: Json, path: KeyPath) -> None:
     for key, bound in (("from", "minimum"), ("to", "maximum")):
         printed, encoded = limit(row[key], field), getattr(field, bound)
         section.comparison.same(f"{place}/{bound}", (*path, key), printed, encoded)
+
+
+def _sign_of(field: Field) -> str:
+    return "signed" if field.format.signed else "unsigned"
 
 
 def _unit_of(field: Field) -> str:
@@ -81,7 +85,7 @@ def _not_told(section: Section, field: Field, told: set[str]) -> None:
     differs, place = section.comparison.differs, _place("format", section, field)
     number = field.format.kind == "integer" and field.role == "value"
     if number and field.format.size > 1 and "sign" not in told:
-        differs(f"{place}/signed", section.path, NOTHING, field.format.signed)
+        differs(f"{place}/signed", section.path, NOTHING, _sign_of(field))
     if field.quantity and "unit" not in told:
         differs(f"{place}/unit", section.path, NOTHING, _unit_of(field))
     if field.ranged and "range" not in told:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import difflib
+import itertools
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.lint.witness.reading import Vocabulary
-from stagewire_generator.model import Message, Protocol
+from stagewire_generator.lint.witness.reading import Vocabulary, pair, same_name, squash
+from stagewire_generator.model import Field, Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 NOTHING = "nothing"  # the side that lacks an entry
@@ -40,6 +42,7 @@ class Comparison:
         self.messages = {message.name: message for message in protocol.messages}
         self.by_id = {m.id: m for m in protocol.messages if m.id is not None}
         self.differences: dict[str, Difference] = {}
+        self.not_compared: dict[str, Place] = {}  # places that only people can judge
         self.compared = 0
         self.witnessed: set[str] = set()  # messages that the witness names anywhere
         self.headed: set[str] = set()  # messages that have a heading
@@ -54,16 +57,23 @@ class Comparison:
         self.compared += 1
         if printed == encoded:
             return True
-        if place not in self.differences:
-            at = self.document.place(*path)
-            self.differences[place] = Difference(place, at, str(printed), str(encoded))
+        self._record(place, path, str(printed), str(encoded))
         return False
 
     def differs(self, place: str, path: KeyPath, printed: object, encoded: object) -> None:
         """Record a difference that was found in another way."""
         self.compared += 1
-        at = self.document.place(*path)
-        self.differences.setdefault(place, Difference(place, at, str(printed), str(encoded)))
+        self._record(place, path, str(printed), str(encoded))
+
+    def _record(self, place: str, path: KeyPath, printed: str, encoded: str) -> None:
+        """Record a difference; number the place if it already has another difference."""
+        at, base = self.document.place(*path), place
+        for number in itertools.count(2):
+            found = Difference(place, at, printed, encoded)
+            known = self.differences.setdefault(place, found)
+            if (known.printed, known.encoded) == (printed, encoded):
+                return
+            place = f"{base}/{number}"
 
     def members(self, place: str, path: KeyPath, printed: set[str], encoded: set[str]) -> None:
         """Compare two sets of names, with a separate place for each name."""
@@ -71,15 +81,34 @@ class Comparison:
             sides = (name if name in names else NOTHING for names in (printed, encoded))
             self.same(f"{place}/{name}", path, *sides)
 
+    def names(
+        self, place: str, path: KeyPath, printed: Sequence[str], fields: Sequence[Field]
+    ) -> None:
+        """Compare printed names with fields: wrong names, missing ones and further ones.
+
+        :param place: the place, with braces for the field or the printed name.
+        """
+        missing = list(fields)
+        for index, field in pair(printed, fields):
+            name = printed[index]
+            if field is None:
+                self.differs(place.format(squash(name)), path, name, NOTHING)
+                continue
+            missing.remove(field)
+            shown = field.name if same_name(name, field) else name
+            self.same(place.format(field.name), path, shown, field.name)
+        for field in missing:
+            self.differs(place.format(field.name), path, NOTHING, field.name)
+
     def canonical(self, printed: str, path: KeyPath) -> str:
         """Return a printed message name as the registry spells it, and record lost underscores."""
         prefix = self.protocol.name_prefix
         name = printed.strip().replace("\t", " ")
         bare = name.rstrip(":;. ")
-        self.same("names/punctuation", path, name, bare)
-        joined = re.sub(r"[ _]+", "_", bare)
-        self.same("names/blanks", path, bare, joined)
-        return joined.removeprefix(prefix)
+        self.same("names/punctuation", path, name.removeprefix(bare), "")
+        for between in set(re.findall(r"[ _]+", bare)):
+            self.same("names/blanks", path, between, "_")
+        return re.sub(r"[ _]+", "_", bare).removeprefix(prefix)
 
     def named(self, where: str, printed: str, id: str | None, path: KeyPath) -> Message | None:
         """Find the message of a row by its name, or else by its id."""

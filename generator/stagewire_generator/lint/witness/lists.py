@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.model import Json
 from stagewire_generator.strict_yaml import KeyPath
 
@@ -21,16 +21,16 @@ def compare_contents(comparison: Comparison) -> None:
             comparison.differs(
                 f"contents/line-{row['line']}", path, row["text"], "one row per message"
             )
-            listed |= {comparison.canonical(name, path) for name, _ in row.get("names", [])}
-            continue
-        message = comparison.named("contents", row["name"], row["id"], path)
-        if message is None:
-            continue
-        listed.add(message.name)
-        place = f"contents/{message.name}"
-        comparison.same(f"{place}/id", path, row["id"], comparison.id_of(message))
-        if "page" in row:
-            comparison.same(f"{place}/page", path, row["page"], str(message.pages[0]))
+        names = row.get("names", []) if row.get("damaged") else [(row["name"], row["id"])]
+        for name, id in names:
+            message = comparison.named("contents", name, id, path)
+            if message is None:
+                continue
+            listed.add(message.name)
+            place = f"contents/{message.name}"
+            comparison.same(f"{place}/id", path, id, comparison.id_of(message))
+            if "page" in row:
+                comparison.same(f"{place}/page", path, row["page"], str(message.pages[0]))
         if row.get("run_together"):
             comparison.differs("contents/run-together", path, "id and page in one", "id, page")
     for name in sorted(comparison.headed - listed):
@@ -170,9 +170,8 @@ def _addresses(comparison: Comparison, data: Json) -> None:
             comparison.differs(f"addresses/{address}/twice", path, address, "once")
         comparison.same(f"addresses/{address}", path, address in known, True)
         seen.add(address)
-    missing = ", ".join(sorted(known - seen))
-    if seen and missing:
-        comparison.differs("addresses/missing", ("addresses",), ", ".join(sorted(seen)), missing)
+    for address in sorted(known - seen) if seen else ():
+        comparison.differs(f"addresses/{address}/missing", ("addresses",), NOTHING, address)
 
 
 def _formats(comparison: Comparison, data: Json) -> None:

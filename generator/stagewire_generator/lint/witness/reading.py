@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from stagewire_generator.model import Field, Json
@@ -31,6 +31,21 @@ def same_name(printed: str, field: Field) -> bool:
     if squash(printed) == squash(field.name):
         return True
     return field.role == "reserved" and squash(printed) in FILLERS
+
+
+def pair(printed: Sequence[str], fields: Sequence[Field]) -> Iterator[tuple[int, Field | None]]:
+    """Yield the number of each printed name with its field, or with None.
+
+    If the numbers of names and fields differ, names are paired with the fields of the same name, in order.
+    """
+    if len(printed) == len(fields):
+        yield from enumerate(fields)
+        return
+    left = list(fields)
+    for index, name in enumerate(printed):
+        at = next((at for at, field in enumerate(left) if same_name(name, field)), None)
+        yield index, None if at is None else left[at]
+        left = left if at is None else left[at + 1 :]
 
 
 def find_field(fields: Iterable[Field], printed: str) -> Field | None:
@@ -92,7 +107,7 @@ class Vocabulary:
     :param no_size: the text for the size of a command that leaves the slot out.
     :param axis: the word after the name of an axis.
     :param cleared: words for a bit that is 0.
-    :param signs: words for numbers that may or may not be negative.
+    :param signs: words for numbers that may or may not be negative -> ``signed`` or ``unsigned``.
     :param units: unit as printed -> the amount of one count, as from :func:`amount`.
     :param notations: table -> column -> its notation for a byte, with placeholders in braces.
     """
@@ -102,14 +117,14 @@ class Vocabulary:
     no_size: str = ""
     axis: str = ""
     cleared: frozenset[str] = frozenset()
-    signs: Mapping[str, bool] = dataclasses.field(default_factory=dict)
+    signs: Mapping[str, str] = dataclasses.field(default_factory=dict)
     units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     notations: Mapping[str, Mapping[str, str]] = dataclasses.field(default_factory=dict)
 
     @classmethod
     def of(cls, data: Json) -> Vocabulary:
         """Create a vocabulary from its entry in the witness."""
-        signs = dict.fromkeys(data["unsigned"], False) | dict.fromkeys(data["signed"], True)
+        signs = {word: sign for sign in ("unsigned", "signed") for word in data[sign]}
         return cls(
             slots=data["slots"],
             whole_slot=data["whole_slot"],
@@ -121,9 +136,9 @@ class Vocabulary:
             notations=data["notations"],
         )
 
-    def signed(self, text: str) -> bool | str:
-        """Return whether words allow negative numbers; return unknown words unchanged."""
-        return self.signs.get(text, text)
+    def signed(self, text: str) -> str:
+        """Return ``signed`` or ``unsigned`` for words that say so; quote other words."""
+        return self.signs.get(text, repr(text))
 
     def unit(self, text: str) -> str:
         """Return a unit as the amount of one count; return an unknown unit unchanged."""

@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from stagewire_generator.framing import FRAMINGS, part
-from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.lint.witness.reading import (
     Vocabulary,
     find_field,
     limit,
     number,
-    same_name,
+    pair,
     squash,
 )
 from stagewire_generator.model import Field, Json, Message, Protocol
@@ -73,18 +73,18 @@ def compare_section(
 def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path: KeyPath) -> None:
     fields = _listed_fields(message)
     place = f"rows/{message.name}"
-    if len(rows) != len(fields):
-        printed = ", ".join(row[0] for row in rows)
-        comparison.differs(f"{place}/count", path, printed, ", ".join(f.name for f in fields))
-        by_name = {squash(f.name): f for f in fields}
-        pairs = [(row, by_name[squash(row[0])]) for row in rows if squash(row[0]) in by_name]
-    else:
-        pairs = list(zip(rows, fields, strict=True))
-    for row, field in pairs:
-        if not same_name(row[0], field):
-            comparison.differs(f"{place}/{field.name}/name", path, row[0], field.name)
+    names = [row[0] for row in rows]
+    comparison.names(f"{place}/{{}}/name", path, names, fields)
+    formats = {}
+    for index, field in pair(names, fields):
+        format = rows[index][1] or ""
+        if field:
+            formats[field.name] = format
+        else:
+            comparison.differs(f"{place}/{squash(names[index])}/format", path, format, NOTHING)
+    for field in fields:
         comparison.compared += 1
-        printed = (row[1] or "").lower()
+        printed = formats.get(field.name, NOTHING).lower()
         # A single char is an unsigned byte, and may be a number
         if printed != field.format.name and (printed, field.format.name) != ("char", "byte"):
             comparison.differs(f"{place}/{field.name}/format", path, printed, field.format.name)
@@ -99,11 +99,10 @@ def _listed_fields(message: Message) -> tuple[Field, ...]:
 
 
 def _by_row(message: Message, rows: list[list[str]]) -> dict[str, Field]:
-    """Return printed field name -> field, if the field table has a row for each field."""
-    fields = _listed_fields(message)
-    if len(rows) != len(fields):
-        return {}
-    return {squash(row[0]): field for row, field in zip(rows, fields, strict=True)}
+    """Return printed field name -> field, for the rows of the field table."""
+    names = [row[0] for row in rows]
+    pairs = pair(names, _listed_fields(message))
+    return {squash(names[index]): field for index, field in pairs if field}
 
 
 def _values(
@@ -118,20 +117,19 @@ def _values(
         place += f"/{squash(printed['table'])}"
     field = _field_of_values(comparison, message, printed["of"], aliases)
     if field is None:
-        comparison.differs(place, path, printed["of"], "no list of values")
+        for row in printed["rows"]:
+            comparison.differs(f"{place}/{squash(row[0])}", path, row[-1], "no list of values")
         return
     if field.format.kind == "bytes":
         return  # the note describes the parts of a byte string
     known = _known_values(field, printed.get("table", ""))
     found: dict[int, str] = {}
-    unread = []
     for row in printed["rows"]:
-        comparison.compared += 1
         if "future" in row[-1].lower():
             continue
         value = number(row[0], field.format.maximum)
         if value is None:
-            unread.append(row[0])
+            comparison.differs(f"{place}/{squash(row[0])}", path, row[0], NOTHING)
             continue
         if row[0].startswith("to ") and found:  # "0x02 Bay 2 to 0x06 Bay 6"
             between = range(next(reversed(found)) + 1, value)
@@ -140,19 +138,12 @@ def _values(
         if len(row) == 3 and _BIT.match(row[1]):  # the document counts bits from one
             mask = 1 << (int(row[1]) - 1)
             comparison.same(f"{place}/{value:#x}/bit", path, f"{mask:#x}", f"{value:#x}")
-    if set(found) != set(known) or unread:
-        extra = [f"{n:#x}" for n in sorted(set(found) - set(known))] + unread
-        missing = [known[n] for n in sorted(set(known) - set(found))]
-        comparison.differs(
-            place,
-            path,
-            f"{', '.join(extra) or 'nothing'} beyond the registry",
-            f"{', '.join(missing) or 'nothing'} beyond the document",
-        )
-    for value, symbol in found.items():
-        if _SYMBOL.match(symbol) and value in known:
-            same = (symbol.lower(), known[value].lower())
-            comparison.same(f"{place}/{symbol.lower()}", path, *same)
+    for value in sorted(found.keys() | known.keys()):
+        name = known.get(value, NOTHING).lower()
+        symbol = found[value].lower() or f"{value:#x}" if value in found else NOTHING
+        if value in found and value in known and not _SYMBOL.match(found[value]):
+            symbol = name  # only the value is printed, or a description
+        comparison.same(f"{place}/{value:#x}", path, symbol, name)
 
 
 def _field_of_values(

@@ -125,7 +125,7 @@ def registry_text(protocol: Protocol) -> str:
 
 def _registry_json(protocol: Protocol) -> Json:
     """Return the resolved registry as the architecture describes it."""
-    units = protocol.units
+    units, uncompared = protocol.units, protocol.not_compared
     return {
         "schema_version": SCHEMA_VERSION,
         "protocol": protocol.name,
@@ -193,6 +193,7 @@ def _registry_json(protocol: Protocol) -> Json:
                 "evidence": e.evidence,
                 "class": e.kind,
                 "origin": e.origin,
+                "compared": e.id not in uncompared,
                 **_from(e),
             }
             for e in protocol.errata
