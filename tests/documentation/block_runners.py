@@ -45,6 +45,9 @@ NOT_RUN = {
     "python benchmarks/framing_experiment.py --table small --runs 60": "very slow; make bench runs it",
     "python benchmarks/framing_experiment.py --table generated --runs 20": "very slow; make bench runs it",
     "python tests/mutation/mutants.py": "very slow; tests/mutation/test_mutants.py runs a part",
+    "python tests/mutation/facts_at_errata.py": (
+        "slow; tests/mutation/test_facts_at_errata.py runs a part"
+    ),
 }
 """Lines of shell blocks that are not run, each with the reason."""
 
