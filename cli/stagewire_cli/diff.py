@@ -65,7 +65,7 @@ def diff(
         ),
     ] = None,
 ) -> None:
-    """Show the changes between two specs: on the wire, in generated code, in the documentation.
+    """Show and classify the changes between two specs.
 
     OLD and NEW are folders that contain protocols, or revisions of the git repository in the current
     folder. Every overlay is also compared, applied to its protocol. A change of the protocol itself is

@@ -103,7 +103,7 @@ def generate(
         bool, typer.Option("--cmake-dir", help="Print the folder of StagewireGenerate.cmake.")
     ] = False,
 ) -> None:
-    """Generate code from a spec, or check that generated code is up to date."""
+    """Generate code from a spec, or check that it is up to date."""
     _only_one(
         {
             "--check": check,
@@ -242,7 +242,7 @@ def schemas(
         bool, typer.Option("--check", help="Write nothing; report what would change.")
     ] = False,
 ) -> None:
-    """Write the JSON Schemas of spec files to a folder, or check that they are up to date.
+    """Write or check the JSON Schemas of spec files.
 
     Editors find the schema of a file by its first line, which `stagewire format` writes.
     """
