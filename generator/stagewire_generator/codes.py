@@ -317,6 +317,43 @@ GROUPS: tuple[Group, ...] = (
         },
     ),
     Group(
+        "Units",
+        "A unit is described in several places: its entry, its list or family, the addresses, the scales "
+        "of stages. These places must agree.",
+        {
+            "SW080": Code(
+                "a list of messages that lacks a reply or a stop",
+                "A message was left out of a list or family. A request without its reply cannot be "
+                "answered, and a motion without its stop cannot be halted.",
+                "add the missing message; docs/reference/registry.md describes `lists` and `families`",
+            ),
+            "SW081": Code(
+                "a status or keep-alive message that the messages of the unit contradict",
+                "The unit has the wrong family or is in the wrong list, or its `status` or `keep_alive` is "
+                "wrong. A message with `reports_status` determines the status.",
+                "correct the `status` of the unit, or its family or list",
+            ),
+            "SW082": Code(
+                "an address or a count of bays that contradicts the framing",
+                "An address is mistyped in units.yaml or in protocol.yaml, or a bay was added in one place "
+                "only.",
+                "look up the address in the document, then correct `addresses`, the unit, or `framing` in "
+                "protocol.yaml",
+            ),
+            "SW083": Code(
+                "a list, family or serial number that belongs to another unit",
+                "An entry was copied and kept the name or prefix of the other unit.",
+                "correct the name or the prefix",
+            ),
+            "SW084": Code(
+                "stages of a unit that contradict the scales in stages.yaml",
+                "A stage was added to a unit without scales for it, or scales without adding the stage to "
+                "the unit. Or a unit is in the wrong group of `controllers`.",
+                "correct `stages` of the unit, or the group of `controllers` in stages.yaml",
+            ),
+        },
+    ),
+    Group(
         "Changes",
         "`stagewire check --against` compares the spec with an earlier one. Every change to bytes needs "
         "evidence in the same change; [Changes](reference/changes.md) describes exactly what counts.",

@@ -404,6 +404,17 @@ class Protocol:
         found: Json = {"": self.document, **{o.name: o.document for o in self.overlays}}[overlay]
         return found
 
+    def messages_of(self, unit: Json) -> frozenset[str]:
+        """Return the messages that a unit supports: its printed list, or those of its family."""
+        units, key = self.units, unit.get("list")
+        if key is None:
+            family = units["families"][unit["family"]]
+            if "messages" in family:
+                return frozenset(family["messages"])
+            key = units["units"][family["like"]]["list"]
+        printed = units["lists"][key]
+        return frozenset({*printed["messages"], *printed.get("completes", ())})
+
     @property
     def not_compared(self) -> frozenset[str]:
         """The errata that no program compares: they name no place, and their examples are prose."""

@@ -16,6 +16,7 @@ from stagewire_generator.lint.devices import check_devices, check_effects
 from stagewire_generator.lint.errata import check_errata
 from stagewire_generator.lint.layouts import check_framing, check_layouts, check_pages
 from stagewire_generator.lint.names import check_names
+from stagewire_generator.lint.units import check_units
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import c_prefix
@@ -103,13 +104,17 @@ def _laid_over(
 
 def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     """Return the model after all checks that do not need the document."""
+    before = len(diagnostics.found)
     protocol = resolve(files, diagnostics)
     say(f"{'/'.join([protocol.name, *(o.name for o in protocol.overlays)])}: names and layouts")
-    check_names(protocol, next(iter(files.get("units", [])), None), diagnostics)
+    units = next(iter(files.get("units", [])), None)
+    check_names(protocol, units, diagnostics)
     check_layouts(protocol, diagnostics)
     check_framing(protocol, files["protocol"][0], diagnostics)
     check_devices(protocol, files.get("quantities", ()), diagnostics)
     check_effects(protocol, diagnostics)
+    if units is not None and len(diagnostics.found) == before:  # so all references are valid
+        check_units(protocol, units, diagnostics)
     return protocol
 
 

@@ -208,6 +208,9 @@ def with_stages(spec: Path, old: str, new: str) -> Path:
     text = stages.read_text(encoding="utf-8").rstrip()
     assert old in text
     stages.write_text(text.replace(old, new) + _LIKE, encoding="utf-8")
+    units = spec / "tiny" / "units.yaml"
+    text = units.read_text(encoding="utf-8")
+    units.write_text(text.replace("[Slide]", "[Slide, Long]"), encoding="utf-8")
     return spec
 
 

@@ -23,7 +23,7 @@ OPTIONAL = {
     "stages": "note printed servo_cycle_us",
     "units": "completes keep_alive known_prefixes pause update_rate_hz usb_prefix",
     "messages/core": (
-        "addressee call completes_with exchange flags_by_unit halted_by more_pages motion note "
+        "addressee call completes_with flags_by_unit halted_by more_pages motion note "
         "pages param1 stored target tells"
     ),
     "errata/core": "fields",

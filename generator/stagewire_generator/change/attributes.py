@@ -126,6 +126,7 @@ _EXCHANGE = Data(
         "unsolicited": "exchange",
         "keeps_alive": "exchange",
         "counts_for_keep_alive": "exchange",
+        "reports_status": "exchange",
         "halted_by": Names("exchange", "message"),
         "stored/read": Names("exchange", "message"),
         "stored/field": "exchange",
@@ -179,7 +180,6 @@ _UNITS = Data(
         "families/*/overlay": _OVERLAY,
         "families/*/title": "text",
         "families/*/note": "text",
-        "families/*/status": "unit-status",
         "families/*/messages": Names("list-messages", "message"),
         "families/*/like": "list-messages",
         "families/*/also_at/addresses": "unit-also-at",
@@ -191,7 +191,7 @@ _UNITS = Data(
         "lists/*/title": "text",
         "lists/*/note": "text",
         "lists/*/page": "page",
-        "lists/*/units": "text",  # the text of the heading; a unit names its own list
+        "lists/*/units": "text",  # a change also appears as the `list` of a unit
         "lists/*/messages": Names("list-messages", "message"),
         "lists/*/completes": Names("list-messages", "message"),
         "lists/*/misprinted/*": Entries("message", "text", "text"),

@@ -262,6 +262,7 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     for key, entry in lists.items():
         for part in ("messages", "completes", "misprinted"):
             known(entry.get(part, ()), messages, "message", "lists", key, part)
+        known(entry["units"], data["units"], "unit", "lists", key, "units")
     for key, entry in families.items():
         known(entry.get("messages", ()), messages, "message", "families", key, "messages")
         if "like" in entry:
@@ -270,8 +271,6 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     for key, entry in data["units"].items():
         known(entry["stages"], stages, "stage", "units", key, "stages")
         known([entry["family"]], families, "family", "units", key, "family")
-        if "list" in entry:
-            known([entry["list"]], lists, "list", "units", key, "list")
         keeper = entry.get("keep_alive", "none")
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")

@@ -73,12 +73,20 @@ _OF_ALIASES = {"like": "like", "note": "title", "overlay": "overlay"}
 
 
 def resolve_units(files: Mapping[str, list[Document]]) -> Json:
-    """Return the data about units, with a unit or an alias for every name that a prefix refers to.
+    """Return the data about units, with the ``list`` of each unit, and an alias for every name of a prefix.
 
-    A prefix may define an alias by ``like``, or name a unit that is not described further. A unit replaces an
-    alias of the same name: once an overlay describes it, it is no longer newer than the document.
+    A list names its units. A prefix may define an alias by ``like``, or name a unit that is not described
+    further. A unit replaces an alias of the same name: once an overlay describes it, it is no longer newer
+    than the document.
     """
     units: Json = files["units"][0].data if files.get("units") else {}
+    if "lists" in units:
+        list_of = {unit: key for key, entry in units["lists"].items() for unit in entry["units"]}
+        entries = {
+            name: {**entry, "list": list_of[name]} if name in list_of else entry
+            for name, entry in units["units"].items()
+        }
+        units = {**units, "units": entries}
     if not units.keys() & {"aliases", "known_prefixes"}:
         return units
     described = units["units"]

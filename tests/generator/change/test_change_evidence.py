@@ -172,11 +172,11 @@ def test_a_change_is_accepted_only_with_evidence(
             "counts_per_mm 20001; no new or changed erratum, page, witness or example for it",
         ]),
         ("channels", "good_spec", [
-            "tiny/units.yaml:25:50: SW050 unit TP9 channels: unit-channels, 1 -> 2; "
+            "tiny/units.yaml:23:50: SW050 unit TP9 channels: unit-channels, 1 -> 2; "
             "no new or changed erratum, page, witness or example for it",
         ]),
-        ("devices", "good_spec", [
-            "tiny/protocol.yaml:25:3: SW050 devices: framing, 0x11, 0x21, 0x50 -> 0x11, 0x21, 0x22, 0x50; "
+        ("longest packet", "good_spec", [
+            "tiny/protocol.yaml:23:3: SW050 maximum_length: framing, 0xFF -> 0x80; "
             "no new or changed erratum, page, witness or example for it",
         ]),
         ("message removed", "good_spec", [

@@ -547,7 +547,7 @@ LISTS: dict[str, tuple[list[str], Found]] = {
 @pytest.mark.parametrize("case", LISTS)
 def test_lists_are_compared(protocol: Protocol, tmp_path: Path, case: str) -> None:
     rows, wanted = LISTS[case]
-    head = "lists: {TP1: {title: x, page: 9, rows: ["
+    head = "lists: {TP1: {title: Of the TP1, page: 9, rows: ["
     comparison = compare(
         protocol, tmp_path, listing("lists", PREFIXES, head, *(f"  {row}," for row in rows), "]}}")
     )
@@ -560,7 +560,7 @@ def test_unknown_lists_and_other_pages_are_reported(protocol: Protocol, tmp_path
     text = listing(
         "lists",
         PREFIXES,
-        f"lists: {{TP1: {{title: x, page: 8, rows: [{GOOD}, {MOVED}, {ALIVE},",
+        f"lists: {{TP1: {{title: Of the TP1, page: 8, rows: [{GOOD}, {MOVED}, {ALIVE},",
         f"    {row('NONSENSE', '')}]}},",
         "  TP7: {title: Of the TP7, page: 9, rows: []}}",
     )
@@ -572,9 +572,26 @@ def test_unknown_lists_and_other_pages_are_reported(protocol: Protocol, tmp_path
     assert [(place.line, name) for place, name in comparison.unknown] == [(4, "NONSENSE")]
 
 
+@pytest.mark.parametrize(
+    ("title", "units"),
+    [
+        ("Messages of TPx Series", "['TP1', 'TP2', 'TP9']"),  # a digit for x
+        ("Messages of TP1 and TP2", "['TP1', 'TP2']"),
+        ("Messages of TP10", "[]"),
+    ],
+)
+def test_the_units_of_a_list_are_those_that_its_heading_names(
+    protocol: Protocol, tmp_path: Path, title: str, units: str
+) -> None:
+    rows = f"rows: [{GOOD}, {MOVED}, {ALIVE}]"
+    text = listing("lists", PREFIXES, f"lists: {{TP1: {{title: {title}, page: 9, {rows}}}}}")
+    wanted = {"lists/TP1/units": (3, units, "['TP1']")}
+    assert found(compare(protocol, tmp_path, text)) == ECHO | wanted
+
+
 def test_a_list_without_additions_matches(protocol: Protocol, tmp_path: Path) -> None:
-    lists = {"TP1": {"page": 9, "messages": ["POS_MOVE"]}}
-    bare = replace(protocol, units={"lists": lists})
+    lists = {"TP1": {"page": 9, "units": [], "messages": ["POS_MOVE"]}}
+    bare = replace(protocol, units={"lists": lists, "units": {}})
     text = listing("lists", f"lists: {{TP1: {{title: x, page: 9, rows: [{GOOD}]}}}}")
     assert found(compare(bare, tmp_path, text)) == {}
 
@@ -582,8 +599,10 @@ def test_a_list_without_additions_matches(protocol: Protocol, tmp_path: Path) ->
 def test_a_recorded_misprint_that_is_not_printed_is_reported(
     protocol: Protocol, tmp_path: Path
 ) -> None:
-    lists = {"TP1": {"page": 9, "messages": ["POS_MOVE"], "misprinted": {"POS_MOVE": "x"}}}
-    bare = replace(protocol, units={"lists": lists})
+    lists = {
+        "TP1": {"page": 9, "units": [], "messages": ["POS_MOVE"], "misprinted": {"POS_MOVE": "x"}}
+    }
+    bare = replace(protocol, units={"lists": lists, "units": {}})
     text = listing("lists", "lists: {TP1: {title: x, page: 9, rows: [", f"  {GOOD}]}}}}")
     assert found(compare(bare, tmp_path, text)) == {
         "lists/TP1/POS_MOVE/misprinted": (2, "POS_MOVE", "as printed")
@@ -624,6 +643,10 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
         },
     ),
     "prefixes": ("usb_prefixes: [[x, 71xxx, x, TP1], [x, 72xxx, x, TP2]]", {}),
+    "a prefix of another unit": (
+        "usb_prefixes: [[x, 71xxx, x, TP9],\n[x, 72xxx, x, TP2]]",
+        {"prefixes/71/TP9": (3, "False", "True"), "prefixes/71/TP1": (3, "TP9", "TP1")},
+    ),
     "other prefixes": (
         "usb_prefixes: [[x, 71xxx, x, TP1/TP2],\n[x, 79xxx, x, TP8]]",
         {
@@ -637,7 +660,7 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
         {"prefixes/line-7": (3, "none", "two leading digits")},
     ),
     "addresses": (
-        'addresses: [[x, "0x01", x], [x, "0x11", x], [x, "0x21", x], [x, "0x50", x]]',
+        'addresses: [[x, "0x01", x], [x, "0x11", x], [x, "0x21", x], [x, "0x22", x], [x, "0x50", x]]',
         {},
     ),
     "other addresses": (
@@ -647,6 +670,7 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
             "addresses/0x77": (5, "False", "True"),
             "addresses/0x11/missing": (3, "nothing", "0x11"),
             "addresses/0x21/missing": (3, "nothing", "0x21"),
+            "addresses/0x22/missing": (3, "nothing", "0x22"),
             "addresses/0x50/missing": (3, "nothing", "0x50"),
         },
     ),

@@ -58,6 +58,10 @@ def stretched(spec: Path, words: str) -> None:
                 }
             },
         }
+    described = load(tiny / "units.yaml")
+    for name in ("TP1", "TP2"):
+        described["units"][name]["stages"] = list(stages["stages"])
+    save(tiny / "units.yaml", described)
     stages["controllers"]["TP9"]["units"] += [f"TP{n}" for n in range(100, 120)]
     stages["stages"]["Many"] = {"title": "x", "page": 3, "controllers": {}}
     for n in range(1, 40):
@@ -138,7 +142,10 @@ def many_fields(spec: Path) -> None:
     save(spec / "tiny" / "messages" / "more.yaml", chapter)
     save(spec / "tiny" / "printed" / "more.yaml", {"chapter": "more", "messages": printed})
     head = load(spec / "tiny" / "protocol.yaml")
-    head["framing"]["devices"] = list(range(0x11, 0x60))
+    head["framing"]["devices"] = list(range(0x11, 0x51))
+    units = load(spec / "tiny" / "units.yaml")
+    units["addresses"]["bays"] |= {"first": 0x12, "last": 0x4F, "count": 0x3E}
+    save(spec / "tiny" / "units.yaml", units)
     head["contexts"] |= contexts
     save(spec / "tiny" / "protocol.yaml", head)
 

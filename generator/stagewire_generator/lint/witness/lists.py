@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.model import Json
@@ -73,6 +73,8 @@ def compare_lists(comparison: Comparison) -> None:
 def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
     seen: set[str] = set()
     comparison.same(f"lists/{key}/page", ("lists", key), printed["page"], entry["page"])
+    titled = _units_in(printed["title"], comparison.protocol.units["units"])
+    comparison.same(f"lists/{key}/units", ("lists", key), titled, sorted(entry["units"]))
     rows = [
         (path, row, comparison.canonical(row["name"], path))
         for path, row in _rows_of_list(comparison, key, printed)
@@ -106,6 +108,12 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
     for name in entry.get("misprinted", {}):
         if f"lists/{key}/{name}/name" not in comparison.differences:
             comparison.differs(f"lists/{key}/{name}/misprinted", ("lists", key), name, "as printed")
+
+
+def _units_in(title: str, units: Iterable[str]) -> list[str]:
+    """Return the units that a heading names, by their own names or that of their series, such as BPC20x."""
+    patterns = [re.escape(word).replace("x", "[0-9]") for word in title.split()]
+    return sorted(name for name in units if any(re.fullmatch(p, name) for p in patterns))
 
 
 def _rows_of_list(
@@ -151,6 +159,9 @@ def _prefixes(comparison: Comparison, data: Json) -> None:
         for code in codes.split("/"):
             right = prefix in known.get(code, ())
             comparison.same(f"prefixes/{prefix}/{code}", path, right, True)
+        for name in sorted(known.keys() - {*codes.split("/")}):
+            if prefix in known[name]:
+                comparison.differs(f"prefixes/{prefix}/{name}", path, codes, name)
     for prefix in sorted(set().union(*known.values()) - printed):
         comparison.differs(f"prefixes/{prefix}/missing", ("usb_prefixes",), "nothing", prefix)
 

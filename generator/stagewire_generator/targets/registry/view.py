@@ -176,7 +176,7 @@ def _registry_json(protocol: Protocol) -> Json:
         },
         "stages": [_stage(stage) for stage in sorted(protocol.stages, key=lambda s: s.name)],
         "units": [
-            {"name": name, **entry, "messages": _unit_messages(units, entry)}
+            {"name": name, **entry, "messages": sorted(protocol.messages_of(entry))}
             for name, entry in sorted(units.get("units", {}).items())
         ],
         **{key: units[key] for key in _TABLES_OF_UNITS if key in units},
@@ -236,18 +236,6 @@ def _from(thing: _Registered) -> Json:
 def _open(table: Enumeration | FlagTable) -> Json:
     """Return the reason why a table may be incomplete, or an empty object."""
     return {"open": table.open} if table.open else {}
-
-
-def _unit_messages(units: Json, unit: Json) -> list[str]:
-    """Return the messages of a unit: its printed list, or the list of its family."""
-    key = unit.get("list")
-    if key is None:
-        family = units["families"][unit["family"]]
-        if "messages" in family:
-            return sorted(family["messages"])
-        key = units["units"][family["like"]]["list"]
-    printed = units["lists"][key]
-    return sorted({*printed["messages"], *printed.get("completes", ())})
 
 
 def _value(value: EnumValue) -> Json:

@@ -173,7 +173,7 @@ def parts_of(plan: Plan) -> Parts:
     """Return the parts that the units of a protocol need, and the units with their classes."""
     protocol = plan.protocol
     entries = dict(sorted(protocol.units.get("units", {}).items()))
-    messages = {name: _messages(protocol, entry) for name, entry in entries.items()}
+    messages = {name: protocol.messages_of(entry) for name, entry in entries.items()}
     groups = [tuple(calls) for _, calls in groupby(plan.calls, key=lambda c: c.message.name)]
     needed = [
         (calls, verbs)
@@ -188,19 +188,6 @@ def parts_of(plan: Plan) -> Parts:
         for name, entry in entries.items()
     )
     return Parts(parts, units, _method_names([c.parts for unit in units for c in unit.classes]))
-
-
-def _messages(protocol: Protocol, entry: Json) -> frozenset[str]:
-    """Return the messages of a unit: its printed list, or the list of its family."""
-    units = protocol.units
-    key = entry.get("list")
-    if key is None:
-        family = units["families"][entry["family"]]
-        if "messages" in family:
-            return frozenset(family["messages"])
-        key = units["units"][family["like"]]["list"]
-    printed = units["lists"][key]
-    return frozenset({*printed["messages"], *printed.get("completes", ())})
 
 
 def _verbs(call: Call, known: frozenset[str]) -> tuple[str, ...]:

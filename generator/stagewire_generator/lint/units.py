@@ -1,0 +1,234 @@
+"""Check that the facts about units agree: messages, status, addresses, bays, stages and serial numbers.
+
+All names are known here: ``lint/names.py`` reports those that are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.model import Factor, Json, Message, Protocol
+from stagewire_generator.strict_yaml import Document
+
+
+def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
+    """Check the units of a protocol.
+
+    :param document: the file of the units, for the positions of errors.
+    """
+    rules = _Rules(protocol, document, diagnostics)
+    rules.lists()
+    rules.messages()
+    rules.statuses()
+    if "addresses" in protocol.units and "devices" in protocol.framing:
+        rules.addresses()
+    rules.stages()
+    rules.groups()
+    rules.prefixes()
+
+
+class _Rules:
+    """The rules, each a method."""
+
+    def __init__(self, protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
+        self.protocol = protocol
+        self.document = document
+        self.diagnostics = diagnostics
+        self.units: Json = protocol.units["units"]
+        self.families: Json = protocol.units["families"]
+        self.of_name = {message.name: message for message in protocol.messages}
+
+    def refuse(self, code: str, path: tuple[str | int, ...], what: str, hint: str = "") -> None:
+        """Report an error at a position in the file of the units."""
+        where = ".".join(str(part) for part in path if isinstance(part, str))
+        self.diagnostics.add(self.document.place(*path), code, f"{where}: {what}", hint)
+
+    def lists(self) -> None:
+        """Check that a unit is in one list, and that a family is like one of its own units."""
+        seen: dict[str, str] = {}
+        for key, entry in self.protocol.units.get("lists", {}).items():
+            for index, name in enumerate(entry["units"]):
+                if name in seen:
+                    what = f"{name} is also in the list {seen[name]}"
+                    self.refuse("SW083", ("lists", key, "units", index), what)
+                seen[name] = key
+        for key, entry in self.families.items():
+            other = entry.get("like")
+            if other and self.units[other]["family"] != key:
+                what = f"{other} belongs to the family {self.units[other]['family']}"
+                hint = f"name a unit of {key}, or correct the family of {other}"
+                self.refuse("SW083", ("families", key, "like"), what, hint)
+
+    def messages(self) -> None:
+        """Check that each list is complete: no request without reply, no motion without a stop."""
+        for section in ("lists", "families"):
+            for key, entry in self.protocol.units.get(section, {}).items():
+                names = {*entry.get("messages", ()), *entry.get("completes", ())}
+                for name in sorted(names):
+                    for what, missing in self._missing(self.of_name[name], names):
+                        hint = f"add {missing}, or remove {name}"
+                        if section == "lists":
+                            hint = f"add {missing}, under `completes` if the list does not print it"
+                        self.refuse("SW080", (section, key, "messages"), what, hint)
+
+    def _missing(self, message: Message, names: set[str]) -> Iterator[tuple[str, str]]:
+        """Yield each message that a list lacks although it has another, with the reason."""
+        for reply in self._replies(message):
+            if reply not in names:
+                yield f"{message.name} is listed, but its reply {reply} is not", reply
+        requests = [m.name for m in self.protocol.messages if message.name in self._replies(m)]
+        if requests and not names & {*requests} and not message.exchange.get("unsolicited"):
+            what = f"{message.name} is listed, but no request that it answers"
+            yield what, " or ".join(requests)
+        halts = message.exchange.get("halted_by", [])
+        if halts and not names & {*halts}:
+            yield f"{message.name} is listed, but no message that halts it", " or ".join(halts)
+
+    def _replies(self, message: Message) -> list[str]:
+        exchange = message.exchange
+        replies = [*exchange.get("answered_by", ()), *exchange.get("announces", ())]
+        if message.set and message.set[1] == "req":
+            members = next(s.members for s in self.protocol.sets if s.name == message.set[0])
+            replies += [members["get"]] if "get" in members else []
+        return replies
+
+    def statuses(self) -> None:
+        """Check the status and the keep-alive message of each unit against its messages."""
+        any_status = any("reports_status" in m.exchange for m in self.protocol.messages)
+        for name, unit in self.units.items():
+            messages = [self.of_name[m] for m in sorted(self.protocol.messages_of(unit))]
+            reported = {
+                m.exchange["reports_status"]: m for m in messages if "reports_status" in m.exchange
+            }
+            if any_status and "status" in unit and reported.keys() != {unit["status"]}:
+                shown = " and ".join(f"{s} ({m.name})" for s, m in sorted(reported.items()))
+                what = f"the status is {unit['status']}, but its messages report {shown or 'none'}"
+                self.refuse("SW081", ("units", name, "status"), what)
+            keepers = {m.name for m in messages if m.exchange.get("keeps_alive")}
+            keeper = unit.get("keep_alive")
+            if keeper and keeper not in (keepers or {"none"}):
+                found = " and ".join(sorted(keepers)) or "none"
+                what = f"{keeper}, but its keep-alive message is {found}"
+                hint = "correct `keep_alive`, or the list or family of the unit"
+                self.refuse("SW081", ("units", name, "keep_alive"), what, hint)
+
+    def addresses(self) -> None:
+        """Check that addresses and bays are those of the framing, and the counts of bays."""
+        known = self.protocol.units["addresses"]
+        framing = self.protocol.framing
+        host, bays = known["host"]["value"], known["bays"]
+        if host != framing["host"]:
+            what = f"{host:#04x} is not the host of the framing, {framing['host']:#04x}"
+            self.refuse("SW082", ("addresses", "host", "value"), what)
+        named: dict[tuple[str | int, ...], int] = {
+            ("addresses", owner, "value"): known[owner]["value"]
+            for owner in ("motherboard", "generic_usb")
+        }
+        named |= {("addresses", "bays", end): bays[end] for end in ("first", "last")}
+        for family, entry in self.families.items():
+            for index, address in enumerate(entry.get("also_at", {}).get("addresses", ())):
+                at = ("families", family, "also_at", "addresses", index)
+                named[at] = address
+                if address == known["generic_usb"]["value"]:
+                    what = f"{address:#04x} is already the address of a unit with its own USB node"
+                    self.refuse("SW082", at, what, "remove it, or correct it")
+        for path, address in named.items():
+            if address not in framing["devices"]:
+                what = f"{address:#04x} is not one of the `devices` of the framing"
+                self.refuse("SW082", path, what)
+        in_bays = range(bays["first"], bays["last"] + 1)
+        for address in {*framing["devices"]} - {*named.values(), *in_bays}:
+            what = f"{address:#04x} is one of the `devices` of the framing, but not an address here"
+            self.refuse("SW082", ("addresses",), what)
+        if bays["count"] != len(in_bays):
+            what = f"{bays['first']:#04x} to {bays['last']:#04x} are {len(in_bays)} addresses"
+            self.refuse("SW082", ("addresses", "bays", "count"), f"{bays['count']}, but {what}")
+        for name, unit in self.units.items():
+            if unit.get("bays", 0) > bays["count"]:
+                what = f"{unit['bays']}, but `addresses` has {bays['count']} bays"
+                self.refuse("SW082", ("units", name, "bays"), what)
+
+    def stages(self) -> None:
+        """Check that a unit lists exactly the stages with scales on it, and that these can be moved."""
+        for name, unit in self.units.items():
+            groups = [c.name for c in self.protocol.controllers if name in c.units]
+            scales = {
+                s.name: s.scales[g] for s in self.protocol.stages for g in groups if g in s.scales
+            }
+            found = {s for s in scales if any(isinstance(f, Factor) for f in scales[s].values())}
+            path = ("units", name, "stages")
+            for index, stage in enumerate(unit["stages"]):
+                if stage not in found:
+                    what = f"{stage} has no scale on {name}"
+                    hint = (
+                        f"remove it, or add {name} to a group under `controllers` in stages.yaml "
+                        f"on which {stage} has scales"
+                    )
+                    self.refuse("SW084", (*path, index), what, hint)
+            for stage in sorted(found - {*unit["stages"]}):
+                what = f"{stage} is not listed, but has scales on {name} in stages.yaml"
+                hint = f"add it, or remove {name} from the group {' or '.join(groups)}"
+                self.refuse("SW084", path, what, hint)
+
+    def _moved(self, unit: Json) -> set[str]:
+        """Return the quantities of the targets of a unit that have a scale for each stage."""
+        return {
+            field.quantity.name
+            for name in self.protocol.messages_of(unit)
+            for layout in self.of_name[name].layouts
+            for field in layout.all_fields
+            if field.target and field.quantity and field.quantity.rule.get("by") == "stage"
+        }
+
+    def groups(self) -> None:
+        """Check that the units of a group report the same status, and have the scales by which they move."""
+        aliases = self.protocol.units.get("aliases", {})
+        for group in self.protocol.controllers:
+            like = {name: aliases.get(name, {}).get("like", name) for name in group.members}
+            units = {name: self.units[like[name]] for name in like if like[name] in self.units}
+            seen: dict[str, str] = {}
+            for name, unit in units.items():
+                if "status" in unit:
+                    seen.setdefault(unit["status"], name)
+            if len(seen) > 1:
+                shown = " and ".join(f"{name} {status}" for status, name in seen.items())
+                what = f"controllers.{group.name}: its units report different statuses: {shown}"
+                self.diagnostics.add(
+                    group.place, "SW084", what, "move one of them to another group"
+                )
+            moved = set().union(*map(self._moved, units.values()))
+            for stage in self.protocol.stages:
+                for quantity in sorted(moved - {*stage.scales.get(group.name, moved)}):
+                    what = f"stages.{stage.name}: no scale of {quantity} on {group.name}"
+                    hint = (
+                        "add it: units of this group move by it. Or write `unknown` with the reason"
+                    )
+                    self.diagnostics.add(stage.place, "SW084", what, hint)
+
+    def prefixes(self) -> None:
+        """Check that units with the same prefix are alike, and that a unit has one prefix."""
+        printed: dict[str, str] = {}  # prefix -> the first unit that has it
+        owned: dict[str, str] = {}  # unit -> its prefix
+        for name, unit in self.units.items():
+            for key in ("usb_prefix", "card_usb_prefix"):
+                if key not in unit:
+                    continue
+                prefix = str(unit[key])
+                owned[name] = str(unit["usb_prefix"]) if "usb_prefix" in unit else prefix
+                other = printed.setdefault(prefix, name)
+                if self.units[other]["family"] != unit["family"]:
+                    what = f"{prefix} is the prefix of {other}, which is of another family"
+                    self.refuse("SW083", ("units", name, key), what)
+        aliases = self.protocol.units.get("aliases", {})
+        for prefix, entry in self.protocol.units.get("known_prefixes", {}).items():
+            path = ("known_prefixes", prefix, "unit")
+            for name in (entry["unit"], *entry.get("shared_with", ())):
+                if name in owned:
+                    hint = f"keep one prefix for {name}"
+                    self.refuse("SW083", path, f"{name} has the prefix {owned[name]}", hint)
+                owned[name] = prefix
+                like = aliases.get(name, {}).get("like", name)
+                if prefix in printed and self.units.get(like) != self.units[printed[prefix]]:
+                    what = f"{prefix} is the prefix of {printed[prefix]}, and {name} is not like it"
+                    self.refuse("SW083", path, what)
