@@ -240,9 +240,10 @@ GROUPS: tuple[Group, ...] = (
             ),
             "SW043": Code(
                 "a message that is not in the witness",
-                "A message was added to the registry and not to `printed/`, or has another name there.",
-                "transcribe what the document prints; without a printed document, write `witness: false` "
-                "in protocol.yaml",
+                "A message was added to the registry and not to `printed/`, or has another name there. Or "
+                "the document does not describe it, and it is known from another source.",
+                "transcribe what the document prints; add a message of a later issue in an overlay "
+                "(docs/how-to/overlays.md)",
             ),
             "SW044": Code(
                 "a message of the witness that is not in the registry",

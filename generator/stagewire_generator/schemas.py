@@ -62,6 +62,8 @@ def schema_folder() -> Path:
 
 HERE = "x-here"
 """Key for a description that was next to a reference, which states the purpose of the key."""
+HINT = "x-hint"
+"""Key for what to do if a required key is missing."""
 
 _LONGEST = 160  # characters of a quotation from the file, and of a location
 _FORMS = {
@@ -99,7 +101,9 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
     if error.validator == "not":
         what = "not allowed here"
     elif error.validator == "required":
-        what, described = _missing(error, schema, described)
+        what, described, hint = _missing(error, schema, described)
+    elif error.validator == "oneOf" and not error.context:  # more than one alternative matches
+        what, described = "", schema["oneOf"][0].get("description", "")
     elif error.validator == "dependentRequired":
         key, what, hint = _incomplete(error)
         described = ""
@@ -121,13 +125,14 @@ def explained(error: jsonschema.ValidationError) -> tuple[Sequence[str], str, st
     return key, f"{what} ({described})" if what and described else what or described, hint
 
 
-def _missing(error: Any, schema: Any, described: str) -> tuple[str, str]:
-    """Return the message about a missing key, and the description of the key."""
+def _missing(error: Any, schema: Any, described: str) -> tuple[str, str, str]:
+    """Return the message about a missing key, the description of the key, and a hint."""
     if error.parent is not None and "properties" not in schema and described:
-        return "", described  # the description names the alternatives
+        return "", described, ""  # the description names the alternatives
     key = next(key for key in error.validator_value if error.message.startswith(f"{key!r} "))
     missing = schema.get("properties", {}).get(key, {})
-    return f"{key} is missing", missing.get(HERE) or missing.get("description", described)
+    described = missing.get(HERE) or missing.get("description", described)
+    return f"{key} is missing", described, missing.get(HINT, "")
 
 
 def _incomplete(error: Any) -> tuple[list[str], str, str]:
@@ -198,6 +203,8 @@ def fits_schema(
     valid = True
     for error in islice(_explainer(kind, part).iter_errors(document.data), MOST_OF_A_FILE):
         valid = False
+        if error.validator == "oneOf" and not isinstance(error.instance, dict):
+            continue  # the type is wrong, which is another error
         error = nearest(error)
         key, what, hint = explained(error)
         place = document.place(*error.absolute_path, *key)

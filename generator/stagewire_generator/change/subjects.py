@@ -132,8 +132,11 @@ def place_of(change: Change, protocol: Protocol, files: Files) -> Place:
         return found
     if "overlay" in files:
         return files["overlay"][0].place("overlay")
-    section = "framing" if change.kind == "framing" else "protocol"
-    return files["protocol"][0].place(section, change.where.get("attribute", ""))
+    head, attribute = files["protocol"][0], change.where.get("attribute", "")
+    if change.kind != "framing":
+        return head.place("protocol")
+    paths = [path for path in head.places if path[0] == "framing" and path[-1] == attribute]
+    return head.place(*paths[0]) if len(paths) == 1 else head.place("framing")
 
 
 def find_place(change: Change, protocol: Protocol, files: Files) -> Place | None:
@@ -152,10 +155,11 @@ def _place(change: Change, protocol: Protocol, files: Files) -> Place | None:
     if noun == "message":
         message = next((m for m in protocol.messages if m.name == name), None)
         return _in_message(change, message) if message else None
-    if noun in _IN_UNITS:
-        path = (_IN_UNITS[noun], name)
-        units = next((u for u in files.get("units", ()) if path in u.places), None)
-        return units.place(*path, change.where.get("attribute", "")) if units else None
+    if noun in _IN_UNITS or noun == "setting":
+        kind = "quantities" if noun == "setting" else "units"
+        path = (_IN_UNITS.get(noun, "settings"), name)
+        file = next((file for file in files.get(kind, ()) if path in file.places), None)
+        return file.place(*path, change.where.get("attribute", "")) if file else None
     things: dict[str, Sequence[_Placed]] = {
         "enumeration": protocol.enumerations,
         "flags": protocol.flags,

@@ -14,6 +14,8 @@ from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Erratum, Protocol, errata_of
 from stagewire_generator.strict_yaml import Document
 
+_NOT_PRINTED = "transcribe the document; if there is none, write `witness: false` in protocol.yaml"
+
 
 def check_errata(
     protocol: Protocol,
@@ -76,7 +78,8 @@ def check_errata(
         diagnostics.add(at, "SW038", part, hint)
     for message in protocol.messages if witness else ():
         if message.overlay == overlay and message.name not in comparison.witnessed:
-            diagnostics.add(message.place, "SW043", f"{message.name} does not occur in printed/")
+            what = f"{message.name} does not occur in printed/"
+            diagnostics.add(message.place, "SW043", what, "" if printed else _NOT_PRINTED)
     return comparison
 
 

@@ -78,7 +78,8 @@ class _Rules:
             if reply not in names:
                 yield f"{message.name} is listed, but its reply {reply} is not", reply
         requests = [m.name for m in self.protocol.messages if message.name in self._replies(m)]
-        if requests and not names & {*requests} and not message.exchange.get("unsolicited"):
+        causes = {name for name in names if message.name in self._caused(self.of_name[name])}
+        if requests and not causes and not message.exchange.get("unsolicited"):
             what = f"{message.name} is listed, but no request that it answers"
             yield what, " or ".join(requests)
         halts = message.exchange.get("halted_by", [])
@@ -92,6 +93,10 @@ class _Rules:
             members = next(s.members for s in self.protocol.sets if s.name == message.set[0])
             replies += [members["get"]] if "get" in members else []
         return replies
+
+    def _caused(self, message: Message) -> list[str]:
+        ends = (message.exchange.get(key, ()) for key in ("completes_with", "stops_with", "starts"))
+        return [*self._replies(message), *(name for names in ends for name in names)]
 
     def statuses(self) -> None:
         """Check the status and the keep-alive message of each unit against its messages."""

@@ -93,6 +93,12 @@ class Tables:
         count = int(match[2]) if match[2] else None
         if count is None:
             return Format(text, entry["size"], entry["signed"], "integer")
+        if entry["size"] > 1:
+            what = f"the format {text} is not supported: only formats of one byte can be repeated"
+            size = count * entry["size"]
+            hint = f"write {count} fields of the format {match[1]}, or one of {size} raw bytes"
+            self.diagnostics.add(place, "SW033", what, hint)
+            return None
         kind = "text" if match[1] == "char" else "bytes"
         return Format(text, count * entry["size"], False, kind)
 

@@ -179,6 +179,18 @@ def test_a_change_is_accepted_only_with_evidence(
             "tiny/protocol.yaml:23:3: SW050 maximum_length: framing, 0xFF -> 0x80; "
             "no new or changed erratum, page, witness or example for it",
         ]),
+        ("polynomial", "good_packets", [
+            "carousel/protocol.yaml:36:5: SW050 polynomial: framing, 0x1021 -> 0x8005; "
+            "no new or changed erratum, page, witness or example for it",
+        ]),
+        ("field of a setting", "good_spec", [
+            "tiny/quantities.yaml:3:3: SW050 setting pace POS_VELPARAMS CHANNEL_1: setting, "
+            "nothing -> CHANNEL_1; no new or changed erratum, page, witness or example for it",
+            "tiny/quantities.yaml:3:3: SW050 setting pace POS_VELPARAMS field: setting, "
+            "wait -> chan_ident; no new or changed erratum, page, witness or example for it",
+            "tiny/quantities.yaml:4:5: SW050 setting pace unit: setting, us -> ms; "
+            "no new or changed erratum, page, witness or example for it",
+        ]),
         ("message removed", "good_spec", [
             "tiny/protocol.yaml:2:1: SW051 LAMP: message-removed, LAMP -> nothing; "
             "no new erratum names LAMP in its subject",

@@ -20,6 +20,16 @@ from stagewire_generator.diagnostics import SpecError
         ("messages/parts.yaml", "enum: filter", "enum: colour", "correct the spelling, or define the name"),
         ("quantities.yaml", "um_per_count", "mm_per_count",
          "write counts_per_um or um_per_count, or correct the unit"),
+        ("protocol.yaml", "  start: [0xAA, 0x55]\n", "",
+         "if packets have no start bytes, as frames of a fixed size often have none, Stagewire cannot "
+         "describe them yet: do not invent any; see `Supported packet structures` in "
+         "docs/tutorials/your-own-protocol.md"),
+        ("protocol.yaml", "  length: {format: u8, counts: [address, id, payload]}\n", "",
+         "if packets have no length, as frames of a fixed size often have none, Stagewire cannot "
+         "describe them yet: do not invent one; see `Supported packet structures` in "
+         "docs/tutorials/your-own-protocol.md"),
+        ("protocol.yaml", "witness: false\n", "",
+         "transcribe the document; if there is none, write `witness: false` in protocol.yaml"),
     ],
 )  # fmt: skip
 def test_hint(packets_spec: Path, file: str, old: str, new: str, hint: str) -> None:
@@ -30,6 +40,19 @@ def test_hint(packets_spec: Path, file: str, old: str, new: str, hint: str) -> N
     with pytest.raises(SpecError) as caught:
         check(packets_spec)
     assert hint in [diagnostic.cure for diagnostic in caught.value.diagnostics]
+
+
+def test_a_message_that_a_transcription_lacks_belongs_in_an_overlay(spec: Path) -> None:
+    path = spec / "tiny" / "printed" / "extra.yaml"
+    text = path.read_text(encoding="utf-8")
+    entry = '  LAMP:\n    heading: {page: 7, line: 60, id: "0x0201"}\n'
+    assert entry in text
+    path.write_text(text.replace(entry, ""), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    [cure] = {d.cure for d in caught.value.diagnostics if d.code == "SW043"}
+    assert "in an overlay (docs/how-to/overlays.md)" in cure
+    assert "witness: false" not in cure
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ _NOT_COVERED = ("check", "end")
 _WORDS = ("polynomial", "initial", "final")
 _LONGEST = 4  # bytes of a length, an address or an id
 _SEE = "correct `order`, or the other keys of `framing`"
+_STUFFED = {b"\xff\xff\xfd": "Dynamixel 2.0"}
+"""First bytes of packets whose payload is sent with byte stuffing."""
 
 
 def check_packets(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
@@ -25,6 +27,7 @@ def check_packets(protocol: Protocol, head: Document, diagnostics: Diagnostics) 
     rules = _Rules(protocol, head, diagnostics)
     rules.order()
     rules.references()
+    rules.stuffing()
     if rules.numbers():
         rules.length()
         rules.check()
@@ -85,6 +88,19 @@ class _Rules:
         for part in _NOT_COVERED:
             if part in covers:
                 self.refuse(f"the check cannot cover {part}", "check", "covers")
+
+    def stuffing(self) -> None:
+        """Refuse packets of known protocols that insert bytes into the payload."""
+        start = bytes(self.framing["start"])
+        for marks, name in _STUFFED.items():
+            if start.startswith(marks):
+                what = f"packets that begin with {marks.hex(' ').upper()} are those of {name}"
+                what = f"{what}, which inserts bytes into the payload (byte stuffing)"
+                hint = (
+                    "Stagewire sends payloads as they are and cannot describe this protocol yet; see "
+                    "`Supported packet structures` in docs/tutorials/your-own-protocol.md"
+                )
+                self.refuse(what, "start", hint=hint)
 
     def _parts(self, named: list[str], part: str, key: str) -> None:
         for other in named:
