@@ -231,11 +231,11 @@ def blocks(spec: Spec, names: list[str]) -> None:
 
 def formats(spec: Spec, names: list[str]) -> None:
     new = [name for name in names if name not in spec.files["tiny/protocol.yaml"]["formats"]]
-    format = {"size": 2, "signed": True}
+    format = {"size": 1, "signed": True}
     spec.files["tiny/protocol.yaml"]["formats"] |= dict.fromkeys(new, format)
     for number, name in enumerate(new):
         data = {"x": {"format": name}, "y": {"format": f"{name}[1]"}}
-        spec.message(f"W{number}", data=spec.data(data, 2))
+        spec.message(f"W{number}", data=spec.data(data, 1))
 
 
 def quantities(spec: Spec, names: list[str]) -> None:
@@ -248,6 +248,8 @@ def quantities(spec: Spec, names: list[str]) -> None:
 def stages(spec: Spec, names: list[str]) -> None:
     known = spec.files["tiny/stages.yaml"]["stages"]
     known |= dict.fromkeys(names, known["Slide"])
+    for unit in spec.files["tiny/units.yaml"]["units"].values():
+        unit["stages"] = list(known)
 
 
 def controllers(spec: Spec, names: list[str]) -> None:
@@ -261,7 +263,7 @@ def controllers(spec: Spec, names: list[str]) -> None:
 
 def units(spec: Spec, names: list[str]) -> None:
     known = spec.files["tiny/units.yaml"]["units"]
-    known |= {name: {k: v for k, v in known["TP9"].items() if k != "list"} for name in names}
+    known |= {name: {**known["TP9"], "stages": []} for name in names}
 
 
 def families(spec: Spec, names: list[str]) -> None:
@@ -270,8 +272,10 @@ def families(spec: Spec, names: list[str]) -> None:
 
 
 def lists(spec: Spec, names: list[str]) -> None:
-    known = spec.files["tiny/units.yaml"]["lists"]
-    known |= dict.fromkeys(names, known["TP1"])
+    data = spec.files["tiny/units.yaml"]
+    for number, name in enumerate(names):
+        data["units"][f"L{number}"] = {**data["units"]["TP9"], "stages": []}
+        data["lists"][name] = {**data["lists"]["TP1"], "units": [f"L{number}"]}
 
 
 # Names in a command protocol

@@ -100,13 +100,13 @@ class _Rules:
 
     def statuses(self) -> None:
         """Check the status and the keep-alive message of each unit against its messages."""
-        any_status = any("reports_status" in m.exchange for m in self.protocol.messages)
+        known = {message.exchange.get("reports_status") for message in self.protocol.messages}
         for name, unit in self.units.items():
             messages = [self.of_name[m] for m in sorted(self.protocol.messages_of(unit))]
             reported = {
                 m.exchange["reports_status"]: m for m in messages if "reports_status" in m.exchange
             }
-            if any_status and "status" in unit and reported.keys() != {unit["status"]}:
+            if "status" in unit and reported.keys() != known & {unit["status"]}:
                 shown = " and ".join(f"{s} ({m.name})" for s, m in sorted(reported.items()))
                 what = f"the status is {unit['status']}, but its messages report {shown or 'none'}"
                 self.refuse("SW081", ("units", name, "status"), what)

@@ -150,3 +150,15 @@ def test_hint_for_an_unreadable_value(spec: Path, old: str, new: str, hint: str)
     with pytest.raises(SpecError) as caught:
         check(spec)
     assert [d.cure for d in caught.value.diagnostics if d.code in ("SW004", "SW007")] == [hint]
+
+
+def test_a_stage_with_its_own_scales_and_those_of_another_is_refused_plainly(spec: Path) -> None:
+    path = spec / "tiny" / "stages.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(
+        text.replace("    limits:\n", "    like: Other\n    limits:\n"), encoding="utf-8"
+    )
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    [said] = [diagnostic.message for diagnostic in caught.value.diagnostics]
+    assert said == "stages.Slide: a stage has either controllers or like"
