@@ -155,25 +155,32 @@ class _Rules:
                 self.refuse("SW082", ("units", name, "bays"), what)
 
     def stages(self) -> None:
-        """Check that a unit lists exactly the stages with scales on it, and that these can be moved."""
+        """Check that a unit lists the stages with scales on it, and no others.
+
+        A group of controllers may still list a unit under ``aliases``, which need not list their stages.
+        """
         for name, unit in self.units.items():
-            groups = [c.name for c in self.protocol.controllers if name in c.units]
-            scales = {
-                s.name: s.scales[g] for s in self.protocol.stages for g in groups if g in s.scales
-            }
-            found = {s for s in scales if any(isinstance(f, Factor) for f in scales[s].values())}
+            usable: dict[str, str] = {}  # stage -> the group with its scales
+            missing: dict[str, str] = {}
+            for group in self.protocol.controllers:
+                for stage in self.protocol.stages:
+                    scales = stage.scales.get(group.name, {}).values()
+                    if name in group.members and any(isinstance(s, Factor) for s in scales):
+                        usable[stage.name] = group.name
+                        if name in group.units and stage.name not in unit["stages"]:
+                            missing[stage.name] = group.name
             path = ("units", name, "stages")
-            for index, stage in enumerate(unit["stages"]):
-                if stage not in found:
-                    what = f"{stage} has no scale on {name}"
+            for index, listed in enumerate(unit["stages"]):
+                if listed not in usable:
+                    what = f"{listed} has no scale on {name}"
                     hint = (
                         f"remove it, or add {name} to a group under `controllers` in stages.yaml "
-                        f"on which {stage} has scales"
+                        f"on which {listed} has scales"
                     )
                     self.refuse("SW084", (*path, index), what, hint)
-            for stage in sorted(found - {*unit["stages"]}):
-                what = f"{stage} is not listed, but has scales on {name} in stages.yaml"
-                hint = f"add it, or remove {name} from the group {' or '.join(groups)}"
+            for stage_name, group_name in missing.items():
+                what = f"{stage_name} is not listed, but has scales on {name} in stages.yaml"
+                hint = f"add it, or remove {name} from the group {group_name}"
                 self.refuse("SW084", path, what, hint)
 
     def _moved(self, unit: Json) -> set[str]:
@@ -233,7 +240,8 @@ class _Rules:
                     hint = f"keep one prefix for {name}"
                     self.refuse("SW083", path, f"{name} has the prefix {owned[name]}", hint)
                 owned[name] = prefix
-                like = aliases.get(name, {}).get("like", name)
-                if prefix in printed and self.units.get(like) != self.units[printed[prefix]]:
-                    what = f"{prefix} is the prefix of {printed[prefix]}, and {name} is not like it"
+                like = self.units.get(aliases.get(name, {}).get("like", name), {})
+                owner = printed.get(prefix)
+                if owner and like.get("family") != self.units[owner]["family"]:
+                    what = f"{prefix} is the prefix of {owner}, and {name} is not of its family"
                     self.refuse("SW083", path, what)

@@ -152,6 +152,7 @@ def bays_that_disagree() -> Iterator[Edit]:
     for name, unit in UNITS["units"].items():
         if "bays" in unit:
             yield put("units.yaml", "units", name, "bays", value=11)
+            yield put("units.yaml", "units", name, "bays", value=unit["bays"] + 1)
 
 
 def stages_of_another_controller() -> Iterator[Edit]:

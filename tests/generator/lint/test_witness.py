@@ -584,7 +584,10 @@ def test_the_units_of_a_list_are_those_that_its_heading_names(
     protocol: Protocol, tmp_path: Path, title: str, units: str
 ) -> None:
     rows = f"rows: [{GOOD}, {MOVED}, {ALIVE}]"
-    text = listing("lists", PREFIXES, f"lists: {{TP1: {{title: {title}, page: 9, {rows}}}}}")
+    printed = "motor_controllers: [[x, TP2, x], [x, TP9, x]]"
+    text = listing(
+        "lists", PREFIXES, f"lists: {{TP1: {{title: {title}, page: 9, {rows}}}}}", printed
+    )
     wanted = {"lists/TP1/units": (3, units, "['TP1']")}
     assert found(compare(protocol, tmp_path, text)) == ECHO | wanted
 
@@ -634,6 +637,10 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
     "units": (
         "motor_controllers: [[x, TP1, x], [x, TP9, x]]\npiezo_controllers: [[x, TP2, x]]",
         {},
+    ),
+    "channels": (
+        "motor_controllers: [[x, TP1, 1 Channel Rail],\n[x, TP2, 3 Channel Rail]]",
+        {"units/TP2/channels": (4, "3", "2")},
     ),
     "other units": (
         "motor_controllers: [[x, TP1, x],\n[x, TP5, x]]\npiezo_controllers: [[x, TP6, x]]",

@@ -10,6 +10,7 @@ from stagewire_generator.model import Json
 from stagewire_generator.strict_yaml import KeyPath
 
 _PREFIX = re.compile(r"[0-9]{2}")
+_COUNT = re.compile(r"([0-9]+) [Cc]hannel ")
 
 
 def compare_contents(comparison: Comparison) -> None:
@@ -73,7 +74,9 @@ def compare_lists(comparison: Comparison) -> None:
 def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
     seen: set[str] = set()
     comparison.same(f"lists/{key}/page", ("lists", key), printed["page"], entry["page"])
-    titled = _units_in(printed["title"], comparison.protocol.units["units"])
+    tables = _printed_units(comparison.document.data)
+    units = {*entry["units"], *(name for _, name, _ in tables)}
+    titled = _units_in(printed["title"], units)
     comparison.same(f"lists/{key}/units", ("lists", key), titled, sorted(entry["units"]))
     rows = [
         (path, row, comparison.canonical(row["name"], path))
@@ -134,11 +137,22 @@ def _rows_of_list(
 
 def _units(comparison: Comparison, data: Json) -> None:
     units = comparison.protocol.units.get("units", {})
+    for path, name, says in _printed_units(data):
+        if name not in units:
+            comparison.differs(f"units/{name}", path, name, "no such unit")
+            continue
+        comparison.compared += 1
+        count = _COUNT.match(says)
+        if count:
+            channels = units[name].get("channels", 1) * units[name].get("bays", 1)
+            comparison.same(f"units/{name}/channels", path, count[1], str(channels))
+
+
+def _printed_units(data: Json) -> Iterator[tuple[KeyPath, str, str]]:
+    """Yield the row, the name and the description of each printed unit."""
     for kind in ("motor_controllers", "piezo_controllers"):
-        for index, (_, name, _) in enumerate(data.get(kind, [])):
-            comparison.compared += 1
-            if name not in units:
-                comparison.differs(f"units/{name}", (kind, index), name, "no such unit")
+        for index, (_, name, says) in enumerate(data.get(kind, [])):
+            yield (kind, index), name, says
 
 
 def _prefixes(comparison: Comparison, data: Json) -> None:
