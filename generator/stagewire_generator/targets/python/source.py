@@ -74,7 +74,7 @@ def paragraph(text: str, indent: int, hanging: int = 0) -> str:
 
 def docstring(text: str) -> str:
     """Escape a text for a triple-quoted docstring. Formatters remove white space at its beginning."""
-    escaped = text.lstrip().replace("\\", "\\\\")
+    escaped = re.sub(r"\A[^\S\n]+", "", text).replace("\\", "\\\\")
     if '"' not in escaped:
         return escaped
     return re.sub(r'\A"+|"{3,}|"+\Z', lambda quotes: '\\"' * len(quotes[0]), escaped)
