@@ -14,7 +14,9 @@ from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Erratum, Protocol, errata_of
 from stagewire_generator.strict_yaml import Document
 
-_NOT_PRINTED = "transcribe the document; if there is none, write `witness: false` in protocol.yaml"
+_NOT_PRINTED = (
+    "transcribe the document; without a printed document, write `witness: false` in protocol.yaml"
+)
 
 
 def check_errata(

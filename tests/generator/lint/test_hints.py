@@ -29,7 +29,7 @@ from stagewire_generator.diagnostics import SpecError
          "describe them yet: do not invent one; see `Supported packet structures` in "
          "docs/tutorials/your-own-protocol.md"),
         ("protocol.yaml", "witness: false\n", "",
-         "transcribe the document; if there is none, write `witness: false` in protocol.yaml"),
+         "transcribe the document; without a printed document, write `witness: false` in protocol.yaml"),
     ],
 )  # fmt: skip
 def test_hint(packets_spec: Path, file: str, old: str, new: str, hint: str) -> None:
