@@ -60,7 +60,7 @@ def test_the_python_testee_passes_everything(
     assert counts["passed"] > cases
     assert (said["facts"]["testee"], said["facts"]["starts"]) == ("stagewire-python", 1)
     assert {f"vectors_{protocol}" for protocol in protocols} <= said["digests"].keys()
-    assert "PASSED: Conformance of stagewire-python" in result.out.splitlines()[-1]
+    assert "PASSED (complete run): Conformance of stagewire-python" in result.out.splitlines()[-1]
 
 
 # Failures and how to repeat them
@@ -81,7 +81,7 @@ def test_a_failure_has_its_line_and_a_command_to_repeat_it(stagewire: Stagewire)
     assert words[0] == "stagewire"
     repeated = stagewire(*words[1:])
     assert repeated.code == 1
-    assert "FAILED: Conformance of stagewire-python" in repeated.out.splitlines()[-1]
+    assert "FAILED (partial run): Conformance of stagewire-python" in repeated.out.splitlines()[-1]
     assert "1 failed" in repeated.out.splitlines()[-1]
 
 

@@ -299,7 +299,7 @@ def test_the_conformance_suite_of_the_wheel_writes_every_report(
     hidden = ("yaml", "jsonschema", "jsonschema_rs", "ruamel")
     done = python(unpacked, COMMAND, *words, *options, hidden=hidden)
     assert done.returncode == 0, done.stderr
-    assert json.loads(files["json"].read_bytes())["verdict"] == "PASSED"
+    assert json.loads(files["json"].read_bytes())["verdict"] == "PASSED IN PART"
     assert files["html"].read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert b"<testsuites>" in files["junit"].read_bytes()
 

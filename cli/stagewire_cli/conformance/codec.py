@@ -161,7 +161,7 @@ def _run(plan: Plan, files: ReportFiles) -> int:
         typer.echo("\n".join(map(printable, problem.split("\n"))), err=True)
         return Verdict.UNFINISHED.exit_status
     typer.echo(printable(testee_line(report)))
-    sheet = sheet_of(report, plan.protocols, plan.repeat, whole=not plan.only)
+    sheet = sheet_of(report, plan.protocols, plan.repeat)
     show_results(sheet)
     if len([*sheet.cases(Grade.FAILED)]) > 1:
         typer.echo(printable(f"to repeat one of them and show its dialogue: {plan.repeat('ID')}"))

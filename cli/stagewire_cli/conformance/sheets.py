@@ -125,6 +125,7 @@ _VERDICT_STYLES = {
     Verdict.FAILED: "bold red",
     Verdict.UNFINISHED: "bold red",
     Verdict.NON_STRICT: "yellow",
+    Verdict.PARTIAL: "cyan",
     Verdict.PASSED: "green",
 }
 _MOST_IN_FULL = 12
@@ -206,7 +207,7 @@ def show_end(sheet: Sheet, written: Sequence[Path]) -> None:
     for path in written:
         typer.echo(f"written: {printable(str(path))}")
     console().print(
-        f"{sheet.verdict}: {printable(sheet.title)}: {printable(sentence(sheet))}",
+        f"{sheet.headline}: {printable(sheet.title)}: {printable(sentence(sheet))}",
         style=_VERDICT_STYLES[sheet.verdict],
         soft_wrap=True,
     )

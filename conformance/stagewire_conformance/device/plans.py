@@ -109,6 +109,7 @@ class Plan:
 
     :param checks: the selected checks, in order, including those that are not allowed.
     :param only: the names and patterns that selected them; empty for all.
+    :param unselected: the number of checks that they did not select.
     :param seed: seeds all random choices.
     :param pics: the file that declares the controller, if any.
     """
@@ -117,6 +118,7 @@ class Plan:
     allowed: Permissions
     checks: tuple[Check, ...]
     only: tuple[str, ...] = ()
+    unselected: int = 0
     seed: int = 1
     pics: Path | None = None
 
@@ -163,6 +165,7 @@ class Plan:
             allowed=allowed,
             checks=tuple(checks),
             only=(only,) if isinstance(only, str) else tuple(only),
+            unselected=len(plan(declared, allowed, kinds=kinds)) - len(checks) if only else 0,
             seed=seed,
             pics=pics,
         )

@@ -17,6 +17,7 @@ from stagewire_conformance.reports.model import (
     Grade,
     Group,
     Message,
+    Omission,
     PageReference,
     Sheet,
 )
@@ -34,14 +35,11 @@ def sheet_of(
     report: Report,
     protocols: Sequence[Protocol],
     again: Callable[[str], str],
-    *,
-    whole: bool = True,
 ) -> Sheet:
     """Return the sheet of a run.
 
     :param protocols: the requested protocols.
     :param again: returns the command that repeats a case by its id, or the whole run for an empty id.
-    :param whole: whether all cases were selected.
     """
     hello = report.hello
     return Sheet(
@@ -65,7 +63,7 @@ def sheet_of(
         groups=tuple(_groups(report, again)),
         unfinished=report.unfinished,
         messages=tuple(_messages(protocols)),
-        whole=whole,
+        unselected=report.unselected,
         interrupted=report.interrupted,
     )
 
@@ -115,6 +113,7 @@ def _groups(report: Report, again: Callable[[str], str]) -> Iterator[Group]:
                 title=_title(asked),
                 grade=Grade.NOT_RUN,
                 word=_NOT_RUN,
+                omission=Omission.ENDED,
                 why=f"the run ended before this case: {report.unfinished}",
                 messages=_about(asked),
             )

@@ -28,6 +28,7 @@ from stagewire_conformance.reports.model import (
     Grade,
     Group,
     Message,
+    Omission,
     PageReference,
     Rule,
     Sheet,
@@ -149,14 +150,14 @@ def sheet_of(
     seconds: float,
     again: Callable[[str], str],
     *,
-    whole: bool = True,
+    unselected: int = 0,
 ) -> Sheet:
     """Return the sheet of a run.
 
     :param checks: all planned checks, in order.
     :param seconds: the duration.
     :param again: returns the command that repeats a check by its id, or the whole run for an empty id.
-    :param whole: whether all checks were selected.
+    :param unselected: the number of checks that were not selected.
     """
     declared = report.declared
     registry = declared.registry
@@ -185,7 +186,7 @@ def sheet_of(
             for name, entry in registry.messages.items()
             if name in listed
         ),
-        whole=whole,
+        unselected=unselected,
         missed=tuple(missed(report, checks)),
     )
 
@@ -198,7 +199,7 @@ def sheet_of_execution(execution: Execution) -> Sheet:
         plan.checks,
         execution.seconds,
         lambda only: plan.repeat(execution.url, only),
-        whole=not plan.only,
+        unselected=plan.unselected,
     )
     return replace(sheet, interrupted=execution.interrupted)
 
@@ -231,6 +232,7 @@ def _groups(
                 _held_to(check, known),
                 outcomes.get(check.id),
                 left_out.get(check.id, _NOT_REACHED),
+                _omission(check, report),
                 again,
             )
             for check in of_kind
@@ -249,14 +251,22 @@ def _held_to(check: Check, known: Mapping[str, Mapping[str, Any]]) -> tuple[str,
     )
 
 
+def _omission(check: Check, report: Report) -> Omission:
+    """Return the kind of reason why a check was not run."""
+    if check.needs - report.allowed.granted:
+        return Omission.PERMISSION
+    return Omission.IMPOSSIBLE if check.lacks else Omission.ENDED
+
+
 def _case(
     check: Check,
     rules: tuple[str, ...],
     outcome: Outcome | None,
     why: str,
+    omission: Omission,
     again: Callable[[str], str],
 ) -> Case:
-    """Return the case of a check; ``why`` is the reason if it was not run."""
+    """Return the case of a check; ``why`` is the reason if it was not run, of the kind ``omission``."""
     if outcome is None:
         return Case(
             id=check.id,
@@ -264,6 +274,7 @@ def _case(
             grade=Grade.NOT_RUN,
             word=_NOT_RUN,
             why=why,
+            omission=omission,
             messages=check.messages,
             rules=rules,
         )

@@ -35,6 +35,7 @@ from stagewire_conformance.reports.text import (
     MEANING,
     bytes_of,
     counted,
+    gaps,
     numbers,
     pieces,
     safe,
@@ -60,6 +61,7 @@ _VERDICT_TONES = {
     Verdict.FAILED: "bad",
     Verdict.UNFINISHED: "bad",
     Verdict.NON_STRICT: "odd",
+    Verdict.PARTIAL: "note",
     Verdict.PASSED: "good",
 }
 _SIGNS = {"bad": "✗", "odd": "△", "note": "i", "good": "✓", "out": "–"}
@@ -96,6 +98,11 @@ class View:
     def grade_word(self, grade: Grade | None) -> str:
         """Return the name of a grade."""
         return "nothing" if grade is None else GRADES[grade]
+
+    @cached_property
+    def gaps(self) -> list[str]:
+        """The reasons why the run is partial; empty for a complete run."""
+        return list(gaps(self.sheet))
 
     # numbers
 
@@ -210,12 +217,12 @@ class View:
         return frozenset(row.message.name for row in self.messages)
 
     def _is_asked(self, row: MessageRow | PageRow | RuleRow) -> bool:
-        return self.sheet.whole or row.grade is not None
+        return not self.sheet.unselected or row.grade is not None
 
     @cached_property
     def errata(self) -> list[Erratum]:
         """The errata. In a partial run, only those about the selected cases."""
-        if self.sheet.whole:
+        if not self.sheet.unselected:
             return list(self.sheet.errata.values())
         found = {one.id: one for case in self.sheet.cases() for one in self.errata_of(case)}
         return list(found.values())

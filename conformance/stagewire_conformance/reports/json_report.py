@@ -33,6 +33,12 @@ def as_json(sheet: Sheet) -> str:
         "stagewire": __version__,
         "title": sheet.title,
         "verdict": str(sheet.verdict),
+        "headline": sheet.headline,
+        "complete": sheet.complete,
+        "gaps": [
+            {"omission": str(gap.omission), "why": gap.why, "cases": gap.cases}
+            for gap in sheet.gaps
+        ],
         "summary": sentence(sheet),
         "unfinished": sheet.unfinished or None,
         "started": sheet.started.isoformat(timespec="seconds"),
@@ -44,7 +50,11 @@ def as_json(sheet: Sheet) -> str:
         "digests": dict(sheet.digests),
         "counts": _counts(sheet.counts()),
         "groups": [
-            {"name": group.name, "title": group.title, "cases": [_case(one) for one in group.cases]}
+            {
+                "name": group.name,
+                "title": group.title,
+                "cases": [_case(sheet, one) for one in group.cases],
+            }
             for group in sheet.groups
         ],
         "rules": [_rule(rule) for rule in sheet.rules.values()],
@@ -75,13 +85,14 @@ def as_json(sheet: Sheet) -> str:
     return json.dumps(data, indent=1, allow_nan=False) + "\n"
 
 
-def _case(case: Case) -> Json:
+def _case(sheet: Sheet, case: Case) -> Json:
     return {
         "id": case.id,
         "title": case.title,
         "result": case.word,
         "grade": str(case.grade),
         "why": case.why or None,
+        "omission": str(sheet.omission_of(case)) if case.grade is Grade.NOT_RUN else None,
         "messages": list(case.messages),
         "rules": list(case.rules),
         "findings": [_finding(finding) for finding in case.findings],

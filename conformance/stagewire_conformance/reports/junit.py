@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stagewire_conformance.reports.model import Case, Grade, Sheet
-from stagewire_conformance.reports.text import case_text, safe, sentence
+from stagewire_conformance.reports.text import case_text, gaps, safe, sentence
 
 if TYPE_CHECKING:
     from junitparser import TestCase, TestSuite
@@ -90,6 +90,14 @@ def _suite(sheet: Sheet, number: int, name: str, cases: list[TestCase]) -> TestS
 
 def _properties(sheet: Sheet) -> dict[str, str]:
     facts = {fact.key: fact.value for fact in sheet.facts}
-    facts |= {"verdict": str(sheet.verdict), "summary": sentence(sheet), "seed": sheet.seed}
+    facts |= {"verdict": str(sheet.verdict), "headline": sheet.headline}
+    facts |= {"complete": sheet.complete, "partial_because": "; ".join(gaps(sheet))}
+    facts |= {"summary": sentence(sheet), "seed": sheet.seed}
     facts |= {f"sha256_{name}": digest for name, digest in sheet.digests.items()}
-    return {key: "" if value is None else str(value) for key, value in facts.items()}
+    return {key: _property(value) for key, value in facts.items()}
+
+
+def _property(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "" if value is None else str(value)

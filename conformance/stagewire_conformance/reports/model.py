@@ -31,6 +31,7 @@ class Verdict(enum.StrEnum):
     FAILED = "FAILED"
     UNFINISHED = "NOT FINISHED"
     NON_STRICT = "NON-STRICT"
+    PARTIAL = "PASSED IN PART"
     PASSED = "PASSED"
 
     @property
@@ -41,6 +42,7 @@ class Verdict(enum.StrEnum):
 
 _EXIT_STATUS: Final = {
     Verdict.PASSED: 0,
+    Verdict.PARTIAL: 0,
     Verdict.FAILED: 1,
     Verdict.NON_STRICT: 3,
     Verdict.UNFINISHED: 4,
@@ -49,6 +51,30 @@ _EXIT_STATUS: Final = {
 
 INTERRUPTED: Final = 130
 """The exit status after Ctrl-C or SIGTERM, as in shells."""
+
+
+class Omission(enum.StrEnum):
+    """The kind of reason why a case was not run."""
+
+    SELECTION = "selection"
+    PERMISSION = "permission"
+    IMPOSSIBLE = "impossible"
+    CAUSE = "root cause"
+    INTERRUPTED = "interrupted"
+    ENDED = "ended"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gap:
+    """One reason why a run is partial.
+
+    :param why: the reason.
+    :param cases: the number of cases that were not run because of it; 0 if the last case was cut short.
+    """
+
+    omission: Omission
+    why: str
+    cases: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +118,7 @@ class Case:
     :param title: the expectation, in one sentence.
     :param word: the name of its result: ``FAIL``, ``accepted wrongly``.
     :param why: the reason why it was skipped or not run.
+    :param omission: the kind of this reason, if it was not run.
     :param messages: the messages that it is about.
     :param rules: the ids of the rules that it tests.
     :param figures: measured values, such as ``p99_ms``.
@@ -105,6 +132,7 @@ class Case:
     grade: Grade
     word: str
     why: str = ""
+    omission: Omission = Omission.IMPOSSIBLE
     findings: tuple[Finding, ...] = ()
     lines: tuple[Transmission, ...] = ()
     messages: tuple[str, ...] = ()
@@ -227,7 +255,8 @@ class Sheet:
     :param command: repeats the whole run.
     :param unfinished: why the run did not finish; empty if it did.
     :param messages: every message that cases can be about, in the order of the document.
-    :param whole: whether all cases were selected; otherwise the coverage is limited to the selected ones.
+    :param unselected: the number of cases that were not selected. If there are any, the coverage is limited
+        to the selected ones.
     :param missed: permissions that were not used, with the reasons.
     :param interrupted: whether Ctrl-C or SIGTERM ended the run.
     """
@@ -246,7 +275,7 @@ class Sheet:
     rules: Mapping[str, Rule] = field(default_factory=dict)
     errata: Mapping[str, Erratum] = field(default_factory=dict)
     messages: tuple[Message, ...] = ()
-    whole: bool = True
+    unselected: int = 0
     missed: tuple[str, ...] = ()
     interrupted: bool = False
 
@@ -267,14 +296,58 @@ class Sheet:
         return sum((group.counts() for group in self.groups), Counter())
 
     @property
+    def gaps(self) -> tuple[Gap, ...]:
+        """The reasons why the run is partial, by kind; empty for a complete run.
+
+        Cases that the implementation under test is not declared to support do not make a run partial.
+        """
+        numbers: Counter[tuple[Omission, str]] = Counter()
+        if self.unselected:
+            numbers[Omission.SELECTION, "not selected"] = self.unselected
+        if self.unfinished:
+            numbers[self._ended, self.unfinished] = 0
+        for case in self.cases(Grade.NOT_RUN):
+            omission = self.omission_of(case)
+            why = self.unfinished if omission is self._ended else case.why
+            numbers[omission, why] += 1
+        found = [
+            Gap(omission=omission, why=why, cases=number)
+            for (omission, why), number in numbers.items()
+        ]
+        return tuple(sorted(found, key=lambda gap: list(Omission).index(gap.omission)))
+
+    def omission_of(self, case: Case) -> Omission:
+        """Return the kind of reason why a case was not run."""
+        return self._ended if case.omission is Omission.ENDED else case.omission
+
+    @property
+    def _ended(self) -> Omission:
+        return Omission.INTERRUPTED if self.interrupted else Omission.ENDED
+
+    @property
+    def complete(self) -> bool:
+        """Whether every case was run that the implementation under test is declared to support."""
+        return not self.gaps
+
+    @property
     def verdict(self) -> Verdict:
-        """The verdict of the run: a failure outweighs an early end, which outweighs all else."""
+        """The verdict of the run: a failure outweighs an early end, which outweighs all else.
+
+        A partial run never has the verdict ``PASSED``.
+        """
         counts = self.counts()
         if counts[Grade.FAILED]:
             return Verdict.FAILED
         if self.unfinished:
             return Verdict.UNFINISHED
-        return Verdict.NON_STRICT if counts[Grade.DEVIATES] else Verdict.PASSED
+        if counts[Grade.DEVIATES]:
+            return Verdict.NON_STRICT
+        return Verdict.PASSED if self.complete else Verdict.PARTIAL
+
+    @property
+    def headline(self) -> str:
+        """The verdict, and whether the run was complete. Every report shows it in its title."""
+        return f"{self.verdict} ({'complete' if self.complete else 'partial'} run)"
 
     @property
     def exit_status(self) -> int:

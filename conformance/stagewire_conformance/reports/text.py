@@ -17,6 +17,7 @@ from stagewire_conformance.reports.model import (
     Case,
     Finding,
     Grade,
+    Omission,
     PageReference,
     Rule,
     Sheet,
@@ -123,9 +124,12 @@ MEANING = {
 _VERDICTS = {
     Verdict.FAILED: "does not conform",
     Verdict.UNFINISHED: "the run did not finish",
-    Verdict.NON_STRICT: "conforms, with departures from recommendations of the document",
+    Verdict.NON_STRICT: "departures from recommendations of the document",
+    Verdict.PARTIAL: "no failures in what was run",
     Verdict.PASSED: "no failures",
 }
+_MOST_GAPS = 6
+"""The maximum number of reasons in the sentence about a partial run."""
 GRADES = {
     Grade.FAILED: "failed",
     Grade.DEVIATES: "non-strict",
@@ -154,9 +158,22 @@ def listed(names: Iterable[str], most: int = 6) -> str:
 
 
 def sentence(sheet: Sheet) -> str:
-    """Return the verdict, the figures and the unused permissions in one sentence."""
+    """Return the verdict, the figures, what is missing, and the unused permissions in one sentence."""
     figures = numbers(sheet.counts()) or "nothing was run"
-    return "; ".join([f"{_VERDICTS[sheet.verdict]}: {figures}", *sheet.missed])
+    extent = [] if sheet.complete else [f"partial run: {listed(gaps(sheet), _MOST_GAPS)}"]
+    return "; ".join([f"{_VERDICTS[sheet.verdict]}: {figures}", *extent, *sheet.missed])
+
+
+def gaps(sheet: Sheet) -> Iterator[str]:
+    """Yield each reason why a run is partial, with the number of cases, such as ``3 not selected``."""
+    for gap in sheet.gaps:
+        number = f"{gap.cases:,} " if gap.cases else ""
+        after = "not run: " if gap.cases and gap.omission in _WITHOUT_VERB else ""
+        yield f"{number}{after}{gap.why}"
+
+
+_WITHOUT_VERB = (Omission.IMPOSSIBLE, Omission.CAUSE, Omission.INTERRUPTED, Omission.ENDED)
+"""Reasons that do not themselves say that a case was not run."""
 
 
 def numbers(counts: Mapping[Grade, int]) -> str:

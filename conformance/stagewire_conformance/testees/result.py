@@ -114,6 +114,7 @@ class Report:
     :param hello: its name and abilities.
     :param results: of the cases that were run or skipped, in order.
     :param not_run: the cases that were not reached.
+    :param unselected: the number of cases that were not selected.
     :param unfinished: why the run did not finish; empty if it did.
     :param interrupted: whether the user interrupted it.
     :param starts: how often the testee was started.
@@ -125,6 +126,7 @@ class Report:
     hello: Hello
     results: tuple[Result, ...]
     not_run: tuple[Case, ...]
+    unselected: int
     unfinished: str
     interrupted: bool
     starts: int

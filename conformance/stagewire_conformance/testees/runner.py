@@ -159,6 +159,7 @@ def run(
         hello=hello,
         results=tuple(results.values()),
         not_run=tuple(cases[len(results) :]),
+        unselected=len(every) - len(cases),
         unfinished=unfinished,
         interrupted=interrupted,
         starts=session.starts,

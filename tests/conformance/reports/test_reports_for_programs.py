@@ -170,7 +170,8 @@ def test_text_from_a_controller_stays_text() -> None:
 @pytest.mark.parametrize(
     ("cases", "unfinished", "verdict"),
     [
-        ((PASSED, NOTED, SKIPPED, NOT_RUN), "", Verdict.PASSED),
+        ((PASSED, NOTED, SKIPPED), "", Verdict.PASSED),
+        ((PASSED, NOTED, SKIPPED, NOT_RUN), "", Verdict.PARTIAL),
         ((PASSED, DEVIATING), "", Verdict.NON_STRICT),
         ((PASSED, DEVIATING), "the line was lost", Verdict.UNFINISHED),
         ((FAILED, DEVIATING), "", Verdict.FAILED),
