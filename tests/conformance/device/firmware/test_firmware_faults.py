@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from faulty_commands import COMMANDS
+from faulty_dynamics import DYNAMICS
 from faulty_identity import IDENTITY
 from faulty_moves import MOVES
 from faulty_outputs import OUTPUTS
@@ -33,7 +34,7 @@ from stagewire_conformance.device.results import Result
 SEEDS = int(os.environ.get("STAGEWIRE_FIRMWARE", "0"))
 WHOLE = 4  # the whole suite runs on one in this many defects
 DEFECTS = (
-    *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *OUTPUTS
+    *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *DYNAMICS, *OUTPUTS
 )  # fmt: skip
 
 

@@ -7,8 +7,10 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion import (
     home,
+    in_motion,
     limits,
     messages,
+    profile,
     stops,
     targets,
     velocity,
@@ -20,10 +22,12 @@ KINDS: Final[tuple[Kind, ...]] = (
     targets.RELATIVE,
     targets.STORED,
     targets.JOG,
+    profile.KIND,
     velocity.KIND,
     stops.KIND,
     messages.SUSPEND,
     messages.UPDATES,
+    in_motion.KIND,
     limits.KIND,
     targets.ALONE,
 )

@@ -212,6 +212,13 @@ class Axis:
         heard = self.trial.line.ask(self._request, self.place.address, seconds)
         return None if heard is None else self.status_of(heard)
 
+    def position(self) -> int:
+        """Request the position: from the counter if it is claimed, because a status may lag."""
+        if "MOT_REQ_POSCOUNTER" not in self.place.messages:
+            return self.status().position
+        position: int = self.ask(m.MotReqPosCounter(self.channel)).message.position
+        return position
+
     def settled(self, status: Status) -> Status:
         """Return a status without motion, or the latest one after half a second."""
         end = self.trial.line.now + _SETTLING
@@ -348,6 +355,14 @@ class Axis:
         a quarter of the distance.
         """
         return max(JITTER, min(max(HELD, abs(distance) // 200), abs(distance) // 4))
+
+    @staticmethod
+    def overshoot(distance: int) -> int:
+        """Return the counts by which a servo may go beyond its target after a move over some distance.
+
+        The document gives no figure.
+        """
+        return max(2 * HELD, abs(distance) // 50)
 
 
 def present(axis: Axis, setting: str) -> Values:

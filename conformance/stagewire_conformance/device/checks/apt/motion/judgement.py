@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from stagewire_apt.enumerations import MoveDirection
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.pace import status_velocity
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
+from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
+from stagewire_conformance.device.checks.apt.motion.velocities import judge_velocities
 from stagewire_conformance.device.checks.apt.motion.watch import Watched
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.wording import raw_of
@@ -16,8 +18,6 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
 
 
-_TELLING_SPEED = 3.0
-"""The least velocity, in units of the status, that a status must not report as 0."""
 _LATE = 0.1
 """Seconds after the first status in which the motion bits may be missing."""
 _SETTLES = 0.12
@@ -29,8 +29,32 @@ _WAYS = {
 }
 """Names of the directions in sentences; None is an unknown direction."""
 
+_FEW = 3
+"""The least number of statuses between the first and the last that must show a motion."""
+_FOLLOWS = 0.15
+"""Seconds after which the position must have changed."""
+_STILL_SPEED = 3
+"""The highest velocity, in units of the status, that a motor at rest may report."""
+
 _MIDWAY = 20
 """A motor is on its way while it is at least a twentieth of the distance from both ends."""
+
+
+def judge_early(axis: Axis, told: str, end: Incoming, seen: Watched, target: int) -> bool:
+    """Report an end message that came before the end of the motion; return whether it came after it."""
+    after, start = seen.after, seen.statuses[0].position if seen.statuses else target
+    if after is None or abs(after - target) <= axis.tolerance(target - start):
+        return True
+    axis.standing()
+    rest = axis.position()
+    position = getattr(end.message, "position", None)
+    says = "" if position is None else f" with the position {position}"
+    return axis.trial.must(
+        abs(rest - after) <= JITTER,
+        f"{axis.text}: after {told}, it sent {end.name}{says}, but was then at {after} and moved on "
+        f"to {rest}; it should report the end when it is at its target {target}",
+        came=end.raw,
+    )
 
 
 def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | None:
@@ -127,7 +151,7 @@ def judge_course(
     edge = max(1, (high - low) // _MIDWAY)
     way, towards = (1, "up") if target > start else (-1, "down")
     midway = [status for status in statuses if low + edge < status.position < high - edge]
-    _judge_velocity(axis, told, midway)
+    judge_velocities(axis, told, midway, way)
     for status in _without_late_ones(statuses, midway):
         says = (
             f"{axis.text}: on its way {towards} after {told}, at {status.position}, "
@@ -144,8 +168,8 @@ def judge_course(
         assert status.direction is not None
         axis.learn(way, status.direction)
         bits = status.bits
-        if axis.settle_time is not None and not axis.trial.must(
-            not bits.settled,
+        if not axis.trial.must(
+            not getattr(bits, "settled", False),
             f"{axis.text}: on its way after {told}, {status.heard.name} reports "
             f"{_names(status)}; it should be settled only at rest",
             came=status.heard.raw,
@@ -161,36 +185,6 @@ def judge_course(
 def _without_late_ones(statuses: Sequence[Status], midway: Sequence[Status]) -> Sequence[Status]:
     """Leave out the first statuses, in which motion bits may still be missing."""
     return [status for status in midway if status.moving or status.time - statuses[0].time >= _LATE]
-
-
-def _judge_velocity(axis: Axis, told: str, midway: Sequence[Status]) -> None:
-    """Report what is wrong with the velocity that a motor reports on its way (page 79).
-
-    Its sign is not judged: the page prints an unsigned word. Without a scale, a velocity that stays 0 is
-    NON-STRICT, because the size of a unit is unknown.
-    """
-    if len(midway) < 2 or midway[0].velocity is None:
-        return
-    first, last = midway[0], midway[-1]
-    seconds = max(last.time - first.time, 1e-3)
-    speed = abs(last.position - first.position) / seconds
-    unit = status_velocity(axis.place, axis.channel)
-    told_speeds = [abs(status.velocity or 0) for status in midway]
-    if speed / (unit or 1.0) >= _TELLING_SPEED:
-        (axis.trial.must if unit else axis.trial.should)(
-            any(told_speeds),
-            f"{axis.text}: on its way after {told}, it moved at {speed:.0f} counts/s, but "
-            f"{last.heard.name} still reported a velocity of 0",
-            came=last.heard.raw,
-        )
-    if unit and axis.pace.known:
-        most = 1.5 * axis.pace.velocity / unit + _TELLING_SPEED
-        axis.trial.must(
-            max(told_speeds) <= most,
-            f"{axis.text}: on its way after {told}, {last.heard.name} reported a velocity of "
-            f"{max(told_speeds)}; its velocity parameters allow {axis.pace.velocity / unit:.0f}",
-            came=last.heard.raw,
-        )
 
 
 def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
@@ -213,7 +207,39 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         f"{position}, but {status.heard.name} then reported {status.position}",
         came=end.raw if end else None,
     )
+    if not status.moving:
+        axis.trial.must(
+            abs(status.velocity or 0) <= _STILL_SPEED,
+            f"{axis.text}: {told} has ended, but {status.heard.name} reports a velocity of "
+            f"{status.velocity}; at rest it should be 0",
+            came=status.heard.raw,
+        )
+    judge_bits_alone(axis, f"after {told}")
     return status
+
+
+def judge_positions(
+    axis: Axis, told: str, statuses: Sequence[Status], start: int, target: int
+) -> None:
+    """Report positions that did not follow a motion that has ended at its target, or went beyond it."""
+    seconds = statuses[-1].time - statuses[0].time if statuses else 0.0
+    middle = statuses[1:-1]
+    long_enough = seconds >= _FOLLOWS and abs(target - start) > HELD
+    if len(middle) >= _FEW and long_enough:
+        axis.trial.must(
+            any(abs(each.position - start) > JITTER for each in middle),
+            f"{axis.text}: after {told}, {len(middle)} statuses in {seconds:.2f} s had the position "
+            f"{middle[-1].position}, where the motion began; the position should follow the motion",
+            came=middle[-1].heard.raw,
+        )
+    over = beyond(points_of(statuses), start, target)
+    place = target + (over if target >= start else -over)
+    axis.trial.must(
+        over <= abs(axis.backlash) + axis.overshoot(target - start),
+        f"{axis.text}: after {told} from {start}, it was at {place}, {over} counts beyond its "
+        "target; it should not go further"
+        + (f" than its backlash distance of {axis.backlash}" if axis.backlash else ""),
+    )
 
 
 def judge_place(axis: Axis, told: str, status: Status, start: int, target: int) -> bool:

@@ -11,8 +11,10 @@ from stagewire_apt import messages as m
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
+    judge_early,
     judge_end,
     judge_place,
+    judge_positions,
     judge_rest,
 )
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
@@ -60,11 +62,11 @@ def absolute(axis: Axis, target: int, about: str = "") -> Move:
     )
 
 
-def relative(axis: Axis, way: int) -> Move:
+def relative(axis: Axis, way: int, about: str = "") -> Move:
     """Return a move by a distance from the current position."""
     target = axis.status().position + way
     message = m.MotMoveRelative(axis.channel, way)
-    return Move(axis, message, target, f"MOT_MOVE_RELATIVE by {way}")
+    return Move(axis, message, target, f"MOT_MOVE_RELATIVE by {way}{about}")
 
 
 def jog(axis: Axis, direction: MoveDirection, step: int, pace: Pace) -> Move:
@@ -134,7 +136,11 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
     end = judge_end(axis, one.told, seen, COMPLETED)
     if end is None:
         return False
+    if end.name == COMPLETED and not judge_early(axis, one.told, end, seen, one.target):
+        return False
     arrived = judge_place(axis, one.told, judge_rest(axis, one.told, end), start, one.target)
+    if arrived:
+        judge_positions(axis, one.told, seen.statuses, start, one.target)
     if arrived and direction is not None:
         axis.learn(1 if one.target > start else -1, direction)
     return arrived
@@ -192,6 +198,9 @@ def go_back(axes: Sequence[Axis]) -> None:
     watch(list(away), limits, strays=goes_away)
     for axis, distance in away.items():
         status = axis.settled(axis.status())
-        if status.moving or abs(status.position - axis.start) > max(HELD, abs(distance) // 200):
+        near = max(HELD, abs(distance) // 200)
+        if abs(status.position - axis.start) > near:
+            status = axis.standing()  # its end message may have come too early
+        if status.moving or abs(status.position - axis.start) > near:
             status = axis.halt()
             raise StagewireError(f"{axis.text} is at {status.position}; move it to {axis.start}")

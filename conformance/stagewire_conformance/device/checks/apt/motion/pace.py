@@ -20,6 +20,13 @@ _PATIENCE: Final = 5.0
 _UNKNOWN: Final = 60.0
 """Seconds that a move of unknown duration may take."""
 
+_MOST_PER_MM: Final = 34_304
+"""The counts/mm of the finest DC servo of the document (page 56)."""
+_LEAST_PER_MM_S: Final = 2.048
+"""The velocity in a status that is 1 mm/s by the coarsest scale."""
+_FRACTION: Final = 65536
+"""Velocities and accelerations of DC servo controllers have 16 fractional bits (page 14)."""
+
 
 @dataclass(frozen=True)
 class Pace:
@@ -71,9 +78,27 @@ def status_velocity(place: Target, channel: int) -> float | None:
     return None if ratio is None else float(ratio)
 
 
+def velocity_scale(place: Target, channel: int) -> float | None:
+    """Return the counts/s of one unit of a velocity parameter (page 30); None if unknown."""
+    ratio = _ratio(place, channel, "velocity")
+    return None if ratio is None else float(ratio)
+
+
+def coarsest_velocity(place: Target, channel: int) -> float:
+    """Return the counts/s of one unit of velocity in a status by the coarsest of the documented scales.
+
+    That of page 79, corrected by an erratum, is 2.048 per mm/s.
+    """
+    position = place.position_scale(channel)
+    counts = _MOST_PER_MM if position is None else float(position.counts_per_unit)
+    return counts / _LEAST_PER_MM_S
+
+
 def _pace(place: Target, channel: int, velocity: int, acceleration: int) -> Pace:
     speed = _ratio(place, channel, "velocity")
     gain = _ratio(place, channel, "acceleration")
+    if gain is None and speed is not None and place.status == "dc":
+        gain = speed**2 * _FRACTION  # both are changes per servo cycle (page 14)
     return Pace(
         velocity=max(1.0, velocity * float(speed or 1)),
         acceleration=max(1.0, acceleration * float(gain or 1)),

@@ -48,6 +48,7 @@ class Watched:
 
     :param statuses: its statuses until it ended or was stopped, in order.
     :param ends: the end messages of this motor, or of an unknown one.
+    :param after: its position immediately after the first end message; None without one.
     :param others: all other messages.
     :param stopped: its status when it was commanded to stop; None if it was not.
     :param strayed: its status outside of its limits; None if it stayed within them. From then on, it is
@@ -62,6 +63,7 @@ class Watched:
 
     statuses: list[Status] = field(default_factory=list)
     ends: list[Incoming] = field(default_factory=list)
+    after: int | None = None
     others: list[Incoming] = field(default_factory=list)
     stopped: Status | None = None
     strayed: Status | None = None
@@ -116,6 +118,7 @@ def watch(
     seen = {axis: Watched(moved=began) for axis in axes}
     while not all(each.over for each in seen.values()):
         _take(seen, line.listen(POLL, until=lambda heard: heard.name in ENDS), line.now - began)
+        _look_after_ends(seen)
         for axis, each in seen.items():
             _stop_in_time(seen, deadlines, began, mode)
             status = None if each.over else _status(axis, seen, deadlines, began)
@@ -138,6 +141,13 @@ def watch(
             each.over = stands or is_done or each.seconds > limits[axis]
     _take(seen, line.listen(_BEHIND), line.now - began)
     return seen
+
+
+def _look_after_ends(seen: Mapping[Axis, Watched]) -> None:
+    """Read the position of each motor that has just reported its end: it may still be moving."""
+    for axis, each in seen.items():
+        if each.ends and each.after is None:
+            each.after = axis.position()
 
 
 def _stop_in_time(

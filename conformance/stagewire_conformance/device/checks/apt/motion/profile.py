@@ -1,0 +1,273 @@
+"""``profile``: moves and jogs obey their maximum velocity and their acceleration (pages 30 and 32).
+
+Speeds and durations at several settings are compared, so that no scale is needed. If the registry has a
+scale, the speed is also compared with the setting. Settings are only lowered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import JogMode, MoveDirection, ProfileMode
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.motion.axis import Axis, change, present
+from stagewire_conformance.device.checks.apt.motion.course import Point, points_of, top_speed
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import (
+    COMPLETED,
+    absolute,
+    distances,
+    make_room,
+)
+from stagewire_conformance.device.checks.apt.motion.pace import jog_pace_of, velocity_scale
+from stagewire_conformance.device.checks.apt.motion.profile_laws import Law, Search, search
+from stagewire_conformance.device.checks.apt.motion.watch import watch
+
+if TYPE_CHECKING:
+    from stagewire import FramedMessage
+
+_SECONDS: Final = 0.3
+"""The approximate duration of the first move in seconds."""
+_LONGEST: Final = 15.0
+"""Seconds after which a slow move is given up; with correct firmware it takes a few."""
+_LEAST: Final = 200
+"""Counts of the shortest move that is measured."""
+_OFF: Final = 0.35
+"""The relative tolerance of a speed."""
+_TELLABLE: Final = 40
+"""The least velocity in a status whose quarter is precise enough to be compared."""
+_MOST: Final = 0x7FFF
+"""The highest velocity that a status can represent with a sign."""
+
+_VELPARAMS: Final = ("MOT_SET_VELPARAMS", "MOT_REQ_VELPARAMS", "MOT_GET_VELPARAMS")
+_JOGPARAMS: Final = ("MOT_SET_JOGPARAMS", "MOT_REQ_JOGPARAMS", "MOT_GET_JOGPARAMS")
+
+
+def _velocity_law(setting: str, name: str, what: str) -> Law:
+    return Law(
+        setting,
+        name,
+        low=0.15,
+        high=0.4,
+        measured=f"{what} reached {{:.0f}} counts/s",
+        should=f"a quarter of {name} should give a quarter of the speed",
+    )
+
+
+def _acceleration_law(setting: str, name: str, what: str) -> Law:
+    return Law(
+        setting,
+        name,
+        low=1.55,
+        high=2.7,
+        measured=f"{what} took {{:.2f}} s",
+        should=f"with a quarter of {name}, it should take twice as long once it only speeds up and "
+        "slows down",
+    )
+
+
+@dataclass(frozen=True)
+class Course:
+    """A measured move.
+
+    :param seconds: from the command to the end message.
+    :param speed: the highest speed in counts/s.
+    :param reported: the highest velocity in a status, without its sign; None if statuses have none.
+    """
+
+    seconds: float
+    speed: float
+    reported: int | None
+
+
+@dataclass
+class Shuttle:
+    """Moves of motors back and forth over constant distances.
+
+    :param ways: the distance of each motor, with a sign.
+    """
+
+    ways: Mapping[Axis, int]
+    courses: dict[Axis, list[Course]] = field(default_factory=dict)
+    _away: dict[Axis, bool] = field(default_factory=dict)
+
+    def speeds(self, axes: Sequence[Axis]) -> Mapping[Axis, float]:
+        """Move once, and return the highest speed of each motor."""
+        return {axis: course.speed for axis, course in self._go(axes).items()}
+
+    def durations(self, axes: Sequence[Axis]) -> Mapping[Axis, float]:
+        """Move once, and return the seconds that each motor needed."""
+        return {axis: course.seconds for axis, course in self._go(axes).items()}
+
+    def message(self, axis: Axis) -> FramedMessage:
+        """Return the command for the next move of a motor."""
+        place = axis.start if self._away.get(axis) else axis.start + self.ways[axis]
+        return absolute(axis, place).message
+
+    def _go(self, axes: Sequence[Axis]) -> dict[Axis, Course]:
+        starts = {axis: axis.status() for axis in axes}
+        began = {}
+        for axis in axes:
+            axis.send(self.message(axis))
+            began[axis] = axis.trial.line.now
+        seen = watch(axes, dict.fromkeys(axes, _LONGEST))
+        found = {}
+        for axis in axes:
+            each = seen[axis]
+            self._away[axis] = not self._away.get(axis, False)
+            if each.strayed is not None or not each.ends:
+                axis.halt()
+                axis.trial.inconclusive(
+                    f"{axis.text}: a move did not end with {COMPLETED}, so its speed was not measured"
+                )
+                continue
+            end = each.ends[0]
+            points = [Point(began[axis], starts[axis].position), *points_of(each.statuses)]
+            points = [point for point in points if point.time <= end.time]
+            if (position := getattr(end.message, "position", None)) is not None:
+                points.append(Point(end.time, position))
+            velocities = [abs(s.velocity) for s in each.statuses if s.velocity is not None]
+            course = Course(
+                end.time - began[axis], top_speed(points), max(velocities, default=None)
+            )
+            found[axis] = course
+            self.courses.setdefault(axis, []).append(course)
+        return found
+
+
+class JogShuttle(Shuttle):
+    """Jogs of motors forward and in reverse by their steps."""
+
+    def message(self, axis: Axis) -> FramedMessage:
+        """Return the command for the next jog of a motor."""
+        direction = MoveDirection.REVERSE if self._away.get(axis) else MoveDirection.FORWARD
+        return m.MotMoveJog(axis.channel, direction)
+
+
+KIND = Kind(
+    name="profile",
+    title="Moves and jogs obey their velocity and their acceleration",
+    rules=("velocity-parameters", "jog-parameters", "dc-status-velocity"),
+)
+
+
+@motor_check(
+    KIND,
+    "MOT_SET_VELPARAMS sets the velocity and the acceleration of moves of {motors}",
+    messages=("MOT_MOVE_ABSOLUTE", *_VELPARAMS, COMPLETED),
+    does="lowers velocity and acceleration with MOT_SET_VELPARAMS step by step, moves all motors "
+    "together back and forth within {range}, and restores the parameters",
+    settings=True,
+    seconds=8.0,
+    name="moves",
+)
+def _moves(axes: Sequence[Axis]) -> None:
+    axes = _prepared(axes)
+    ways = _long_enough(distances(axes, _SECONDS))
+    if not ways:
+        return
+    shuttle = Shuttle(ways)
+    before = {axis: present(axis, "MOT_SET_VELPARAMS")["max_velocity"] for axis in ways}
+    law = _velocity_law("MOT_SET_VELPARAMS", "max_velocity", "a move")
+    found = search(list(ways), law, shuttle.speeds)
+    for axis, each in found.items():
+        _judge_scale(axis, each, "a move")
+        _judge_reported(axis, shuttle.courses[axis])
+        change(axis, "MOT_SET_VELPARAMS", at_most="max_velocity", max_velocity=before[axis])
+    law = _acceleration_law("MOT_SET_VELPARAMS", "acceleration", "a move")
+    search([axis for axis in found if _is_trapezoidal(axis)], law, shuttle.durations)
+
+
+@motor_check(
+    KIND,
+    "MOT_SET_JOGPARAMS sets the velocity and the acceleration of jogs of {motors}",
+    messages=("MOT_MOVE_JOG", *_JOGPARAMS, *_VELPARAMS, COMPLETED),
+    does="lowers velocity and acceleration with MOT_SET_JOGPARAMS step by step, jogs all motors "
+    "together back and forth within {range}, and restores the parameters",
+    settings=True,
+    seconds=10.0,
+    name="jogs",
+)
+def _jogs(axes: Sequence[Axis]) -> None:
+    axes = _prepared(axes)
+    steps = {}
+    for axis in axes:
+        told = axis.ask(m.MotReqJogParams(axis.channel)).message
+        steps[axis] = axis.step(_SECONDS, jog_pace_of(axis.place, axis.channel, told))
+    steps = _long_enough(steps)
+    if not steps or not make_room(steps):
+        return
+    for axis, step in steps.items():
+        mode = int(JogMode.SINGLE_STEP)
+        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=step)
+    shuttle = JogShuttle(steps)
+    name = "jog_max_velocity"
+    before = {axis: present(axis, "MOT_SET_JOGPARAMS")[name] for axis in steps}
+    law = _velocity_law("MOT_SET_JOGPARAMS", name, "a jog")
+    found = search(list(steps), law, shuttle.speeds)
+    for axis, each in found.items():
+        _judge_scale(axis, each, "a jog")
+        change(axis, "MOT_SET_JOGPARAMS", at_most=name, **{name: before[axis]})
+    law = _acceleration_law("MOT_SET_JOGPARAMS", "jog_acceleration", "a jog")
+    search([axis for axis in found if _is_trapezoidal(axis)], law, shuttle.durations)
+
+
+def _prepared(axes: Sequence[Axis]) -> list[Axis]:
+    """Switch the backlash correction off, which would make a move in one direction longer."""
+    for axis in axes:
+        if axis.backlash:
+            change(axis, "MOT_SET_GENMOVEPARAMS", backlash_distance=0)
+            axis.backlash = 0
+    return list(axes)
+
+
+def _long_enough(ways: Mapping[Axis, int]) -> dict[Axis, int]:
+    for axis, way in ways.items():
+        if abs(way) < _LEAST:
+            axis.trial.inconclusive(
+                f"{axis.text}: a move of {abs(way)} counts is too short to measure its speed; allow a "
+                "wider range"
+            )
+    return {axis: way for axis, way in ways.items() if abs(way) >= _LEAST}
+
+
+def _is_trapezoidal(axis: Axis) -> bool:
+    """Return whether the profile has a constant acceleration; the duration of an S-curve has another law."""
+    if "MOT_REQ_PMDPROFILEMODEPARAMS" not in axis.place.messages:
+        return True
+    told = axis.ask(m.MotReqPmdProfileModeParams(axis.channel)).message
+    if told.mode == ProfileMode.TRAPEZOIDAL:
+        return True
+    axis.trial.info(
+        f"{axis.text}: its profile is not trapezoidal, so its acceleration was not measured"
+    )
+    return False
+
+
+def _judge_scale(axis: Axis, found: Search, what: str) -> None:
+    """Compare the measured speed with the velocity parameter, if its scale is known."""
+    scale = velocity_scale(axis.place, axis.channel)
+    if scale is None:
+        return
+    due, speed = found.values[-1] * scale, found.found[-1]
+    axis.trial.must(
+        abs(speed - due) <= _OFF * due,
+        f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is {due:.0f} counts/s, "
+        f"{what} reached {speed:.0f} counts/s",
+    )
+
+
+def _judge_reported(axis: Axis, courses: Sequence[Course]) -> None:
+    """Compare the ratio of the reported velocities of a fast and a slow move with that of their speeds."""
+    fast, slow = courses[-2:]
+    if slow.reported is None or fast.reported is None or not _TELLABLE <= fast.reported < _MOST:
+        return
+    reported, measured = slow.reported / fast.reported, slow.speed / fast.speed
+    axis.trial.must(
+        measured / 2 <= reported <= 2 * measured,
+        f"{axis.text}: at {fast.speed:.0f} and {slow.speed:.0f} counts/s, the highest velocities in "
+        f"its statuses were {fast.reported} and {slow.reported}; they should have the same ratio",
+    )

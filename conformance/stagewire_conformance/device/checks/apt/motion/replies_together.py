@@ -1,0 +1,73 @@
+"""Other replies of a motor, compared with its status: the bits alone (page 81), and the counter (page 28).
+
+Each is read between two statuses, so that it can be compared while the motor moves.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.flags import DcStatusBits
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+
+_BITS: Final = "MOT_REQ_STATUSBITS"
+_COUNTER: Final = "MOT_REQ_POSCOUNTER"
+_TRIES: Final = 3
+"""The number of comparisons that must all fail."""
+
+
+def judge_bits_alone(axis: Axis, when: str) -> bool:
+    """Report MOT_GET_STATUSBITS with other bits than the status; return whether they agree.
+
+    Only bits that are the same in the statuses before and after it are compared. A bit that differs once may
+    have changed in between.
+
+    :param when: the situation, for sentences: ``after MOT_MOVE_HOME``.
+    """
+    if _BITS not in axis.place.messages:
+        return True
+    for _ in range(_TRIES):
+        before = axis.status()
+        alone = axis.ask(m.MotReqStatusBits(axis.channel))
+        after = axis.status()
+        wrong = _differing(before, after, int(alone.message.status_bits))
+        if not wrong:
+            return True
+    return axis.trial.must(
+        False,
+        f"{axis.text}: {when}, {alone.name} has {', '.join(wrong)}, unlike {after.heard.name} before and "
+        "after it; both should report the same bits",
+        came=alone.raw,
+    )
+
+
+def _differing(before: Status, after: Status, bits: int) -> list[str]:
+    """Return the bits that differ, such as ``homed = 0``; a stepper has two tables of bits."""
+    tables = (type(after.bits).bits, DcStatusBits.bits)
+    shared = {name: bit for name, bit in tables[0].items() if tables[1].get(name) == bit}
+    return [
+        f"{name} = {bool(bits & mask):d}"
+        for name, mask in shared.items()
+        if bool(bits & mask) != getattr(after.bits, name) == getattr(before.bits, name)
+    ]
+
+
+def judge_counter(axis: Axis, when: str, before: Status) -> bool:
+    """Report a position counter that differs from the status; return whether they agree.
+
+    :param before: a status that has just been read.
+    """
+    if _COUNTER not in axis.place.messages:
+        return True
+    counter = axis.ask(m.MotReqPosCounter(axis.channel))
+    after = axis.status()
+    low, high = sorted((before.position, after.position))
+    position: int = counter.message.position
+    margin = HELD + (high - low) // 2
+    return axis.trial.must(
+        low - margin <= position <= high + margin,
+        f"{axis.text}: {when}, {counter.name} has {position}, but {after.heard.name}, read before and "
+        f"after it, has {before.position} and {after.position}; both should have the same count",
+        came=counter.raw,
+    )

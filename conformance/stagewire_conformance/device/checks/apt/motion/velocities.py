@@ -1,0 +1,100 @@
+"""The velocity in the status of a moving motor (page 79), compared with the positions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Final
+
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.pace import coarsest_velocity, status_velocity
+
+_TELLING: Final = 3.0
+"""The least velocity, in units of the status, that must not be reported as 0."""
+_OFF: Final = 0.4
+"""The tolerance of the average of the reported velocities, as a fraction of the measured speed."""
+_LONG: Final = 0.12
+"""The least seconds over which velocities and positions are compared."""
+
+
+def judge_velocities(axis: Axis, told: str, midway: Sequence[Status], way: int) -> None:
+    """Report what is wrong with the velocity that a motor reports on its way.
+
+    :param midway: the statuses on its way.
+    :param way: 1 if it moves to higher positions, -1 to lower ones.
+    """
+    if len(midway) < 2 or midway[0].velocity is None:
+        return
+    if _judge_zero(axis, told, midway) and _judge_sign(axis, told, midway, way):
+        _judge_size(axis, told, midway)
+
+
+def _judge_zero(axis: Axis, told: str, midway: Sequence[Status]) -> bool:
+    """Report a velocity that stays 0; return whether it does not.
+
+    Without a scale, the motor must be so fast that any documented scale gives more than 0.
+    """
+    unit = status_velocity(axis.place, axis.channel)
+    least = _TELLING * (unit or coarsest_velocity(axis.place, axis.channel))
+    speed = _measured(midway)
+    last = midway[-1]
+    if any(status.velocity for status in midway):
+        return True
+    (axis.trial.must if unit else axis.trial.should)(
+        speed < least,
+        f"{axis.text}: on its way after {told}, it moved at {speed:.0f} counts/s, but "
+        f"{last.heard.name} still reported a velocity of 0",
+        came=last.heard.raw,
+    )
+    return False
+
+
+def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bool:
+    """Report a velocity of the wrong sign; return whether all are right.
+
+    The page prints an unsigned word, so a velocity without a sign is NON-STRICT.
+    """
+    for status in midway:
+        assert status.velocity is not None
+        if way > 0 > status.velocity:
+            return axis.trial.must(
+                False,
+                f"{axis.text}: on its way up after {told}, {status.heard.name} reports a velocity "
+                f"of {status.velocity}; while positions rise, the velocity should be positive",
+                came=status.heard.raw,
+            )
+        if way < 0 < status.velocity:
+            return axis.trial.should(
+                False,
+                f"{axis.text}: on its way down after {told}, {status.heard.name} reports a velocity "
+                f"of {status.velocity}; while positions fall, the velocity should be negative",
+                came=status.heard.raw,
+            )
+    return True
+
+
+def _judge_size(axis: Axis, told: str, midway: Sequence[Status]) -> None:
+    """Compare the average of the reported velocities with the measured speed, if their unit is known."""
+    unit = status_velocity(axis.place, axis.channel)
+    seconds = midway[-1].time - midway[0].time
+    if not unit or seconds < _LONG:
+        return
+    reported = unit * sum(
+        (abs(before.velocity or 0) + abs(after.velocity or 0)) / 2 * (after.time - before.time)
+        for before, after in pairwise(midway)
+    ) / seconds  # fmt: skip
+    speed = _measured(midway)
+    last = midway[-1]
+    axis.trial.must(
+        abs(reported - speed) <= _OFF * speed + _TELLING * unit + HELD / seconds,
+        f"{axis.text}: on its way after {told}, it moved at {speed:.0f} counts/s, but the "
+        f"velocities in {last.heard.name} were {reported / unit:.0f} on average, which is "
+        f"{reported:.0f} counts/s",
+        came=last.heard.raw,
+    )
+
+
+def _measured(midway: Sequence[Status]) -> float:
+    """Return the average speed in counts/s."""
+    first, last = midway[0], midway[-1]
+    return abs(last.position - first.position) / max(last.time - first.time, 1e-3)

@@ -1,0 +1,344 @@
+"""Firmware with wrong dynamics: speeds, accelerations, status bits and ends of motions that are not true."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from firmware_defects import Defect, Draw, of
+from firmware_frames import HOST, ID, Frame
+from firmware_line import Firmware
+
+from stagewire_conformance.device.results import Result
+
+_ABSOLUTE = "MOT_MOVE_ABSOLUTE"
+_RELATIVE = "MOT_MOVE_RELATIVE"
+_JOG = "MOT_MOVE_JOG"
+_VELOCITY = "MOT_MOVE_VELOCITY"
+_HOME = "MOT_MOVE_HOME"
+_STOP = "MOT_MOVE_STOP"
+_COMPLETED = "MOT_MOVE_COMPLETED"
+_STOPPED = "MOT_MOVE_STOPPED"
+_HOMED = "MOT_MOVE_HOMED"
+_STATUSES = ("MOT_GET_DCSTATUSUPDATE", "MOT_GET_STATUSUPDATE")
+_ENDS = (_COMPLETED, _STOPPED, _HOMED)
+_FORWARD, _REVERSE = 0x50, 0xA0
+_MOVING = 0x2F0
+_SETTLED = 0x2000
+
+
+class Pretends(Firmware):
+    """Returns parameters as they were set, but uses others.
+
+    :param setting: the SET; its GET returns what it wrote.
+    :param use: returns the SET that is used instead.
+    """
+
+    def __init__(self, setting: str, use: Callable[[Frame], Frame]) -> None:
+        self._setting = setting
+        self._telling = setting.replace("_SET_", "_GET_")
+        self._use = use
+        self._told: dict[tuple[int, int | None], bytes] = {}
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name == self._setting:
+            self._told[frame.dest, frame.channel] = frame.packet
+            frame = self._use(frame)
+        self.pass_on(frame.raw)
+
+    def says(self, frame: Frame) -> None:
+        told = self._told.get((frame.source, frame.channel))
+        if frame.name == self._telling and told is not None:
+            frame = frame.with_packet(told)
+        self.say(frame.raw)
+
+
+class Ignores(Pretends):
+    """Stores a field of a parameter set without using it."""
+
+    def __init__(self, setting: str, field: str) -> None:
+        super().__init__(setting, self._with_the_first)
+        self._field = field
+        self._first: dict[tuple[int, int | None], int] = {}
+
+    def says(self, frame: Frame) -> None:
+        if frame.name == self._telling:
+            self._first.setdefault((frame.source, frame.channel), frame[self._field])
+        super().says(frame)
+
+    def _with_the_first(self, frame: Frame) -> Frame:
+        first = self._first.get((frame.dest, frame.channel), frame[self._field])
+        return frame.with_(self._field, first)
+
+
+class Knows(Firmware):
+    """Knows the last status of each motor, and whether it moves."""
+
+    def __init__(self) -> None:
+        self.last: dict[tuple[int, int | None], Frame] = {}
+
+    def says(self, frame: Frame) -> None:
+        if frame.name in (*_STATUSES, *_ENDS) and "status_bits" in frame.fields:
+            self.last[frame.source, frame.channel] = frame
+        self.tells(frame)
+
+    def tells(self, frame: Frame) -> None:
+        """Handle a message from the controller."""
+        self.say(frame.raw)
+
+    def place_of(self, frame: Frame) -> int | None:
+        """Return the last known position of the motor that a message is for."""
+        known = self.last.get((frame.dest, frame.channel))
+        return None if known is None else known["position"]
+
+    def move_to(self, frame: Frame, position: int) -> bytes:
+        """Return an absolute move of the motor that a message is for."""
+        data = (frame.channel or 1).to_bytes(2, "little") + position.to_bytes(
+            4, "little", signed=True
+        )
+        head = ID[_ABSOLUTE].to_bytes(2, "little") + bytes((6, 0, frame.dest | 0x80, HOST))
+        return head + data
+
+
+def _bits(frame: Frame) -> int:
+    return frame["status_bits"]
+
+
+def _changes(names: tuple[str, ...], change: Callable[[Frame], Frame]) -> Callable[[], Firmware]:
+    """Return firmware that changes the fields of some messages."""
+
+    class Changes(Firmware):
+        def says(self, frame: Frame) -> None:
+            changed = frame.name in names and "status_bits" in frame.fields
+            self.say((change(frame) if changed else frame).raw)
+
+    return Changes
+
+
+def _velocity(change: Callable[[int], int]) -> Callable[[], Firmware]:
+    def with_velocity(frame: Frame) -> Frame:
+        if "velocity" not in frame.fields:
+            return frame
+        velocity = frame["velocity"]
+        signed = velocity - 0x10000 if velocity > 0x7FFF else velocity
+        return frame.with_("velocity", change(signed))
+
+    return _changes(_STATUSES, with_velocity)
+
+
+def _swapped_bits(frame: Frame) -> Frame:
+    bits = _bits(frame)
+    forward, reverse = bits & _FORWARD, bits & _REVERSE
+    return frame.with_("status_bits", bits & ~(_FORWARD | _REVERSE) | forward << 1 | reverse >> 1)
+
+
+def _motor(draw: Draw) -> None:
+    draw.moves()
+
+
+def _dc(draw: Draw) -> None:
+    draw.moves()
+    draw.claims("MOT_REQ_DCSTATUSUPDATE")
+
+
+def _dynamic(
+    name: str,
+    found_by: str,
+    make: Callable[[], Firmware],
+    about: str = "",
+    *,
+    needs: Callable[[Draw], None] = _motor,
+    claims: tuple[str, ...] = (),
+    result: Result = Result.FAIL,
+) -> Defect:
+    def made(draw: Draw) -> tuple[Firmware, str]:
+        needs(draw)
+        draw.claims(*claims)
+        return make(), about
+
+    return Defect(name, of(found_by), made, result=result)
+
+
+class OldTarget(Knows):
+    """Starts relative moves at the last target instead of the position."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._target: dict[tuple[int, int | None], int] = {}
+
+    def takes(self, frame: Frame) -> None:
+        key = frame.dest, frame.channel
+        raw = frame.raw
+        if frame.name == _ABSOLUTE and frame.has_packet:
+            self._target[key] = frame["absolute_distance"]
+        if frame.name == _RELATIVE and frame.has_packet:
+            begin = self._target.get(key, self.place_of(frame))
+            if begin is not None:
+                self._target[key] = begin + frame["relative_distance"]
+                raw = self.move_to(frame, self._target[key])
+        self.pass_on(raw)
+
+
+class EarlyEnd(Knows):
+    """Reports the end of an absolute move some time before it, with the position or the target.
+
+    :param target: whether the message has the target as the position.
+    """
+
+    def __init__(self, *, target: bool) -> None:
+        super().__init__()
+        self._lies = target
+        self._goal: dict[tuple[int, int | None], int] = {}
+        self._from: dict[tuple[int, int | None], int] = {}
+
+    def takes(self, frame: Frame) -> None:
+        key = frame.dest, frame.channel
+        place = self.place_of(frame)
+        if frame.name == _ABSOLUTE and frame.has_packet and place is not None:
+            self._goal[key], self._from[key] = frame["absolute_distance"], place
+        self.pass_on(frame.raw)
+
+    def tells(self, frame: Frame) -> None:
+        key = frame.source, frame.channel
+        if frame.name == _COMPLETED and key not in self._goal:
+            return
+        self.say(frame.raw)
+        if frame.name in _STATUSES and key in self._goal:
+            whole = abs(self._goal[key] - self._from[key])
+            if abs(frame["position"] - self._from[key]) > 0.6 * whole:
+                goal = self._goal.pop(key)
+                early = frame.with_("status_bits", _bits(frame) & ~_MOVING)
+                if self._lies:
+                    early = early.with_("position", goal)
+                self.say(early.renamed(_COMPLETED).raw)
+
+
+class Overshoots(Knows):
+    """Goes beyond its target by a part of the distance, and comes back, before it reports the end."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._goal: dict[tuple[int, int | None], Frame] = {}
+
+    def takes(self, frame: Frame) -> None:
+        place = self.place_of(frame)
+        raw = frame.raw
+        if frame.name == _ABSOLUTE and frame.has_packet and place is not None:
+            goal = frame["absolute_distance"]
+            if abs(goal - place) > 300:
+                self._goal[frame.dest, frame.channel] = frame
+                raw = self.move_to(frame, goal + (goal - place) // 5)
+        self.pass_on(raw)
+
+    def tells(self, frame: Frame) -> None:
+        goal = self._goal.pop((frame.source, frame.channel), None)
+        if frame.name == _COMPLETED and goal is not None:
+            self.pass_on(goal.raw)
+        else:
+            if goal is not None:
+                self._goal[frame.source, frame.channel] = goal
+            self.say(frame.raw)
+
+
+class FrozenOnTheWay(Knows):
+    """Reports the position at which a motion began until it ends."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._held: dict[tuple[int, int | None], int] = {}
+
+    def tells(self, frame: Frame) -> None:
+        key = frame.source, frame.channel
+        if frame.name in _STATUSES:
+            if _bits(frame) & (_MOVING & ~0x200) and not _bits(frame) & 0x200:
+                frame = frame.with_("position", self._held.setdefault(key, frame["position"]))
+            else:
+                self._held[key] = frame["position"]
+        self.say(frame.raw)
+
+
+class StaleVelocity(Knows):
+    """Reports the last velocity of a motion at rest."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._moved: dict[tuple[int, int | None], int] = {}
+
+    def tells(self, frame: Frame) -> None:
+        key = frame.source, frame.channel
+        if frame.name in _STATUSES and "velocity" in frame.fields:
+            if frame["velocity"]:
+                self._moved[key] = frame["velocity"]
+            frame = frame.with_("velocity", self._moved.get(key, 0))
+        self.say(frame.raw)
+
+
+class StaleBitsAlone(Firmware):
+    """Updates the bits of MOT_GET_STATUSBITS only at rest, or only in some of them.
+
+    :param mask: bits that stay as they were first.
+    """
+
+    def __init__(self, mask: int) -> None:
+        self._mask = mask
+        self._first: dict[tuple[int, int | None], int] = {}
+
+    def says(self, frame: Frame) -> None:
+        if frame.name == "MOT_GET_STATUSBITS":
+            first = self._first.setdefault((frame.source, frame.channel), _bits(frame))
+            frame = frame.with_("status_bits", _bits(frame) & ~self._mask | first & self._mask)
+        self.say(frame.raw)
+
+
+class StaleCounter(Knows):
+    """Updates the position counter only at rest."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._counter: dict[tuple[int, int | None], int] = {}
+
+    def tells(self, frame: Frame) -> None:
+        key = frame.source, frame.channel
+        if frame.name == "MOT_GET_POSCOUNTER":
+            status = self.last.get(key)
+            if status is not None and _bits(status) & _MOVING:
+                frame = frame.with_("position", self._counter.get(key, 0))
+            self._counter[key] = frame["position"]
+        if frame.name in _STATUSES and not _bits(frame) & _MOVING:
+            self._counter[key] = frame["position"]
+        self.say(frame.raw)
+
+
+DYNAMICS = (
+    _dynamic("The velocity of moves is ignored", "profile",
+             lambda: Ignores("MOT_SET_VELPARAMS", "max_velocity")),
+    _dynamic("The acceleration of moves is ignored", "profile",
+             lambda: Ignores("MOT_SET_VELPARAMS", "acceleration")),
+    _dynamic("The velocity of jogs is ignored", "profile",
+             lambda: Ignores("MOT_SET_JOGPARAMS", "jog_max_velocity")),
+    _dynamic("The acceleration of jogs is ignored", "profile",
+             lambda: Ignores("MOT_SET_JOGPARAMS", "jog_acceleration")),
+    _dynamic("The velocity in the status is inverted", "move-absolute", _velocity(lambda v: -v), needs=_dc),
+    _dynamic("The velocity in the status is never negative", "move-absolute", _velocity(abs),
+             needs=_dc, result=Result.NON_STRICT),
+    _dynamic("The velocity in the status is always 0", "move-jog move-velocity", _velocity(lambda v: 0),
+             needs=_dc, result=Result.NON_STRICT),
+    _dynamic("The velocity in the status stays after the motion", "move-absolute", StaleVelocity, needs=_dc),
+    _dynamic("The velocity in the status does not change", "profile",
+             _velocity(lambda v: 50 * ((v > 0) - (v < 0))), needs=_dc),
+    _dynamic("Relative moves start at the last target", "move-stop", OldTarget),
+    _dynamic("The end of a move is reported on its way", "move-absolute", lambda: EarlyEnd(target=False)),
+    _dynamic("The end of a move is reported on its way with the target", "move-absolute",
+             lambda: EarlyEnd(target=True)),
+    _dynamic("A move goes beyond its target and comes back", "move-absolute", Overshoots),
+    _dynamic("The position stays during a move", "move-absolute", FrozenOnTheWay),
+    _dynamic("The directions in the status are swapped", "move-velocity move-jog",
+             _changes((*_STATUSES, *_ENDS), _swapped_bits)),
+    _dynamic("The status reports settled during motion", "move-absolute",
+             _changes(_STATUSES, lambda f: f.with_("status_bits", _bits(f) | _SETTLED)), needs=_dc),
+    _dynamic("The bits alone never report homed", "home", lambda: StaleBitsAlone(0x400),
+             claims=("MOT_REQ_STATUSBITS",)),
+    _dynamic("The bits alone do not report motion", "in-motion", lambda: StaleBitsAlone(_MOVING),
+             claims=("MOT_REQ_STATUSBITS",)),
+    _dynamic("The position counter stays during a move", "in-motion", StaleCounter,
+             claims=("MOT_REQ_POSCOUNTER",)),
+)  # fmt: skip
