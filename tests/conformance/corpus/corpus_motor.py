@@ -84,7 +84,7 @@ class MotorController(AptUnit):
                 self.arrive()
             if self.next_update <= self.now:
                 self.next_update += self.updates_every
-                self.send_status(self.STATUS, self.status_packet())
+                self.send_update()
         self.now = max(until, self.now)
 
     # Commands
@@ -108,9 +108,9 @@ class MotorController(AptUnit):
             (0x0409, 6): self.set_encoder,
             (0x040A, 0): self.request_encoder,
             (0x0443, 0): self.move_home,
-            (0x0448, 0): lambda frame: self.move_relative(self.kept("relative")[0]),
+            (0x0448, 0): lambda frame: self.move_relative(self.stored_distance()),
             (0x0448, 6): lambda frame: self.move_relative(self.number(frame)),
-            (0x0453, 0): lambda frame: self.move_absolute(self.kept("absolute")[0]),
+            (0x0453, 0): lambda frame: self.move_absolute(self.stored_position()),
             (0x0453, 6): lambda frame: self.move_absolute(self.number(frame)),
             (0x046A, 0): lambda frame: self.move_jog(frame[3]),
             (0x0457, 0): lambda frame: self.move_velocity(frame[3]),
@@ -118,8 +118,8 @@ class MotorController(AptUnit):
         }
         for name, setting in self.SETTINGS.items():
             size = struct.calcsize("<H" + setting.layout)
-            table[setting.id, size] = lambda frame, name=name: self.set(name, frame)  # type: ignore[misc]
-            table[setting.id + 1, 0] = lambda frame, name=name: self.request(name, frame)  # type: ignore[misc]
+            table[setting.id, size] = lambda frame, name=name: self.set(name, frame)
+            table[setting.id + 1, 0] = lambda frame, name=name: self.request(name, frame)
         return table
 
     def number(self, frame: bytes) -> int:
@@ -153,6 +153,9 @@ class MotorController(AptUnit):
 
     def stop_updates(self, frame: bytes) -> None:
         self.next_update = math.inf
+
+    def send_update(self) -> None:
+        self.send_status(self.STATUS, self.status_packet())
 
     def server_alive(self, frame: bytes) -> None:
         self.since_alive = 0
@@ -238,6 +241,22 @@ class MotorController(AptUnit):
         _, acceleration, speed = self.kept("velocity")
         return acceleration, speed
 
+    def jog_parameters(self) -> tuple[int, float, float, float]:
+        """Return mode, step, acceleration and maximum velocity of jogs."""
+        mode, step, _, acceleration, speed, _ = self.kept("jog")
+        return mode, step, acceleration, speed
+
+    def home_parameters(self) -> tuple[float, float]:
+        """Return velocity and offset of homing."""
+        _, _, speed, offset = self.kept("home")
+        return speed, max(0, offset)
+
+    def stored_distance(self) -> int:
+        return self.kept("relative")[0]
+
+    def stored_position(self) -> int:
+        return self.kept("absolute")[0]
+
     def go(self, motion: str, path: Path) -> None:
         """Begin a motion, if the channel is enabled."""
         if not self.axis.enabled:
@@ -267,7 +286,7 @@ class MotorController(AptUnit):
         if direction not in (1, 2):
             return
         side = 1 if direction == 1 else -1
-        mode, step, _, acceleration, speed, _ = self.kept("jog")
+        mode, step, acceleration, speed = self.jog_parameters()
         if mode == 2:
             self.move_to(self.place() + side * step, JOG, acceleration, speed)
         else:
@@ -284,10 +303,10 @@ class MotorController(AptUnit):
     def move_home(self, frame: bytes) -> None:
         """Find the reverse limit switch, move away by the offset, and begin to count there."""
         self.axis.homed = False
-        _, _, speed, offset = self.kept("home")
+        speed, offset = self.home_parameters()
         acceleration, _ = self.velocity_parameters()
         find = to_target(self.now, self.place(), self.speed(), 0, speed, acceleration)
-        leave = to_target(find.end, 0, 0, max(0, offset), speed, acceleration)
+        leave = to_target(find.end, 0, 0, offset, speed, acceleration)
         self.go(HOME, then(find, leave))
 
     def move_stop(self, mode: int) -> None:
