@@ -1,6 +1,8 @@
 """A run: first contact, then all checks.
 
-However a check ends, its motion is stopped first, and then its changes are undone.
+However a check ends, its motion is stopped first. Its changes are undone once everything rests. If something
+had to be disabled because it ignored its stops, nothing moves in the rest of the run. If something does not
+come to rest at all, the run ends.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersE
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
-from stagewire_conformance.device.permissions import Permissions, RangeError
+from stagewire_conformance.device.permissions import Need, Permissions, RangeError
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Outcome, Report, digests_of
 from stagewire_conformance.device.results import Entry, Finding, Result
@@ -99,6 +101,8 @@ class _Run:
         self._jitter = 0.0
         self._unfinished = ""
         self._stops: tuple[str, ...] = ()
+        self._held = ""  # why nothing may move any more
+        self._left_out: dict[str, str] = {}  # why a check was not run, by its id
         self._defect: BaseException | None = None
 
     def run(self, progress: Progress) -> Report:
@@ -150,7 +154,13 @@ class _Run:
             elif runs:
                 progress(check, before, total)
                 before += 1
+                if self._held and Need.MOTION in check.needs:
+                    self._left_out[check.id] = f"nothing may move: {self._held}"
+                    continue
                 self._run_check(check)
+                if self._line.adrift:
+                    self._unfinished = "; ".join(self._line.adrift)
+                    return
 
     def _run_check(self, check: Check) -> None:
         """Run one check. If an error ends it, send stops first; keep its findings in any case."""
@@ -162,14 +172,20 @@ class _Run:
         try:
             self._perform(check, trial, restoration)
         except BaseException as error:
-            at_stop = len(line.log)
+            at_stop = len(line.stops)
             line.halt()  # before anything else
-            self._stops = tuple(entry.text for entry in line.log[at_stop:])
             line.interruption.heed()
             trial.inconclusive(f"the check did not finish: {_reason(error)}")
+            try:
+                line.come_to_rest()
+            except KeyboardInterrupt:
+                line.give_up("the run was interrupted again before it came to rest")
+                line.interruption.heed()
             restoration.restore_at_rest()
+            self._stops = tuple(line.stops[at_stop:])
             raise
         finally:
+            self._note_rest(check, trial)
             self._outcomes.append(
                 _outcome(
                     check,
@@ -194,12 +210,26 @@ class _Run:
         except StagewireError as error:  # the behaviour of a controller can end a check
             line.halt()
             trial.must(False, f"the check could not continue: {error}")
+            line.come_to_rest()
             restoration.restore_at_rest()
         line.rest()
         restoration.restore()
         line.rest()
         for text in line.settle():
             trial.info(f"received after the check, unsolicited: {text}")
+        line.forget()
+
+    def _note_rest(self, check: Check, trial: Trial) -> None:
+        """Note what did not stop in a check: nothing is moved after it."""
+        line = self._line
+        for text, is_fault in line.adrift.items():
+            trial.must(False, text) if is_fault else trial.inconclusive(text)
+        if line.disabled and not self._held:
+            names = " and ".join(sorted(line.disabled))
+            self._held = f"{names} ignored its stops in {check.id} and had to be disabled"
+            trial.must(
+                bool(line.adrift), f"{names} came to rest only when it was disabled; it still is"
+            )
 
     def _leave(self) -> None:
         """Leave the controller as it was found, as far as possible after an error."""
@@ -210,7 +240,11 @@ class _Run:
     def _report(self) -> Report:
         reached = {outcome.check.id for outcome in self._outcomes}
         not_run = [
-            (check, check.refusal(self._allowed) or f"not reached: {self._unfinished}")
+            (
+                check,
+                check.refusal(self._allowed)
+                or self._left_out.get(check.id, f"not reached: {self._unfinished}"),
+            )
             for check in self._checks
             if check.id not in reached
         ]
@@ -227,6 +261,7 @@ class _Run:
             digests=digests_of(self._declared),
             identification=self._identification,
             stops=self._stops,
+            adrift=tuple(self._line.adrift),
             defect=self._defect,
         )
 

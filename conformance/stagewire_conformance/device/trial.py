@@ -134,7 +134,7 @@ class Trial:
 
 
 class Restoration:
-    """Undoes the changes of a trial. A change that cannot be undone becomes a finding.
+    """Undoes the changes of a trial, only at rest. A change that cannot be undone becomes a finding.
 
     :param trial: of a check that has ended.
     """
@@ -158,7 +158,7 @@ class Restoration:
             self._undos.pop()
 
     def restore_at_rest(self) -> None:
-        """Undo, after an error, all changes whose action moves nothing. Raises nothing.
+        """Undo, after an error, all changes whose action moves nothing, if everything rests. Raises nothing.
 
         If the line is lost or the run is interrupted again, note the remaining changes as not restored.
         """
@@ -168,21 +168,26 @@ class Restoration:
             undo = self._undos.pop()
             if why:
                 self._left(undo, why)
-            elif self._may_be_done(undo):
-                try:
+                continue
+            try:
+                if self._may_be_done(undo):
                     self._put_back(undo)
-                except TransportLostError:
-                    why = "the line was lost"
-                    self._left(undo, why)
-                except KeyboardInterrupt:
-                    why = "interrupted"
-                    self._left(undo, why)
-                except Exception as error:  # the other changes must still be undone
-                    self._left(undo, f"the suite has a defect: {type(error).__name__}: {error}")
+            except TransportLostError:
+                why = "the line was lost"
+                self._left(undo, why)
+            except KeyboardInterrupt:
+                why = "interrupted"
+                self._left(undo, why)
+            except Exception as error:  # the other changes must still be undone
+                self._left(undo, f"the suite has a defect: {type(error).__name__}: {error}")
 
     def _may_be_done(self, undo: Undo) -> bool:
-        if undo.moves and not self._moves:
+        line = self._trial.line
+        if undo.moves and (not self._moves or line.disabled):
             self._trial.info(f"left as it is, because nothing may move now: {undo.what}")
+            return False
+        if not line.come_to_rest():  # a setting could make it faster
+            self._left(undo, "not everything is known to be at rest")
             return False
         return True
 
@@ -194,6 +199,7 @@ class Restoration:
             raise
         except (EnoughError, StagewireError) as error:
             self._trial.line.halt()
+            self._trial.line.come_to_rest()
             self._moves = False
             if not isinstance(error, EnoughError):  # it has noted a finding
                 self._left(undo, str(error))

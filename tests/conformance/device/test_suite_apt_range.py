@@ -135,7 +135,7 @@ def test_a_piezo_outside_the_range_is_not_driven() -> None:
 
 @pytest.mark.parametrize(("unit", "stage"), [("TDC001", "Z8"), ("BBD103", "MLS203")])
 @pytest.mark.parametrize("kind", ["move-velocity", "move-stop", "move-absolute"])
-def test_a_motor_that_ignores_stops_is_called_back(unit: str, stage: str, kind: str) -> None:
+def test_a_motor_that_ignores_stops_is_disabled(unit: str, stage: str, kind: str) -> None:
     """In a rack only the first bay ignores stops, and the others are still stopped."""
     on = bench(unit, stage, ends=False)
     first = next(place.address for place in on.declared.places if place.channels)
@@ -145,15 +145,18 @@ def test_a_motor_that_ignores_stops_is_called_back(unit: str, stage: str, kind: 
 
     link, seen = watched(on, faulty_link(on, LinkFault(to_controller=of("MOT_MOVE_STOP", unheard))))
     allowed = Permissions(settings=True, motion=Range.parse("0..100000counts"))
-    run_on(on, (kind,), link=link, allowed=allowed)
+    report = run_on(on, (kind, "move-updates"), link=link, allowed=allowed)
     assert min(seen) >= -5_000
     assert max(seen) <= 105_000
     bays = len([place for place in on.declared.places if place.channels])
-    assert seen[-bays:] == [0] * bays
+    assert seen[-bays:] == seen[-2 * bays : -bays]  # at rest
+    assert not report.adrift
+    left_out = [why for check, why in report.not_run if "had to be disabled" in why]
+    assert bool(left_out) is (kind == "move-velocity")  # other motions end by themselves
 
 
 @pytest.mark.parametrize("kind", ["move-absolute", "move-relative", "move-jog", "move-velocity"])
-def test_a_motor_that_goes_too_far_is_called_back(kind: str) -> None:
+def test_a_motor_that_goes_too_far_is_stopped_and_brought_back(kind: str) -> None:
     """Every move is replaced by a move at constant velocity that only a stop ends."""
     on = bench("TDC001", "Z8", ends=False)
     moves = ("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", "MOT_MOVE_JOG")

@@ -21,7 +21,8 @@ from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_guard import AptGuard
 from stagewire_conformance.device.lines.dialogue import Incoming, message_text
 from stagewire_conformance.device.lines.line import GuardedLink
-from stagewire_conformance.device.lines.motions import Moved
+from stagewire_conformance.device.lines.motions import STATUS_BITS, Ending, Moved, reports_motion
+from stagewire_conformance.device.lines.standstill import Measure, Part, Sighting, bring_to_rest
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.targets import names_of
 
@@ -104,6 +105,9 @@ def _nothing(line: AptLine, garbage: int) -> str:
 _SIGN_PERIOD: Final = 0.5
 """Seconds between two keep-alive messages. A controller needs one per second (page 80)."""
 
+_SIGHT: Final = 0.5
+"""Seconds to wait for the status of a motor that is brought to rest."""
+
 _GIVEN_UP: Final = 0.1
 """Seconds without a byte after which an incomplete frame is given up."""
 
@@ -155,7 +159,10 @@ class AptLine(GuardedLink):
         """
         self._guard.check(message, dest)
         self._sign_of_life()
-        self._moved.sends(message, dest, self._guard.effect(message.layout.message))
+        effect = self._guard.effect(message.layout.message)
+        self._moved.sends(message, dest, effect)
+        if effect == "motion":
+            self._starts()
         self._say(message, dest, source)
 
     def send_bytes(self, raw: bytes, about: str = "") -> None:
@@ -359,19 +366,65 @@ class AptLine(GuardedLink):
         """Read until the line is quiet; see :meth:`.GuardedLink.settle`."""
         return [heard.text for heard in self.drain()]
 
-    def halt(self) -> None:
-        """Stop everything that this check may have set in motion; see :meth:`.GuardedLink.halt`."""
-        self._stop(self._moved.all())
+    def pause(self, seconds: float) -> None:
+        """Wait, and keep all messages in the inbox."""
+        kept = self.listen(seconds)
+        self.heard[:0] = kept
 
-    def rest(self) -> None:
-        """Stop what is still in motion; see :meth:`.GuardedLink.rest`."""
-        self._stop(self._moved.going_on())
-        self._moved.forget()
+    def parts(self, *, going: bool = False) -> list[Part]:
+        """Return what this check has set in motion; see :meth:`.GuardedLink.parts`."""
+        channels = self._moved.channels(going=going)
+        return [part for each in channels if (part := self._part(*each)).measures]
 
-    def _stop(self, stops: list[tuple[FramedMessage, int]]) -> None:
+    def stop_channel(self, place: Target, channel: int) -> bool:
+        """Stop a channel immediately, and return whether it rests; see :meth:`.GuardedLink.come_to_rest`."""
+        part = self._part(place, channel)
+        part.measures[-2 if len(part.measures) > 2 else 0].take()
+        self.adrift |= dict.fromkeys(bring_to_rest(self, [part], {part.name}), True)
+        return not self.adrift
+
+    def disable_channel(self, place: Target, channel: int) -> None:
+        """Disable a channel that ignores its stops, if it can be disabled."""
+        if (last := self._part(place, channel).measures[-1]).disables:
+            last.take()
+
+    def _part(self, place: Target, channel: int) -> Part:
+        name = f"{place.name} channel {channel}"
+        measures = [
+            Measure(ending.text, partial(self._end, ending, place, name), ending.disables)
+            for ending in self._moved.endings(place, channel)
+        ]
+        return Part(name, tuple(measures), self._look(place, channel))
+
+    def _end(self, ending: Ending, place: Target, name: str) -> None:
         host = self._protocol.host
-        for message, dest in stops:
-            self._write_now(message.pack(dest, host), partial(_told, message, dest, host))
+        for message in ending.messages:
+            told = partial(_told, message, place.address, host)
+            self._write_now(message.pack(place.address, host), told)
+        if ending.disables:
+            self.disabled.add(name)
+
+    def _look(self, place: Target, channel: int) -> Callable[[], Sighting | None] | None:
+        """Return a function that reads the state of a motor; None for a channel without a position."""
+        query = place.unit.status_query
+        if not place.moves_stages or query is None or query.req is None:
+            return None
+        request = self.declared.make(query.req.layout.message, channel)
+        bits = STATUS_BITS[place.status or ""]
+
+        def look() -> Sighting | None:
+            heard = self.ask(request, place.address, _SIGHT)
+            if heard is None:
+                return None
+            moving = reports_motion(bits(heard.message.status_bits))
+            return Sighting(heard.time, heard.message.position, moving)
+
+        return look
+
+    def forget(self) -> None:
+        """Forget all motions, before the next check."""
+        self._moved.forget()
+        self._rests = True
 
     def leave(self) -> None:
         """Do nothing: first contact changes nothing."""

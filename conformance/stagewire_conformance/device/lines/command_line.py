@@ -20,6 +20,7 @@ from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.command_guard import CommandGuard
 from stagewire_conformance.device.lines.dialogue import message_text
 from stagewire_conformance.device.lines.line import GuardedLink
+from stagewire_conformance.device.lines.standstill import Measure, Part, Sighting
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
 
@@ -151,7 +152,7 @@ class CommandLine(GuardedLink):
         """Bytes received without a request since the line was last settled."""
         self.moving: set[int] = set()
         """Axes that may be moving. A check removes an axis once it has reported rest."""
-        # the same, including axes that have reported rest since the line was settled
+        # the same, including axes that have reported rest in this check
         self._moved: set[int] = set()
         self.stopped: set[int] = set()
         """Axes that were stopped, which disables them until they are started again (section 16)."""
@@ -180,6 +181,7 @@ class CommandLine(GuardedLink):
         if axis is not None and self._guard.moves(frame):
             self.moving.add(axis)
             self._moved.add(axis)
+            self._starts()
         if isinstance(command, m.StopMotor):
             self.stopped.add(frame.axis or 0)
         elif isinstance(command, m.StartMotor):
@@ -283,34 +285,71 @@ class CommandLine(GuardedLink):
         silent = self.now - self._stirred  # often the check has already waited for silence
         came = self.unasked + self._until_quiet(max(0.0, QUIET - silent), _UNASKED)
         self.unasked = b""
-        self._moved &= self.moving
         return [f"{came.hex(' ')}: {_UNASKED}"] if came else []
 
-    def halt(self) -> None:
-        """Stop every axis that was set in motion, even if it reports rest; see :meth:`.GuardedLink.halt`.
+    def pause(self, seconds: float) -> None:
+        """Wait, and keep everything that arrives as unsolicited."""
+        self.unasked += self.listen(seconds)
 
-        This disables the axes (section 16).
+    def parts(self, *, going: bool = False) -> list[Part]:
+        """Return the axes that were set in motion; see :meth:`.GuardedLink.parts`.
+
+        A stop disables an axis (section 16), and is the only measure; it is sent again if it has no effect.
         """
-        self._stop(frozenset(self._moved))
+        axes = self.moving if going else self._moved
+        return [
+            Part(
+                f"axis {self._name(axis)}",
+                (
+                    Measure("STOP_MOTOR", partial(self._stop_axis, axis)),
+                    Measure("another STOP_MOTOR", partial(self._stop_axis, axis)),
+                ),
+                partial(self._look, axis),
+            )
+            for axis in sorted(axes)
+        ]
 
-    def rest(self) -> None:
-        """Stop what a check has left in motion; see :meth:`.GuardedLink.rest`."""
-        self._stop(frozenset(self.moving))
-
-    def _stop(self, axes: frozenset[int]) -> None:
-        """Stop some axes.
+    def _stop_axis(self, axis: int) -> None:
+        """Stop an axis.
 
         If a byte of a command was lost, the next command becomes part of it and is ignored. So each stop is
         sent twice, after a colon if a command may be incomplete.
         """
-        if axes and not self._in_step:
+        if not self._in_step:
             self._write_now(self._end, lambda: "ends an incomplete command")
-        for axis in sorted(axes) * 2:
-            frame = CommandFrame(m.StopMotor(), axis)
+        frame = CommandFrame(m.StopMotor(), axis)
+        for _ in range(2):
             self._write_now(frame.encode(), partial(self._words, frame))
-        self.stopped |= axes
-        self.moving -= axes
-        self._moved -= axes
+        self.stopped.add(axis)
+        self.moving.discard(axis)
+
+    def _look(self, axis: int) -> Sighting | None:
+        """Return the state of an axis: its position, and whether it reports a speed."""
+        position = self._number(m.ReadMotorPosition(), axis)
+        speed = self._number(m.ReadCurrentSpeed(), axis)
+        if position is None or speed is None:
+            return None
+        return Sighting(self.now, position, speed != 0)
+
+    def _number(self, request: Command, axis: int) -> int | None:
+        """Return the number in the reply to a request; None without a whole reply."""
+        assert request.reply is not None
+        raw = self.ask(request, axis, _SOON, quiet=0.0)
+        if len(raw) != request.reply.layout.length:
+            return None
+        reply = request.reply.unpack(raw)
+        [field] = reply.layout.fields
+        return int(getattr(reply, field))
+
+    def _name(self, axis: int) -> str:
+        place = self.declared.place_at(axis)
+        return place.name if place else f"{axis:#04x}"
+
+    def forget(self) -> None:
+        """Forget all motions, before the next check."""
+        self._moved.clear()
+        self.moving.clear()
+        self._rests = True
 
     def leave(self) -> None:
         """Switch back to the format in which the controller was found; see :meth:`.GuardedLink.leave`."""
@@ -323,8 +362,7 @@ class CommandLine(GuardedLink):
         """Return a command in one line: its name, its axis, and its values."""
         words = message_text(frame.message).split(" ", 1)
         if frame.axis is not None:
-            place = self.declared.place_at(frame.axis)
-            words.insert(1, f"of axis {place.name if place else f'{frame.axis:#04x}'}")
+            words.insert(1, f"of axis {self._name(frame.axis)}")
         if frame.extra:
             words.append(f"extra={frame.extra.hex()}")
         if frame.form != "request":

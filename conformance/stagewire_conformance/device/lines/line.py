@@ -19,7 +19,7 @@ import signal
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import FrameType, TracebackType
 from typing import Any, Final, Protocol, Self
@@ -27,6 +27,7 @@ from typing import Any, Final, Protocol, Self
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.declaration import Declaration
+from stagewire_conformance.device.lines.standstill import Part, bring_to_rest
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.results import Entry
 
@@ -161,6 +162,17 @@ class GuardedLink(ABC):
         self.allowed = allowed
         self.log: list[Entry] = []
         """All traffic, in order."""
+        self.stops: list[str] = []
+        """What was sent to bring something to rest, in order."""
+        self.disabled: set[str] = set()
+        """What had to be disabled because it did not stop otherwise."""
+        self.adrift: dict[str, bool] = {}
+        """What may still be moving, in sentences, although everything was done to stop it.
+
+        The value is whether the controller is to blame.
+        """
+        self._rests = True  # whether everything rests, as its positions have shown
+        self._stopped: set[str] = set()  # the parts that were stopped since then
         self.interruption = Interruption(link)
         self._link = link
         self._clock = time.monotonic if link.clock is None else link.clock
@@ -203,15 +215,70 @@ class GuardedLink(ABC):
         """Read until the line is quiet, before a check; return descriptions of unsolicited messages."""
 
     @abstractmethod
+    def pause(self, seconds: float) -> None:
+        """Wait, and keep everything that arrives."""
+
+    @abstractmethod
+    def parts(self, *, going: bool = False) -> Sequence[Part]:
+        """Return what this check has set in motion.
+
+        :param going: whether to return only those parts whose end was not reported.
+        """
+
+    @abstractmethod
+    def forget(self) -> None:
+        """Forget all motions, before the next check."""
+
     def halt(self) -> None:
         """Stop everything that this check may have set in motion, before anything else is done.
 
         Raises nothing except a second interruption: on a lost line nothing can be stopped.
         """
+        self._stop(self.parts())
 
-    @abstractmethod
-    def rest(self) -> None:
-        """Stop what a finished check has left in motion, and forget completed motions."""
+    def rest(self) -> bool:
+        """Stop what is in motion without a reported end, and return whether everything rests."""
+        self._stop(self.parts(going=True))
+        return self.come_to_rest()
+
+    def _stop(self, parts: Sequence[Part]) -> None:
+        for part in parts:
+            self._rests = False
+            self._stopped.add(part.name)
+            part.measures[0].take()
+
+    def come_to_rest(self) -> bool:
+        """Wait until everything rests that this check has set in motion; return whether it does.
+
+        What does not come to rest is stopped, then stopped immediately, then disabled. If nothing helps, or
+        if the line is lost, :attr:`adrift` says so.
+        """
+        if not self._rests and not self.adrift:
+            try:
+                self.adrift |= dict.fromkeys(bring_to_rest(self, self.parts(), self._stopped), True)
+            except TransportLostError as error:
+                self.give_up(f"the line was lost before it came to rest ({error})")
+            self._rests = not self.adrift
+        return not self.adrift
+
+    def give_up(self, why: str) -> None:
+        """Take all measures against everything at once, without waiting for rest.
+
+        :param why: why it is not known whether everything rests.
+        """
+        if self._rests or self.adrift:
+            return
+        for part in self.parts():
+            for measure in part.measures[1:]:
+                measure.take()
+            if part.look is not None:
+                self.adrift[f"{part.name} may still be moving: {why}"] = False
+        self._rests = not self.adrift
+
+    def _starts(self) -> None:
+        """Note that something is set in motion."""
+        self._rests = False
+        self._stopped.clear()
 
     @abstractmethod
     def leave(self) -> None:
@@ -225,11 +292,13 @@ class GuardedLink(ABC):
         self._put(raw, tell, keep_alive)
 
     def _write_now(self, raw: bytes, tell: Callable[[], str]) -> None:
-        """Send bytes regardless of interruptions. On a lost line nothing is sent or logged."""
+        """Send bytes of a stop regardless of interruptions. On a lost line nothing is sent or logged."""
         try:
             self._put(raw, tell, False)
         except TransportLostError:
             self.log.pop()
+        else:
+            self.stops.append(tell())
 
     def _put(self, raw: bytes, tell: Callable[[], str], keep_alive: bool) -> None:
         self.log.append(Entry(self.now, True, raw, keep_alive, tell))

@@ -1,16 +1,39 @@
-"""Motions that a check may have started, and the messages that stop them."""
+"""Motions that a check may have started, and the messages that end them, the mildest first."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
 from stagewire.protocols import FramedMessage
 from stagewire.sessions import Matching
+from stagewire_apt import flags
+from stagewire_apt.enumerations import EnableState, SolenoidState
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.targets import Target
 
-_MANNER: Final = "PROFILED"
-"""The stop mode if there are several: without losing steps, as in the library."""
+_PROFILED: Final = "PROFILED"
+"""The stop mode that is used first: without losing steps, as in the library."""
+_IMMEDIATE: Final = "IMMEDIATE"
+
+STATUS_BITS: Final[Mapping[str, Callable[[int], Any]]] = {
+    "dc": flags.DcStatusBits,
+    "stepper": flags.StepperStatusBits,
+}
+"""The bits of a status by the form of the status messages of a unit."""
+
+_MOTION: Final = (
+    "moving_forward", "moving_reverse", "jogging_forward", "jogging_reverse", "homing",
+)  # fmt: skip
+
+
+def reports_motion(bits: Any) -> bool:
+    """Return whether the bits of a status report motion."""
+    return any(getattr(bits, name) for name in _MOTION)
+
+
+_ENABLE: Final = "MOD_SET_CHANENABLESTATE"
+_SOLENOID: Final = "MOT_SET_SOL_STATE"
 
 
 class _Where(NamedTuple):
@@ -18,6 +41,18 @@ class _Where(NamedTuple):
 
     dest: int
     channel: int | None
+
+
+class Ending(NamedTuple):
+    """Messages that should bring a channel to rest.
+
+    :param text: for sentences.
+    :param disables: whether they disable the channel.
+    """
+
+    text: str
+    messages: tuple[FramedMessage, ...]
+    disables: bool = False
 
 
 class Moved:
@@ -60,41 +95,57 @@ class Moved:
             if ends and message.layout.message in ends and where == _Where(source or -1, channel):
                 self._going[where] = None
 
-    def all(self) -> list[tuple[FramedMessage, int]]:
-        """Return the stops for everything that was set in motion, ended or not, with their destinations."""
-        return [stop for where in self._going for stop in self._stops(where)]
+    def channels(self, *, going: bool = False) -> list[tuple[Target, int]]:
+        """Return every channel that was set in motion.
 
-    def going_on(self) -> list[tuple[FramedMessage, int]]:
-        """Return the stops for motions whose end was not reported."""
-        going = [where for where, ends in self._going.items() if ends is not None]
-        return [stop for where in going for stop in self._stops(where)]
+        :param going: whether to return only those whose end was not reported.
+        """
+        found: dict[tuple[int, int], tuple[Target, int]] = {}
+        for where, ends in self._going.items():
+            place = self._declared.place_at(where.dest)
+            if place is None or (going and ends is None):
+                continue
+            for channel in place.channels if where.channel is None else (where.channel,):
+                found[where.dest, channel] = place, channel
+        return list(found.values())
 
     def forget(self) -> None:
         """Forget all motions, before the next check."""
         self._going.clear()
 
-    def _stops(self, where: _Where) -> list[tuple[FramedMessage, int]]:
-        place = self._declared.place_at(where.dest)
-        if place is None:
-            return []
-        channels = place.channels if where.channel is None else (where.channel,)
-        return [
-            (self._make(name, channel), where.dest)
-            for name in self._names(place)
-            for channel in channels
-        ]
+    def endings(self, place: Target, channel: int) -> list[Ending]:
+        """Return the messages that end the motion of a channel, the mildest first.
 
-    def _names(self, place: Target) -> list[str]:
-        """Return the stop messages of a place, including those that the PICS lists as unsupported."""
-        return sorted(name for name in place.listed if self._entries[name]["effect"] == "stop")
+        They include messages that the PICS lists as unsupported. A channel is disabled last, and only if it
+        can be stopped at all.
+        """
+        names = sorted(name for name in place.listed if self._entries[name]["effect"] == "stop")
+        found = []
+        if names:
+            stops = tuple(self._stop(name, channel, _PROFILED) for name in names)
+            found.append(Ending(" and ".join(names), stops))
+        manners = [name for name in names if self._manner(name, _IMMEDIATE)]
+        if manners:
+            stops = tuple(self._stop(name, channel, _IMMEDIATE) for name in manners)
+            found.append(Ending(f"an immediate {' and '.join(manners)}", stops))
+        if _SOLENOID in place.listed:
+            off = self._declared.make(_SOLENOID, channel, state=SolenoidState.SOLENOID_OFF)
+            found.insert(0, Ending(_SOLENOID, (off,)))
+        if found and _ENABLE in place.listed and place.moves_stages:
+            disable = self._declared.make(_ENABLE, channel, enable_state=EnableState.DISABLE)
+            found.append(Ending(f"{_ENABLE} (disable)", (disable,), disables=True))
+        return found
 
-    def _make(self, name: str, channel: int) -> FramedMessage:
+    def _stop(self, name: str, channel: int, manner: str) -> FramedMessage:
+        made: FramedMessage = self._declared.make(name, channel, **self._manner(name, manner))
+        return made
+
+    def _manner(self, name: str, manner: str) -> dict[str, Any]:
+        """Return the fields of a stop that choose how to stop; empty if there is only one way."""
         [layout] = self._entries[name]["layouts"]
         fields = self._declared.registry.fields(name, layout["form"])
-        manners: dict[str, Any] = {
-            field: entry["enum"][_MANNER]
+        return {
+            field: entry["enum"][manner]
             for field, entry in fields.items()
-            if _MANNER in entry.get("enum", ())
+            if manner in entry.get("enum", ())
         }
-        made: FramedMessage = self._declared.make(name, channel, **manners)
-        return made

@@ -53,8 +53,11 @@ def switch(trial: Trial, place: Target, channel: int, state: int) -> None:
 def put_back(trial: Trial, place: Target, channel: int, before: int) -> None:
     """Write the previous enable state, and check that it is in effect.
 
-    Raise :class:`~stagewire.errors.StagewireError`, which says what to do, if it is not.
+    Raise :class:`~stagewire.errors.StagewireError`, which says what to do, if it is not. A channel that was
+    disabled because it did not stop is not enabled again.
     """
+    if before == EnableState.ENABLE and f"{place.name} channel {channel}" in trial.line.disabled:
+        raise StagewireError("it was disabled because it ignored its stops")
     for _ in range(_TRIES):  # a lost message must not leave the state changed
         trial.line.send(m.ModSetChanEnableState(channel, before), place.address)
         came = trial.line.ask(m.ModReqChanEnableState(channel), place.address)

@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from stagewire_apt import flags
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import EnableState, MoveDirection, StopMode
+from stagewire_apt.enumerations import EnableState, MoveDirection
 from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
+from stagewire_conformance.device.lines.motions import STATUS_BITS, reports_motion
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
@@ -27,12 +27,6 @@ if TYPE_CHECKING:
 POLL: Final = 0.05
 """Seconds between two status requests to a moving motor."""
 
-_STILL: Final = 0.3
-"""Seconds without motion after which a motor is at rest."""
-
-_LEAVING: Final = 10.0
-"""Seconds within which a motor must come to rest after a stop."""
-
 _SETTLING: Final = 0.5
 """Seconds by which the motion bits may be late after a motor has come to rest."""
 
@@ -42,13 +36,6 @@ JITTER: Final = 4
 """Counts by which a servo at rest may be seen to move."""
 HELD: Final = 64
 """Counts within which a servo holds its stage."""
-
-_MOTION: Final = (
-    "moving_forward", "moving_reverse", "jogging_forward", "jogging_reverse", "homing",
-)  # fmt: skip
-"""Bits that report motion."""
-
-_BITS: Final = {"dc": flags.DcStatusBits, "stepper": flags.StepperStatusBits}
 
 
 @dataclass(frozen=True)
@@ -79,7 +66,7 @@ class Status:
     @property
     def moving(self) -> bool:
         """Whether the motor reports motion."""
-        return any(getattr(self.bits, name) for name in _MOTION)
+        return reports_motion(self.bits)
 
 
 class Axis:
@@ -230,7 +217,7 @@ class Axis:
     def status_of(self, heard: Incoming) -> Status:
         """Return the content of a message with a status."""
         message = heard.message
-        bits = _BITS[self.place.status or ""](message.status_bits)
+        bits = STATUS_BITS[self.place.status or ""](message.status_bits)
         velocity: int | None = getattr(message, "velocity", None)
         return Status(heard.time, message.position, bits, velocity, heard)
 
@@ -322,31 +309,22 @@ class Axis:
 
     # Rest
 
-    def standing(self, wait: float = _LEAVING) -> Status:
-        """Wait until the motor is at rest, and return its status. Keep all other messages in the inbox."""
-        end = self.trial.line.now + wait
-        last = self.status()
-        since = last.time
-        while self.trial.line.now < end:
-            self.pause(POLL)
-            now = self.status()
-            if abs(now.position - last.position) > JITTER or now.moving:
-                since = now.time
-            last = now
-            if now.time - since >= _STILL:
-                break
-        return last
-
     def pause(self, seconds: float) -> None:
         """Wait, and keep all messages in the inbox."""
-        line = self.trial.line
-        kept = line.listen(seconds)
-        line.heard[:0] = kept
+        self.trial.line.pause(seconds)
 
     def halt(self) -> Status:
-        """Stop the motor immediately, and wait until it is at rest."""
-        self.send(m.MotMoveStop(self.channel, StopMode.IMMEDIATE))
-        return self.standing()
+        """Stop the motor immediately and return its status at rest; disable it if it ignores the stop.
+
+        If it still does not come to rest, the check ends.
+        """
+        if not self.trial.line.stop_channel(self.place, self.channel):
+            raise EnoughError
+        return self.status()
+
+    def disable(self) -> None:
+        """Disable a motor that ignores its stops. It stays disabled, and nothing is moved any more."""
+        self.trial.line.disable_channel(self.place, self.channel)
 
     def tolerance(self, distance: int) -> int:
         """Return the counts by which a motor may miss its target after a move over some distance.

@@ -34,12 +34,12 @@ _LATEST: Final = 0.3
 _PATIENCE: Final = 2.0
 """Seconds that a motor may be at rest without an end message."""
 
-_HEEDED: Final = 0.12
-"""Seconds after an immediate stop command in which a motor must come to rest."""
+_HEEDED: Final = 0.2
+"""Seconds after an immediate stop command in which a motor must come to rest; otherwise it is disabled."""
 _STANDS: Final = 0.3
-"""Seconds without motion after which a motor that left its range is at rest."""
-_GIVEN_UP: Final = 10.0
-"""Seconds after which a motor that does not stop is given up."""
+"""Seconds without motion after which a motor that was stopped at a bound is at rest."""
+_GIVEN_UP: Final = 2.0
+"""Seconds after an immediate stop command after which a motor is left to the end of the check."""
 
 
 @dataclass
@@ -51,9 +51,11 @@ class Watched:
     :param after: its position immediately after the first end message; None without one.
     :param others: all other messages.
     :param stopped: its status when it was commanded to stop; None if it was not.
-    :param strayed: its status outside of its limits; None if it stayed within them. From then on, it is
-        watched until it is at rest, whatever it reports.
-    :param called_back: whether it was then commanded to go back.
+    :param strayed: its status outside of its limits; None if it stayed within them.
+    :param overdue: whether it was stopped because it moved for too long.
+    :param halted: when it was stopped immediately because it strayed or was overdue. From then on, it is
+        watched until it is at rest, whatever it reports; None if it was not.
+    :param disabled: whether it was then disabled because it ignored the stop.
     :param unheard: whether it was stopped at its deadline without a recent position.
     :param seconds: seconds until its end, or until it was given up.
     :param over: whether it is no longer watched.
@@ -67,7 +69,9 @@ class Watched:
     others: list[Incoming] = field(default_factory=list)
     stopped: Status | None = None
     strayed: Status | None = None
-    called_back: bool = False
+    overdue: bool = False
+    halted: float | None = None
+    disabled: bool = False
     unheard: bool = False
     seconds: float = 0.0
     over: bool = False
@@ -77,7 +81,7 @@ class Watched:
     @property
     def runs(self) -> bool:
         """Whether the motor has not been stopped yet."""
-        return not self.over and self.stopped is None and self.strayed is None and not self.unheard
+        return not self.over and self.stopped is None and self.halted is None and not self.unheard
 
     def look(self, status: Status) -> None:
         """Record a status. After a stop, it no longer belongs to the motion."""
@@ -104,12 +108,13 @@ def watch(
 ) -> dict[Axis, Watched]:
     """Watch moving motors until an end message of each has arrived.
 
-    :param limits: seconds after which a motor that still moves is given up.
+    A motor that exceeds its time or its distance is stopped immediately, and disabled if it ignores that.
+
+    :param limits: the seconds that a motor may take.
     :param done: decides to stop watching a motor earlier.
     :param stop: decides to stop a motor; its end is then awaited.
     :param mode: how it is stopped.
-    :param strays: decides that a motor is where it must not be; it is then stopped, and called back if
-        necessary.
+    :param strays: decides that a motor is where it must not be.
     :param deadlines: seconds after which a running motor is stopped regardless of its status: a status that
         is lost, late or stale does not show that the motor is about to leave the range.
     """
@@ -125,11 +130,13 @@ def watch(
             if status is None:
                 continue
             each.look(status)
-            if each.strayed is not None:
-                each.over = _is_back(axis, each, status)
+            if each.halted is not None:
+                each.over = _is_halted(axis, each, each.halted, status)
                 continue
-            if strays is not None and strays(axis, status):
-                each.strayed = status
+            strayed = strays is not None and strays(axis, status)
+            if strayed or line.now - began > limits[axis]:
+                each.strayed, each.overdue = status if strayed else None, not strayed
+                each.halted = status.time
                 axis.send(m.MotMoveStop(axis.channel, StopMode.IMMEDIATE))
                 continue
             if each.runs and stop is not None and stop(axis, status):
@@ -138,7 +145,7 @@ def watch(
             each.seconds = line.now - began
             stands = status.time - each.moved > _PATIENCE
             is_done = done is not None and done(axis, status)
-            each.over = stands or is_done or each.seconds > limits[axis]
+            each.over = stands or is_done
     _take(seen, line.listen(_BEHIND), line.now - began)
     return seen
 
@@ -176,13 +183,12 @@ def _status(
     return axis.status() if left >= _ANSWER else axis.status_within(max(0.0, left))
 
 
-def _is_back(axis: Axis, seen: Watched, status: Status) -> bool:
-    """Return whether a motor that strayed is at rest. If it ignores the stop, command it back, once."""
-    assert seen.strayed is not None
-    since = status.time - seen.strayed.time
-    if not seen.called_back and since >= _HEEDED and status.time - seen.moved < _HEEDED:
-        seen.called_back = True
-        axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
+def _is_halted(axis: Axis, seen: Watched, halted: float, status: Status) -> bool:
+    """Return whether a motor that was stopped at a bound is at rest. If it ignores the stop, disable it."""
+    since = status.time - halted
+    if not seen.disabled and since >= _HEEDED and status.time - seen.moved < _HEEDED:
+        seen.disabled = True
+        axis.disable()
     return status.time - seen.moved >= _STANDS or since > _GIVEN_UP
 
 
@@ -193,8 +199,10 @@ def _take(seen: Mapping[Axis, Watched], heard: Sequence[Incoming], seconds: floa
         if each.name not in ENDS:
             seen[axis].others.append(each)
             continue
+        if seen[axis].overdue:
+            continue  # it reports the stop
         seen[axis].ends.append(each)
-        if not seen[axis].over and seen[axis].strayed is None:
+        if not seen[axis].over and seen[axis].halted is None:
             seen[axis].over, seen[axis].seconds = True, seconds
 
 

@@ -1,0 +1,198 @@
+"""Bring to rest what a check has set in motion, and find out whether it rests.
+
+A controller may ignore a stop, report the end of a motion that continues, or stop answering. So a part rests
+only if its position shows it. Each part has measures, such as a stop with a profile, an immediate stop, and
+disabling it. The next measure is taken as soon as the last one has no effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple, Protocol
+
+_POLL: Final = 0.05
+"""Seconds between two looks at a part."""
+_HALF: Final = 0.25
+"""Seconds of motion that are compared with the same time before: does the part slow down?"""
+_SLOWER: Final = 0.9
+"""The largest ratio of two successive speeds of a part that slows down."""
+_PATIENCE: Final = 3.0
+"""Seconds after which the next measure is taken against a part that hardly moves but does not rest."""
+_LONGEST: Final = 10.0
+"""Seconds after which the next measure is taken, even if the part slows down."""
+_UNANSWERED: Final = 3
+"""Looks without an answer after which the next measure is taken."""
+
+_STILL: Final = ((0.3, 1), (0.75, 4), (1.5, 8))
+"""A part rests if its position has changed by at most so many counts for so many seconds.
+
+A servo that holds its stage may tremble, and a slow motion must not be taken for it.
+"""
+_TREMBLES: Final = 8
+"""Counts in :data:`_HALF` that may still be trembling."""
+_STILL_AFTER_ALL: Final = 1.0
+"""Seconds without a change of the position after which motion that is still reported is not believed.
+
+This applies only after an immediate stop.
+"""
+
+
+class Sighting(NamedTuple):
+    """The state of a part at one instant.
+
+    :param moving: whether the controller reports motion.
+    """
+
+    time: float
+    position: int
+    moving: bool
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Something that brings a part to rest.
+
+    :param text: such as ``an immediate MOT_MOVE_STOP``.
+    :param take: sends it. It raises nothing on a lost line.
+    :param disables: whether it disables the part.
+    """
+
+    text: str
+    take: Callable[[], None]
+    disables: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A channel or an axis that was set in motion.
+
+    :param name: such as ``0x50 channel 1``.
+    :param measures: the mildest first.
+    :param look: returns its state, or None without an answer. None for a part without a position, such as a
+        solenoid: it rests when its first measure was taken.
+    """
+
+    name: str
+    measures: tuple[Measure, ...]
+    look: Callable[[], Sighting | None] | None
+
+
+class Clocked(Protocol):
+    """A line on which one can wait."""
+
+    @property
+    def now(self) -> float:
+        """The time in seconds."""
+        ...
+
+    def pause(self, seconds: float) -> None:
+        """Wait, and keep everything that arrives."""
+        ...
+
+
+@dataclass
+class _Watched:
+    """A part that is brought to rest.
+
+    :param taken: the number of measures taken.
+    :param since: when the last measure was taken.
+    """
+
+    part: Part
+    taken: int
+    since: float
+    seen: list[Sighting] = field(default_factory=list)
+    unanswered: int = 0
+
+    def look(self) -> None:
+        """Look at the part once."""
+        assert self.part.look is not None
+        sighting = self.part.look()
+        if sighting is None:
+            self.unanswered += 1
+        else:
+            self.unanswered = 0
+            self.seen.append(sighting)
+
+    @property
+    def rests(self) -> bool:
+        """Whether the part rests, as far as its positions show."""
+        if self._stays(_STILL_AFTER_ALL, 1) and self.taken > 1:
+            return True
+        stays = any(self._stays(seconds, most) for seconds, most in _STILL)
+        return stays and not self.seen[-1].moving
+
+    def _stays(self, seconds: float, most: int) -> bool:
+        """Return whether the position has changed by at most ``most`` in the last ``seconds``."""
+        if not self.seen or self.seen[-1].time - self.seen[0].time < seconds:
+            return False
+        last = self.seen[-1].time - seconds
+        positions = [each.position for each in self.seen if each.time >= last]
+        return len(positions) > 1 and max(positions) - min(positions) <= most
+
+    def needs_more(self, now: float) -> bool:
+        """Return whether the last measure has no effect."""
+        if self.unanswered >= _UNANSWERED or now - self.since > _LONGEST:
+            return True
+        earlier, later = self._speed(2 * _HALF, _HALF), self._speed(_HALF, 0.0)
+        if earlier is None or later is None:
+            return False
+        if later * _HALF > _TREMBLES:
+            return later > _SLOWER * earlier
+        return (
+            now - self.since > _PATIENCE
+        )  # it creeps, oscillates, or reports motion that has ended
+
+    def _speed(self, first: float, last: float) -> float | None:
+        """Return the speed between two instants before the last sighting; None if it was not seen."""
+        if not self.seen or self.seen[-1].time - first < max(self.since, self.seen[0].time):
+            return None
+        now = self.seen[-1].time
+        seen = [each for each in self.seen if now - first <= each.time <= now - last]
+        if len(seen) < 2:
+            return None
+        return abs(seen[-1].position - seen[0].position) / max(seen[-1].time - seen[0].time, 1e-3)
+
+    def take_more(self, now: float) -> None:
+        """Take the next measure."""
+        self.part.measures[self.taken].take()
+        self.taken, self.since, self.unanswered = self.taken + 1, now, 0
+
+    @property
+    def words(self) -> str:
+        """What is known about a part that does not rest."""
+        taken = ", ".join(each.text for each in self.part.measures[: self.taken])
+        if self.unanswered or not self.seen:
+            return f"{self.part.name} may still be moving: it does not answer after {taken}"
+        last = self.seen[-1]
+        first = next(each for each in self.seen if last.time - each.time <= 2 * _HALF)
+        speed = abs(last.position - first.position) / max(last.time - first.time, _POLL)
+        if speed:
+            what = f"still moves at about {speed:.0f} counts/s"
+        else:
+            what = "still reports motion" if last.moving else "does not come to rest"
+        return f"{self.part.name} {what} after {taken}; it is at {last.position}"
+
+
+def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str]) -> list[str]:
+    """Wait until all parts rest, and take measures against those that do not; return what is known of those.
+
+    :param stopped: the names of the parts whose first measure was already taken.
+    """
+    watched = [_Watched(part, int(part.name in stopped), line.now) for part in parts if part.look]
+    lost: list[str] = []
+    while watched:
+        for each in [*watched]:
+            each.look()
+            if each.rests:
+                watched.remove(each)
+            elif each.needs_more(line.now):
+                if each.taken < len(each.part.measures):
+                    each.take_more(line.now)
+                else:
+                    watched.remove(each)
+                    lost.append(each.words)
+        if watched:
+            line.pause(_POLL)
+    return lost
