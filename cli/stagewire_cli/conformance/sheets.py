@@ -28,7 +28,14 @@ from stagewire_conformance.reports import (
     as_json,
     as_junit,
 )
-from stagewire_conformance.reports.text import GRADES, case_text, counted, listed, sentence
+from stagewire_conformance.reports.text import (
+    GRADES,
+    case_text,
+    counted,
+    listed,
+    not_at_rest,
+    sentence,
+)
 
 Junit = Annotated[
     Path | None,
@@ -203,7 +210,7 @@ def _show_left_out(sheet: Sheet, grade: Grade) -> None:
 
 
 def show_end(sheet: Sheet, written: Sequence[Path]) -> None:
-    """Print the written files, and the result of the run as the last line."""
+    """Print the written files and the result of the run; at last a warning if something may still move."""
     for path in written:
         typer.echo(f"written: {printable(str(path))}")
     console().print(
@@ -211,3 +218,5 @@ def show_end(sheet: Sheet, written: Sequence[Path]) -> None:
         style=_VERDICT_STYLES[sheet.verdict],
         soft_wrap=True,
     )
+    for text in not_at_rest(sheet):
+        console().print(printable(text), style="bold red", soft_wrap=True)

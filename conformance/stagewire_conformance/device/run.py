@@ -220,7 +220,7 @@ class _Run:
         line.forget()
 
     def _note_rest(self, check: Check, trial: Trial) -> None:
-        """Note what did not stop in a check: nothing is moved after it."""
+        """Note the parts that did not stop in a check. Nothing is moved after it."""
         line = self._line
         for text, is_fault in line.adrift.items():
             trial.must(False, text) if is_fault else trial.inconclusive(text)

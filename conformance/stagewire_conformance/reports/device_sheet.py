@@ -174,6 +174,7 @@ def sheet_of(
         command=again(""),
         groups=tuple(_groups(report, checks, again)),
         unfinished=report.unfinished,
+        adrift=report.adrift,
         rules={rule.id: rule for rule in _rules(registry, listed)},
         errata={erratum.id: erratum for erratum in _errata(registry, listed)},
         messages=tuple(

@@ -43,6 +43,7 @@ def as_json(sheet: Sheet) -> str:
         "unfinished": sheet.unfinished or None,
         "started": sheet.started.isoformat(timespec="seconds"),
         "seconds": round(sheet.seconds, 3),
+        "adrift": list(sheet.adrift),
         "seed": sheet.seed,
         "command": sheet.command,
         "protocols": dict(sheet.protocols),

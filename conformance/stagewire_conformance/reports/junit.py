@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stagewire_conformance.reports.model import Case, Grade, Sheet
-from stagewire_conformance.reports.text import case_text, gaps, safe, sentence
+from stagewire_conformance.reports.text import case_text, gaps, not_at_rest, safe, sentence
 
 if TYPE_CHECKING:
     from junitparser import TestCase, TestSuite
@@ -67,7 +67,8 @@ def _end(sheet: Sheet, name: str) -> TestCase:
 
     made = TestCase("run finished", name, round(sheet.seconds, 3))
     if sheet.unfinished:
-        made.result = [Error(safe(sheet.unfinished), str(sheet.verdict))]
+        texts = [*not_at_rest(sheet), sheet.unfinished]
+        made.result = [Error(safe("; ".join(texts)), str(sheet.verdict))]
     return made
 
 

@@ -259,6 +259,8 @@ class Sheet:
         to the selected ones.
     :param missed: permissions that were not used, with the reasons.
     :param interrupted: whether Ctrl-C or SIGTERM ended the run.
+    :param adrift: sentences about the parts that may still be moving after the run. Every report shows them
+        prominently.
     """
 
     kind: str
@@ -278,6 +280,7 @@ class Sheet:
     unselected: int = 0
     missed: tuple[str, ...] = ()
     interrupted: bool = False
+    adrift: tuple[str, ...] = ()
 
     def cases(self, *grades: Grade) -> Iterator[Case]:
         """Yield the cases of these grades, or all, in order."""

@@ -111,6 +111,11 @@ def _padded(wanted: bytes, came: bytes) -> tuple[list[str], list[str]]:
     return (filled, full) if shorter is wanted else (full, filled)
 
 
+def not_at_rest(sheet: Sheet) -> list[str]:
+    """Return a warning for each part that may still be moving after the run."""
+    return [f"NOT AT REST: {text}. Make sure that it cannot do harm." for text in sheet.adrift]
+
+
 MEANING = {
     "PASS": "the controller does what the document requires",
     "NON-STRICT": "it departs from a recommendation or from usual behaviour; hosts can work with it",

@@ -163,11 +163,11 @@ class GuardedLink(ABC):
         self.log: list[Entry] = []
         """All traffic, in order."""
         self.stops: list[str] = []
-        """What was sent to bring something to rest, in order."""
+        """The stops that were sent, in order, including stronger measures."""
         self.disabled: set[str] = set()
-        """What had to be disabled because it did not stop otherwise."""
+        """The names of the parts that had to be disabled because they ignored their stops."""
         self.adrift: dict[str, bool] = {}
-        """What may still be moving, in sentences, although everything was done to stop it.
+        """Sentences about the parts that may still be moving although every measure was taken.
 
         The value is whether the controller is to blame.
         """
@@ -250,8 +250,8 @@ class GuardedLink(ABC):
     def come_to_rest(self) -> bool:
         """Wait until everything rests that this check has set in motion; return whether it does.
 
-        What does not come to rest is stopped, then stopped immediately, then disabled. If nothing helps, or
-        if the line is lost, :attr:`adrift` says so.
+        A part that does not come to rest is stopped, then stopped immediately, then disabled. If nothing
+        helps, or if the line is lost, :attr:`adrift` says so.
         """
         if not self._rests and not self.adrift:
             try:

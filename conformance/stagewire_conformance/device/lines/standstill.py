@@ -1,4 +1,4 @@
-"""Bring to rest what a check has set in motion, and find out whether it rests.
+"""Bring everything to rest that a check has set in motion, and find out whether it rests.
 
 A controller may ignore a stop, report the end of a motion that continues, or stop answering. So a part rests
 only if its position shows it. Each part has measures, such as a stop with a profile, an immediate stop, and
@@ -161,7 +161,7 @@ class _Watched:
 
     @property
     def words(self) -> str:
-        """What is known about a part that does not rest."""
+        """A sentence about a part that does not rest."""
         taken = ", ".join(each.text for each in self.part.measures[: self.taken])
         if self.unanswered or not self.seen:
             return f"{self.part.name} may still be moving: it does not answer after {taken}"
@@ -176,7 +176,9 @@ class _Watched:
 
 
 def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str]) -> list[str]:
-    """Wait until all parts rest, and take measures against those that do not; return what is known of those.
+    """Wait until all parts rest, and take measures against the others.
+
+    Returns a sentence about each part that does not come to rest.
 
     :param stopped: the names of the parts whose first measure was already taken.
     """
