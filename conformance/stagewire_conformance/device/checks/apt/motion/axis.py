@@ -27,6 +27,12 @@ if TYPE_CHECKING:
 POLL: Final = 0.05
 """Seconds between two status requests to a moving motor."""
 
+_STILL: Final = 0.3
+"""Seconds without motion after which a motor is at rest."""
+
+_LEAVING: Final = 10.0
+"""Seconds within which a motor must come to rest after a stop."""
+
 _SETTLING: Final = 0.5
 """Seconds by which the motion bits may be late after a motor has come to rest."""
 
@@ -309,6 +315,21 @@ class Axis:
 
     # Rest
 
+    def standing(self, wait: float = _LEAVING) -> Status:
+        """Wait until the motor is at rest, and return its status. Keep all other messages in the inbox."""
+        end = self.trial.line.now + wait
+        last = self.status()
+        since = last.time
+        while self.trial.line.now < end:
+            self.pause(POLL)
+            now = self.status()
+            if abs(now.position - last.position) > JITTER or now.moving:
+                since = now.time
+            last = now
+            if now.time - since >= _STILL:
+                break
+        return last
+
     def pause(self, seconds: float) -> None:
         """Wait, and keep all messages in the inbox."""
         self.trial.line.pause(seconds)
@@ -351,10 +372,13 @@ def present(axis: Axis, setting: str) -> Values:
 def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
     """Change values of a parameter set until the end of the check, and check that they are in effect.
 
-    End the check if they are not: its effect would be unpredictable.
+    End the check if they are not: its effect would be unpredictable. End it before the change if a motor
+    moves and cannot be stopped, because the change could make it faster.
 
     :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
+    if not axis.trial.line.rest():
+        raise EnoughError
     placed = _placed_set(axis, setting)
     before = placed.read(axis.trial)
     wanted = {**before, **values}
