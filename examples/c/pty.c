@@ -42,6 +42,13 @@ void firmware_write(const uint8_t *bytes, size_t size)
     }
 }
 
+uint32_t firmware_cycles(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint32_t)(((uint64_t)now.tv_sec * 1000000000U + (uint64_t)now.tv_nsec) / 102400U);
+}
+
 /* Open a pseudo-terminal in raw mode. Its other end stays open, like a connected cable. */
 static bool open_port(const char *link)
 {
@@ -64,7 +71,7 @@ static bool open_port(const char *link)
 
 int main(int argc, char **argv)
 {
-    const struct timespec cycle = {0, 102400};
+    const struct timespec nap = {0, 1000000};
     const struct sigaction action = {.sa_handler = end};
     static struct firmware controller;
 
@@ -83,7 +90,7 @@ int main(int argc, char **argv)
     firmware_init(&controller);
     while (ended == 0) {
         firmware_poll(&controller);
-        (void)nanosleep(&cycle, NULL);
+        (void)nanosleep(&nap, NULL);
     }
     return unlink(argv[1]) == 0 ? 0 : 1;
 }

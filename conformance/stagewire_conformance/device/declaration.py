@@ -38,8 +38,8 @@ class Declaration:
     :param facts: facts about its units from the generated package.
     :param unit: the documented unit.
     :param pics: the PICS that the declaration was made from.
-    :param places: everything with its own address: the motherboard of a rack first, then its bays; or the
-        axes.
+    :param places: everything with its own address: the motherboard of a rack first, if there is one, then
+        its bays; or the axes.
     """
 
     protocol: Protocol

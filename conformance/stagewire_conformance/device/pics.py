@@ -66,6 +66,7 @@ class Pics:
     :param line: ``usb`` if the controller needs keep-alive messages, otherwise ``rs232``.
     :param unsupported: documented messages that the unit does not support, with the reasons.
     :param bays: the occupied bays; None if all are occupied by cards of the rack.
+    :param motherboard: whether a controller with bays has a motherboard.
     :param firmware: its version, such as ``3.3``; empty if unknown.
     :param digest: SHA-256 of the file; empty without a file.
     """
@@ -76,6 +77,7 @@ class Pics:
     unsupported: Mapping[str, str] = field(default_factory=dict)
     channels: tuple[ChannelPics, ...] = ()
     bays: tuple[BayPics, ...] | None = None
+    motherboard: bool = True
     timing: Timing = field(default_factory=Timing)
     firmware: str = ""
     digest: str = ""

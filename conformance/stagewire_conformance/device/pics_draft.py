@@ -54,6 +54,8 @@ def _lines(
     yield "schema_version = 1"
     yield f"protocol = {_text(declared.protocol.name)}"
     yield f"unit = {_text(pics.unit)}"
+    if not pics.motherboard:
+        yield "motherboard = false              # nothing answers at its address"
     if is_of_commands:
         yield '# firmware = "3.3"'
     else:
@@ -253,6 +255,8 @@ class _Addresses:
         """Return the text of the PICS."""
         identity = self._line.contact()
         pics = replace(self._line.declared.pics, bays=self._bays())
+        if pics.bays == () and not identity:
+            pics = replace(pics, bays=self._bays_alone(), motherboard=False)
         declared = declare(pics)
         line = AptLine(self._link, declared, Permissions())
         with line.silent():
@@ -282,6 +286,14 @@ class _Addresses:
             if heard is not None and heard.message.bay_state == _OCCUPIED:
                 bays.append(BayPics(number=number, unit=self._module(address)))
         return tuple(bays)
+
+    def _bays_alone(self) -> tuple[BayPics, ...]:
+        """Return the bays that identify themselves, where no motherboard answers."""
+        return tuple(
+            BayPics(number=number)
+            for number, address in enumerate(self._line.declared.unit.bays, 1)
+            if _identity(self._line, address) is not None
+        )
 
     def _module(self, address: int) -> str:
         """Return the module in a bay of a rack of modules; empty for a card of the rack."""

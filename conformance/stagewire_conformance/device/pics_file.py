@@ -208,6 +208,7 @@ class PicsReader:
             unsupported=top.take("unsupported", partial(reasons, listed, name), {}),
             channels=channels,
             bays=bays,
+            motherboard=self._motherboard(),
             timing=self._timing(),
             firmware=self._firmware(),
             digest=self._digest,
@@ -217,7 +218,7 @@ class PicsReader:
 
     def _pass_over(self) -> None:
         """Check the names of the keys, which is all that is possible without a unit."""
-        keys = ("line", "firmware", "unsupported", "channel", "bay", "timing")
+        keys = ("line", "firmware", "unsupported", "channel", "bay", "motherboard", "timing")
         for key in keys:
             self._top.take(key, lambda value: value, None)
         self._top.refuse_others()
@@ -253,6 +254,12 @@ class PicsReader:
         return any(entry.get("firmware") for entry in self._protocol.registry()["messages"])
 
     # Bays
+
+    def _motherboard(self) -> bool:
+        found = self._top.take("motherboard", flag, True)
+        if "motherboard" in self._top and self._unit and not self._unit.bays:
+            self._top.wrong("motherboard", f"{self._unit.name} has no bays; omit the key")
+        return found
 
     def _bays(self) -> tuple[BayPics, ...] | None:
         top = self._top

@@ -214,7 +214,7 @@ _AXES: Final = ("X", "Y")
 
 
 def places_of(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
-    """Return the places of a unit: the motherboard of a rack and then its bays, or its axes."""
+    """Return the places of a unit: the motherboard of a rack, if any, and then its bays; or its axes."""
     if unit.kind == "line":
         return _axes(facts, unit, pics)
     if unit.kind == "generic_usb":
@@ -271,7 +271,7 @@ def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     cards = pics.bays
     if cards is None:
         cards = tuple(BayPics(number=number) for number in range(1, len(bays) + 1))
-    places = [board]
+    places = [board] if pics.motherboard else []
     for card in sorted(cards, key=lambda card: card.number):
         module = facts.units[card.unit] if card.unit else unit
         listed = addressees.of_module(module) if has_modules else addressees.of_card(module)

@@ -67,6 +67,8 @@ def _facts(report: Report) -> Iterator[Fact]:
         said = f"Reported {name.replace('_', ' ')}"
         yield Fact(key=f"identification_{name}", label=said, value=value)
     yield Fact(key="declared_by", label="Declaration", value=_declared_by(declared))
+    if not declared.pics.motherboard:
+        yield Fact(key="motherboard", label="Motherboard", value="none, as the PICS declares")
     for place in declared.places:
         yield Fact(key=f"place_{place.name}", label=f"At {place.name}", value=_place(place))
     yield Fact(key="line", label="Line type", value=declared.pics.line)

@@ -45,6 +45,7 @@ CARDS = """
 schema_version = 1
 unit = "BBD103"
 line = "rs232"
+motherboard = true
 [[bay]]
 number = 1
 [[bay]]
@@ -160,6 +161,13 @@ def test_a_rack_of_modules() -> None:
     scale = stepper.position_scale(2)
     assert scale is not None
     assert scale.counts_per_unit == Fraction(1000, 3)
+
+
+def test_bays_without_a_motherboard() -> None:
+    rack = declared(CARDS.replace("motherboard = true", "motherboard = false"))
+    assert [place.name for place in rack.places] == ["0x21", "0x23"]
+    with pytest.raises(PicsError, match="motherboard: TDC001 has no bays; omit the key"):
+        declared(CUBE.replace('line = "usb"', "motherboard = false"))
 
 
 def test_axes() -> None:

@@ -45,6 +45,15 @@ def named(declared: Declaration, writes: list[bytes]) -> Counter[tuple[str, byte
     return Counter((event.frame.message.layout.message, event.raw) for event in events)
 
 
+class BayLink(WatchedLink):
+    """A line to the cards of a rack whose motherboard gets no message."""
+
+    def write(self, data: bytes) -> None:
+        self.writes.append(data)
+        if data[4:5] not in (b"\x11", b"\x91"):
+            super().write(data)
+
+
 class DeafLink(WatchedLink):
     """A line that loses the requests for the velocity of bay 2."""
 
@@ -81,6 +90,44 @@ def test_the_modules_of_a_rack_are_listed() -> None:
 def test_the_empty_bays_of_a_rack_of_cards_are_omitted() -> None:
     pics, _ = asked(stagewire_virtual.BBD103(empty_bays=[1]), "BBD103")
     assert [bay.number for bay in pics.bays or ()] == [1, 3]
+
+
+def test_bays_without_a_motherboard_are_recognised() -> None:
+    link = BayLink(SteppedLink(stagewire_virtual.BBD103(empty_bays=[1])))
+    pics = parse_pics(ask_pics(link, "BBD103").encode())
+    assert not pics.motherboard
+    assert [bay.number for bay in pics.bays or ()] == [1, 3]
+    assert pics.unsupported == {}
+
+
+def test_bays_without_a_motherboard_pass_without_its_checks() -> None:
+    declared = declare(Pics(unit="BBD101", motherboard=False))
+    link = BayLink(SteppedLink(stagewire_virtual.BBD101()))
+    report = run(link, plan(declared, Permissions()), declared, Permissions(), seed=1)
+    assert not report.unfinished
+    results = {outcome.check.id: outcome.result for outcome in report.outcomes}
+    assert set(results.values()) <= {Result.PASS, Result.INFO}
+    assert not any("0x11" in id or id == "bays/used" for id in results)
+    asked = {data for data in link.writes if data[4:5] == b"\x11"}
+    assert asked == {m.HwReqInfo().pack(0x11, 0x01)}  # nothing may answer there
+
+
+def test_a_motherboard_that_is_declared_missing_must_not_answer() -> None:
+    declared = declare(Pics(unit="BBD101", motherboard=False))
+    checks = plan(declared, Permissions(), only=["bays/empty"])
+    link = SteppedLink(stagewire_virtual.BBD101())
+    (outcome,) = run(link, checks, declared, Permissions(), seed=1).outcomes
+    assert outcome.result is Result.FAIL
+    assert "HW_REQ_INFO to 0x11, declared without a motherboard" in outcome.findings[0].text
+
+
+def test_a_silent_motherboard_fails_with_a_hint_at_the_pics() -> None:
+    declared = declare("BBD101")
+    checks = plan(declared, Permissions(), only=["identification"])
+    link = BayLink(SteppedLink(stagewire_virtual.BBD101()))
+    board, card = run(link, checks, declared, Permissions(), seed=1).outcomes
+    assert [board.result, card.result] == [Result.FAIL, Result.PASS]
+    assert "motherboard = false" in board.findings[-1].text
 
 
 def test_missing_axes_are_omitted() -> None:

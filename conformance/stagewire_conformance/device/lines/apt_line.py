@@ -43,7 +43,7 @@ def first_contact(line: AptLine) -> dict[str, int | str]:
     at = line.declared.places[0].address
     for first in (True, False):
         if not first:
-            _ask_anything(line, request.layout.message)
+            _ask_anything(line, request)
         reply = line.ask(request, at, wait=_WAIT)
         if reply is not None:
             return _fields(reply.message)
@@ -76,11 +76,16 @@ def _fields(message: Message) -> dict[str, int | str]:
     }
 
 
-def _ask_anything(line: AptLine, but: str) -> None:
-    """Send a harmless request to each place, in case the controller answers anything but its identity."""
+def _ask_anything(line: AptLine, identity: FramedMessage) -> None:
+    """Send a harmless request to each place, in case the controller answers anything but its identity.
+
+    :param identity: the request for the identity. A bay may answer it without a motherboard.
+    """
     declared = line.declared
     for place in declared.places:
-        for name in sorted(place.messages - {but}):
+        if place.bay is not None:
+            line.send(identity, place.address)
+        for name in sorted(place.messages - {identity.layout.message}):
             entry = declared.registry.messages[name]
             if entry["effect"] == "none" and entry["exchange"].get("answered_by"):
                 channel = place.channels[0] if place.channels else None

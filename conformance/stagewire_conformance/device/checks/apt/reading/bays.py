@@ -122,16 +122,19 @@ def _rack(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 @KIND.check("Empty bays do not reply", name="empty", seconds=1.5, each=_rack)
 def _ask_empty(trial: Trial) -> None:
+    """Request the identity of every bay that is declared empty, and of a motherboard declared missing."""
     declared = trial.declared
     (name, *_) = identity_of(declared)
     bays = declared.registry.data["addresses"]["bays"]
-    for address in range(bays["first"], bays["last"] + 1):
+    board = declared.unit.address
+    for address in (board, *range(bays["first"], bays["last"] + 1)):
         if declared.place_at(address) is not None:
             continue
         came = trial.line.ask_all(declared.request(name), address, wait=_SILENCE, after=0)
         trial.must(
             not came,
-            f"{name} to {address:#04x}, a bay declared empty, was answered with "
+            f"{name} to {address:#04x}, "
+            f"{'declared without a motherboard' if address == board else 'a bay declared empty'}, was answered with "
             f"{described(trial, came)}; nothing should reply",
             came=raw_of(came),
         )

@@ -71,6 +71,8 @@ def _identify_twice(trial: Trial, request: Request) -> None:
     address = request.place.address
     first = judge_answer(trial, request, ask_all(trial, request))
     if first is None:
+        if request.place.is_motherboard:
+            trial.info("for bays without a motherboard, state motherboard = false in a PICS")
         return
     _judge_serial_number(trial, request.place, first)
     _judge_texts(trial, first)
