@@ -24,11 +24,11 @@ struct firmware {
     uint32_t last_byte;
     uint32_t last_update;
     struct motor motor;
+    apt_addresses mover; /* addresses for the message at the end of a movement */
+    apt_addresses listener; /* addresses for updates */
     bool enabled;
     bool reports_ends; /* of movements */
     bool updates;
-    apt_addresses mover; /* addresses for the message at the end of a movement */
-    apt_addresses listener; /* addresses for updates */
     int32_t min_velocity; /* kept, without an effect */
     apt_mot_set_moverelparams relative;
     apt_mot_set_moveabsparams absolute;

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from toolchain import C, C_WARNINGS, compiles, need
+from toolchain import C_WARNINGS, C, compiles, need
 
 from checkout import ROOT
 from stagewire.links import Link
@@ -92,7 +92,7 @@ def sheet(link: Link) -> Sheet:
 
 
 def assert_passes(result: Sheet) -> None:
-    assert [case.id for case in result.grave()] == []
+    assert [(case.id, finding.text) for case in result.grave() for finding in case.findings] == []
     assert result.verdict is Verdict.PASSED, result.unfinished
     counts = result.counts()
     assert counts[Grade.NOT_RUN] == 0

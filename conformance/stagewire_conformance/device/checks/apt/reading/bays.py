@@ -130,11 +130,11 @@ def _ask_empty(trial: Trial) -> None:
     for address in (board, *range(bays["first"], bays["last"] + 1)):
         if declared.place_at(address) is not None:
             continue
+        what = "declared without a motherboard" if address == board else "a bay declared empty"
         came = trial.line.ask_all(declared.request(name), address, wait=_SILENCE, after=0)
         trial.must(
             not came,
-            f"{name} to {address:#04x}, "
-            f"{'declared without a motherboard' if address == board else 'a bay declared empty'}, was answered with "
-            f"{described(trial, came)}; nothing should reply",
+            f"{name} to {address:#04x}, {what}, was answered with {described(trial, came)}; nothing "
+            "should reply",
             came=raw_of(came),
         )
