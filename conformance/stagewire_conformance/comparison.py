@@ -37,7 +37,9 @@ class Outcome(enum.StrEnum):
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
     SKIPPED = "skipped"
-    """Not run: the testee does not support it."""
+    """Not run: the testee does not support its protocol or operation."""
+    NOT_IMPLEMENTED = "not implemented"
+    """Not run: the testee does not implement its message."""
 
 
 def compare(wanted: Json, came: Json, ids: Collection[int | str | None]) -> Outcome:

@@ -324,6 +324,7 @@ def test_a_terminal_shows_a_bar_and_optional_colour(colour: bool) -> None:
         ),
         ([GOOD, "--unit", "TDC001", "--allow-motion", "far"], "expected a range with its unit"),
         ([GOOD, "--unit", "TDC001", "--only", "nothing-like-this"], "nothing-like-this"),
+        ([GOOD, "--unit", "TDC001", "--only", "answers,nothing-like-this"], "nothing-like-this"),
         ([GOOD, "--pics", "there-is-none.toml"], "there-is-none.toml"),
         ([GOOD, "--unit", "TDC001", "--json", "no/such/folder/x.json"], "missing folder"),
         ([GOOD, "--unit", "TDC001", "--html", "."], "--html"),
@@ -377,6 +378,15 @@ def test_the_list_has_every_check(stagewire: Stagewire, unit: str) -> None:
             assert str(need) in result.out
     where = "section " if unit == "MS2000" else "page "
     assert where in result.out
+
+
+def test_names_of_checks_are_separated_by_commas(stagewire: Stagewire) -> None:
+    words = [*DEVICE, "--unit", "TDC001", "--list"]
+    result = stagewire(*words, "--only", "quiet, identify", "--only", "MOT_REQ_VELPARAMS,garbage/*")
+    assert result.code == 0
+    found = {line.split("/")[0].split()[0] for line in result.out.splitlines() if line.strip()}
+    assert {"quiet", "identify", "answers", "garbage"} <= found
+    assert "truncated" not in found
 
 
 @pytest.mark.parametrize(

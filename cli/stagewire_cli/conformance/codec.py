@@ -17,6 +17,7 @@ from stagewire_cli.conformance.sheets import (
     Junit,
     ReportFiles,
     listing,
+    several,
     show_end,
     show_results,
 )
@@ -48,7 +49,7 @@ Examples:
   stagewire conformance codec -- stagewire testee
   stagewire conformance codec --protocol thorlabs_apt --html report.html -- ./testee --quiet
   stagewire conformance codec --expected expected.toml --junit report.xml -- java -jar testee.jar
-  stagewire conformance codec --only MOT_SET_VELPARAMS -- ./testee
+  stagewire conformance codec --only MOT_SET_VELPARAMS,MOT_MOVE_HOME -- ./testee
   stagewire conformance codec --only 'thorlabs_apt/cut/*' --list
 \b
 Exit status:
@@ -84,8 +85,9 @@ def codec(
         list[str] | None,
         typer.Option(
             "--only",
-            metavar="NAME",
-            help="Run only cases of this id, group (both with * and ?) or message; may be repeated.",
+            metavar="NAMES",
+            help="Run only cases of these ids, groups (both with * and ?) or messages, separated by commas; "
+            "may be repeated.",
         ),
     ] = None,
     list_cases: Annotated[bool, typer.Option("--list", help="List the cases and exit.")] = False,
@@ -122,7 +124,7 @@ def codec(
         named=bool(names),
         timeout=timeout,
         expected=expected,
-        only=tuple(only or ()),
+        only=several(only),
         seed=seed,
     )
     if list_cases:

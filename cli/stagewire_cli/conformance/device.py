@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.conformance.sheets import Html, Json, Junit, ReportFiles, listing
+from stagewire_cli.conformance.sheets import Html, Json, Junit, ReportFiles, listing, several
 from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.output import output, printable, progress
 from stagewire_conformance.reports import Verdict
@@ -71,8 +71,9 @@ def device(
         list[str] | None,
         typer.Option(
             "--only",
-            metavar="NAME",
-            help="Run only checks of this id (with * and ?), kind or message; may be repeated.",
+            metavar="NAMES",
+            help="Run only checks of these ids (with * and ?), kinds or messages, separated by commas; may "
+            "be repeated.",
         ),
     ] = None,
     list_checks: Annotated[
@@ -114,7 +115,7 @@ def device(
         settings=allow_settings,
         motion=allow_motion,
         eeprom=allow_eeprom,
-        only=only or (),
+        only=several(only),
         seed=seed,
     )
     if list_checks:

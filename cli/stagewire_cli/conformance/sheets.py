@@ -139,6 +139,17 @@ _MOST_IN_FULL = 12
 """The number of failures and deviations shown with their bytes; further ones get a line each."""
 
 
+def several(only: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the names and patterns of ``--only``: separated by commas, and the option may be repeated.
+
+    Raises :class:`CalledWronglyError` for an empty name.
+    """
+    names = tuple(name.strip() for each in only or () for name in each.split(","))
+    if "" in names:
+        raise CalledWronglyError(f"--only {','.join(only or ())!r} contains an empty name")
+    return names
+
+
 @contextmanager
 def listing() -> Iterator[None]:
     """Print a list; ignore a reader such as ``head`` that closes the pipe early."""

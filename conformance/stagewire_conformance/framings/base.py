@@ -115,6 +115,13 @@ class Codec(abc.ABC):
     def reading(self, wanted: Mapping[str, Any]) -> Json:
         """Return the keys that a decode request needs, in addition to the bytes, to read a message."""
 
+    def begun(self, raw: bytes) -> str | None:
+        """Return the message whose id begins bytes that are not a valid message.
+
+        Empty if there is none; None if this framing cannot tell.
+        """
+        return None
+
     @cached_property
     def contexts(self) -> dict[str, list[str]]:
         """Return the contexts on which decoding may depend, each with its possible values."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
@@ -17,6 +18,7 @@ from stagewire.protocols import (
 )
 from stagewire_conformance.framings.base import ENDS, Codec, Context, Json, Part, Reader, in_a_row
 from stagewire_conformance.notation import from_hex
+from stagewire_conformance.registry import registry_of
 
 
 class FramedCodec(Codec):
@@ -70,6 +72,15 @@ class FramedCodec(Codec):
     def field_place(self, layout: Layout, offset: int, size: int) -> range:
         """Return the position of a field, after the header."""
         return super().field_place(layout, HEADER_SIZE + offset, size)
+
+    def begun(self, raw: bytes) -> str | None:
+        """Return the message of a header, complete or not."""
+        return self._names.get(int.from_bytes(raw[:2], "little"), "")
+
+    @cached_property
+    def _names(self) -> dict[int, str]:
+        messages = registry_of(self.protocol).messages.values()
+        return {entry["id"]: entry["name"] for entry in messages if entry["id"] is not None}
 
     def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:
         """Yield the parts of the header."""

@@ -55,6 +55,15 @@ def sheet_of(
             Fact(key="testee_command", label="Command", value=" ".join(report.command)),
             Fact(key="speaks", label="Supported protocols", value=", ".join(hello.protocols)),
             Fact(key="operations", label="Supported operations", value=", ".join(hello.operations)),
+            *(
+                Fact(
+                    key=f"implements_{one.name}",
+                    label=f"Implemented messages of {one.name}",
+                    value=_implemented(one, hello.messages[one.name]),
+                )
+                for one in protocols
+                if one.name in hello.messages
+            ),
             Fact(key="timeout_s", label="Timeout of an answer, s", value=report.timeout),
             Fact(key="starts", label="Starts", value=report.starts),
         ),
@@ -76,6 +85,11 @@ def testee_line(report: Report) -> str:
         f"{', '.join(hello.operations)}; {counted(len(report.results), 'case')}, seed {report.seed}, "
         f"started {counted(report.starts, 'time')}, {report.seconds:.1f} s"
     )
+
+
+def _implemented(protocol: Protocol, names: frozenset[str]) -> str:
+    every = len(registry_of(protocol).messages)
+    return f"{len(names)} of {every}: {', '.join(sorted(names))}"
 
 
 def _document(protocol: Protocol) -> str:
@@ -124,16 +138,17 @@ def _groups(report: Report, again: Callable[[str], str]) -> Iterator[Group]:
 
 def _case(result: Result, again: Callable[[str], str]) -> Case:
     asked = result.case
-    skipped = result.outcome is Outcome.SKIPPED
+    skipped = not result.ran
     return Case(
         id=asked.id,
         title=_title(asked),
         grade=_grade(result),
         word=result.word,
         why=result.text if skipped else "",
+        omission=Omission.NOT_IMPLEMENTED,
         findings=() if skipped else tuple(_findings(result)),
         messages=_about(asked),
-        repeat=again(asked.id) if result.outcome not in (Outcome.PASSED, Outcome.SKIPPED) else "",
+        repeat=again(asked.id) if result.ran and result.outcome is not Outcome.PASSED else "",
         seconds=result.seconds,
     )
 
@@ -143,6 +158,8 @@ def _grade(result: Result) -> Grade:
         return Grade.FAILED
     if result.outcome is Outcome.SKIPPED:
         return Grade.SKIPPED
+    if result.outcome is Outcome.NOT_IMPLEMENTED:
+        return Grade.NOT_RUN
     return Grade.PASSED if result.outcome is Outcome.PASSED else Grade.NOTED
 
 

@@ -59,6 +59,7 @@ class Omission(enum.StrEnum):
     SELECTION = "selection"
     PERMISSION = "permission"
     IMPOSSIBLE = "impossible"
+    NOT_IMPLEMENTED = "not implemented"
     CAUSE = "root cause"
     INTERRUPTED = "interrupted"
     ENDED = "ended"

@@ -177,7 +177,13 @@ def gaps(sheet: Sheet) -> Iterator[str]:
         yield f"{number}{after}{gap.why}"
 
 
-_WITHOUT_VERB = (Omission.IMPOSSIBLE, Omission.CAUSE, Omission.INTERRUPTED, Omission.ENDED)
+_WITHOUT_VERB = (
+    Omission.IMPOSSIBLE,
+    Omission.NOT_IMPLEMENTED,
+    Omission.CAUSE,
+    Omission.INTERRUPTED,
+    Omission.ENDED,
+)
 """Reasons that do not themselves say that a case was not run."""
 
 

@@ -77,6 +77,7 @@ class Case:
     :param protocol: the protocol that a testee has to support; empty for any.
     :param operations: the operations that it needs.
     :param message: the tested message, if any.
+    :param needs: the messages that a testee has to implement; None for all.
     :param field: the tested field, if any.
     :param at_once: whether all lines are sent before the first answer is read.
     """
@@ -88,6 +89,7 @@ class Case:
     protocol: str = ""
     operations: frozenset[str] = frozenset()
     message: str = ""
+    needs: frozenset[str] | None = frozenset()
     field: str = ""
     at_once: bool = False
 

@@ -7,7 +7,7 @@ not have units, numbers and prose; ``stagewire conformance examples`` compares o
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from stagewire.protocols import Protocol
@@ -37,8 +37,31 @@ def stated_cases(protocol: Protocol) -> Iterator[Case]:
             protocol=protocol.name,
             operations=_operations(request),
             message=message,
+            needs=_needs(protocol, message, request, case["answer"]),
             field=field,
         )
+
+
+def _needs(protocol: Protocol, message: str, request: Json, answer: Json) -> frozenset[str] | None:
+    """Return the messages that a testee has to implement for a case; None for all.
+
+    A stream of several messages needs all of them, also those that only begin a damaged frame. A context may
+    be known only from other messages than the tested one.
+    """
+    if message:
+        layouts = registry_of(protocol).messages[message]["layouts"]
+        own = {key for layout in layouts for key in layout.get("when") or ()}
+        foreign = answer["ok"] and not own.issuperset(request.get("context", ()))
+        return None if foreign else frozenset({message})
+    if request.get("op") != "stream":
+        return frozenset()
+    codec = codec_of(protocol)
+    pieces = [*answer.get("events", ()), {"hex": answer.get("pending", "")}]
+    found = {
+        piece.get("message") or (codec.begun(bytes.fromhex(piece["hex"])) if piece["hex"] else "")
+        for piece in pieces
+    }
+    return None if None in found else frozenset(found - {""})
 
 
 def cut_cases(protocol: Protocol) -> Iterator[Case]:
@@ -63,6 +86,7 @@ def cut_cases(protocol: Protocol) -> Iterator[Case]:
             protocol=protocol.name,
             operations=frozenset({"stream"}),
             message=message,
+            needs=_needs(protocol, message, request, case["answer"]),
             field=field,
         )
 
@@ -93,11 +117,13 @@ _MANY = 2_000
 _BYTES = 100_000
 
 
-def large_cases(protocol: Protocol) -> Iterator[Case]:
-    """Yield the large requests of a protocol, if its vectors contain the cases to make them from."""
-    found = {
-        name: next(filter(test, stated_cases(protocol)), None) for name, test in _MADE_OF.items()
-    }
+def large_cases(protocol: Protocol, can: Callable[[Case], bool]) -> Iterator[Case]:
+    """Yield the large requests of a protocol, if its vectors contain the cases to make them from.
+
+    :param can: whether the testee supports a case; such cases are preferred.
+    """
+    stated = sorted(stated_cases(protocol), key=lambda case: not can(case))
+    found = {name: next(filter(test, stated), None) for name, test in _MADE_OF.items()}
     for name, (of, change, about) in _CHANGES.items():
         case = found[of]
         if case is None:
@@ -112,6 +138,7 @@ def large_cases(protocol: Protocol) -> Iterator[Case]:
             protocol=protocol.name,
             operations=case.operations,
             message=case.message,
+            needs=case.needs,
             field=case.field,
         )
 
@@ -195,6 +222,7 @@ def example_cases(protocol: Protocol) -> Iterator[Case]:
         for entry in vectors[kind]:
             for op, step in _steps(protocol, entry):
                 message = entry.get("message", "")
+                message = message if message in registry_of(protocol).messages else ""
                 yield Case(
                     id=f"{protocol.name}/{kind}/{entry['id']}/{op}",
                     group=f"{protocol.name}/{kind}",
@@ -202,7 +230,8 @@ def example_cases(protocol: Protocol) -> Iterator[Case]:
                     about=_about(protocol, entry),
                     protocol=protocol.name,
                     operations=frozenset({op.partition(".")[0]}),
-                    message=message if message in registry_of(protocol).messages else "",
+                    message=message,
+                    needs=frozenset({message} - {""}),
                 )
 
 

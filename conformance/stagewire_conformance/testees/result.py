@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
 
@@ -23,12 +23,21 @@ class Hello:
     :param version: its own version.
     :param protocols: the names of the supported protocols.
     :param operations: the supported ones of ``decode``, ``encode`` and ``stream``.
+    :param messages: protocol -> the implemented messages. A testee implements all messages of the other
+        protocols.
     """
 
     implementation: str
     version: str
     protocols: tuple[str, ...]
     operations: tuple[str, ...]
+    messages: Mapping[str, frozenset[str]] = field(default_factory=dict, hash=False)
+
+    def lacks(self, protocol: str, needs: Collection[str] | None) -> bool:
+        """Return whether it does not implement a message of ``needs``, which is None for all messages."""
+        if protocol not in self.messages:
+            return False
+        return needs is None or not self.messages[protocol].issuperset(needs)
 
 
 def read(answer: Mapping[str, Any]) -> Hello:
@@ -62,7 +71,20 @@ def read(answer: Mapping[str, Any]) -> Hello:
         version=answer["version"],
         protocols=tuple(answer["protocols"]),
         operations=tuple(answer["operations"]),
+        messages=_messages(answer.get("messages", {})),
     )
+
+
+def _messages(stated: Any) -> Mapping[str, frozenset[str]]:
+    """Return the implemented messages by protocol. Their names are compared with the registry later."""
+    if not isinstance(stated, dict) or not all(
+        isinstance(names, list) and all(isinstance(name, str) for name in names)
+        for names in stated.values()
+    ):
+        raise NotATesteeError(
+            "messages in its answer to hello is not an object with a list of message names for each protocol"
+        )
+    return {protocol: frozenset(names) for protocol, names in stated.items()}
 
 
 Json = Mapping[str, Any]
@@ -92,16 +114,21 @@ class Result:
     seconds: float = 0.0
 
     @property
+    def ran(self) -> bool:
+        """Whether the case was run."""
+        return self.outcome not in (Outcome.SKIPPED, Outcome.NOT_IMPLEMENTED)
+
+    @property
     def failed(self) -> bool:
         """Whether it counts as a failure: an unexpected failure, or an unexpected pass."""
-        if self.outcome is Outcome.SKIPPED:
+        if not self.ran:
             return False
         return (self.outcome is Outcome.PASSED) == bool(self.expected)
 
     @property
     def word(self) -> str:
         """The name of the result."""
-        if not self.expected or self.outcome is Outcome.SKIPPED:
+        if not self.expected or not self.ran:
             return str(self.outcome)
         return "unexpected pass" if self.failed else f"{self.outcome}, as expected"
 

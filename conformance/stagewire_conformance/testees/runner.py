@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import difflib
 import fnmatch
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -17,7 +18,8 @@ from pathlib import Path
 from stagewire.protocols import Protocol
 from stagewire_conformance.comparison import Outcome
 from stagewire_conformance.notation import as_typed
-from stagewire_conformance.testees.case import Case, NothingToAskError, Step, ask
+from stagewire_conformance.registry import registry_of
+from stagewire_conformance.testees.case import Case, NotATesteeError, NothingToAskError, Step, ask
 from stagewire_conformance.testees.expected import Expected, other_protocols, read_expected
 from stagewire_conformance.testees.explanation import shortened
 from stagewire_conformance.testees.hostile import damaged_cases, id_cases, line_cases, order_cases
@@ -53,8 +55,9 @@ def plan(protocols: Iterable[Protocol], seed: int, hello: Hello | None = None) -
     """
     made: list[Case] = []
     for protocol in protocols:
-        for part in (example_cases, stated_cases, cut_cases, large_cases):
+        for part in (example_cases, stated_cases, cut_cases):
             made += part(protocol)
+        made += large_cases(protocol, lambda case: not why_not(case, hello))
     can = [case for case in made if not why_not(case, hello)]
     clean = _clean(can)
     seldom = [*line_cases(clean), *id_cases(clean)]
@@ -74,11 +77,14 @@ def chosen(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
 
 
 def _some(cases: Sequence[Case], only: Collection[str]) -> list[Case]:
-    """Return the cases of :func:`chosen`. Raises :class:`NothingToAskError` if there are none."""
-    found = chosen(cases, only)
-    if not found:
-        raise NothingToAskError(f"no case matches {' or '.join(only)}")
-    return found
+    """Return the cases of :func:`chosen`.
+
+    Raises :class:`NothingToAskError` for a pattern that matches none.
+    """
+    for pattern in only:
+        if not chosen(cases, [pattern]):
+            raise NothingToAskError(f"no case matches {pattern or repr(pattern)}")
+    return chosen(cases, only)
 
 
 def why_not(case: Case, hello: Hello | None) -> str:
@@ -88,7 +94,12 @@ def why_not(case: Case, hello: Hello | None) -> str:
     if case.protocol and case.protocol not in hello.protocols:
         return f"the testee does not support {case.protocol}"
     lacking = sorted(case.operations.difference(hello.operations))
-    return f"the testee does not support {' and '.join(lacking)}" if lacking else ""
+    if lacking:
+        return f"the testee does not support {' and '.join(lacking)}"
+    return _NOT_IMPLEMENTED if hello.lacks(case.protocol, case.needs) else ""
+
+
+_NOT_IMPLEMENTED = "about messages that the testee does not implement"
 
 
 def _clean(cases: Iterable[Case]) -> list[Step]:
@@ -175,6 +186,14 @@ def _spoken(protocols: Sequence[Protocol], hello: Hello) -> None:
     if not set(asked).intersection(hello.protocols):
         speaks = ", ".join(hello.protocols) or "no protocol"
         raise NothingToAskError(f"the testee supports {speaks}, but not {' or '.join(asked)}")
+    for protocol in protocols:
+        known = registry_of(protocol).messages
+        for name in sorted(hello.messages.get(protocol.name, frozenset()) - known.keys()):
+            close = difflib.get_close_matches(name[:80], known, n=1)
+            hint = f"; did you mean {close[0]}?" if close else ""
+            raise NotATesteeError(
+                f"messages in its answer to hello: {protocol.name} has no message {name!r}{hint}"
+            )
 
 
 def _asked(session: Session, hello: Hello, cases: Sequence[Case]) -> Iterator[Result]:
@@ -182,7 +201,9 @@ def _asked(session: Session, hello: Hello, cases: Sequence[Case]) -> Iterator[Re
     last: Result | None = None
     for case in cases:
         if why := why_not(case, hello):
-            yield Result(case=case, outcome=Outcome.SKIPPED, text=why)
+            lacks = why == _NOT_IMPLEMENTED
+            outcome = Outcome.NOT_IMPLEMENTED if lacks else Outcome.SKIPPED
+            yield Result(case=case, outcome=outcome, text=why)
             continue
         yield from _too_much(session, last)
         last = session.ask(case)

@@ -19,6 +19,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     lengths_of,
     undocumented_cases,
     unknown_id,
+    with_high_length,
 )
 from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
 from stagewire_generator.model import Field, Format, Json, Layout, Message, Protocol
@@ -205,7 +206,6 @@ def _packet_lengths(framing: Framing, of: Subject) -> Iterator[Case]:
         answer = of.answer(of.plain, extra=extra)
         yield of.decode("extra.most", "the longest packet", longest, answer)
     about = "a packet that is too long"
-    yield of.encode("extra.above", about, "out_of_range", extra="00" * (room + 1))
     beyond = data_frame(id, packet + bytes(room + 1), dest, source)
     yield of.decode("length.above", about, beyond, "bad_length")
     far = data_frame(id, packet, dest, source, declared=0xFFFF)
@@ -271,6 +271,11 @@ class HeaderFraming(Framing):
                 ends.add(end)
                 yield of.decode(name, about, raw[:end], "truncated")
         yield of.decode("trailing", "", raw + b"\0", "trailing")
+        about = "a length whose high byte is 1, with a packet that fits without it"
+        yield of.decode("length.high", about, with_high_length(raw), "truncated")
+        about = "a packet that is too long"
+        extra = "00" * (MOST - of.layout.length + 1)
+        yield of.encode("extra.above", about, "out_of_range", extra=extra)
         lengths = lengths_of(of.message)
         dest, source = of.asked["dest"], of.asked["source"]
         if of.layout.length == min(lengths):

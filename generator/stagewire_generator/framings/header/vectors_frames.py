@@ -28,6 +28,11 @@ def data_frame(
     return head + bytes((dest | ANNOUNCED, source)) + packet
 
 
+def with_high_length(raw: bytes) -> bytes:
+    """Return a data frame whose declared length is 256 bytes greater than its packet."""
+    return raw[:3] + bytes((raw[3] + 1,)) + raw[4:]
+
+
 def id_of(message: Message) -> int:
     """Return the id of a message, which must have one."""
     assert message.id is not None
@@ -90,6 +95,7 @@ def undocumented_cases(protocol: Protocol, message: Message) -> Iterator[Case]:
     says = frames[raw][2]
     for name, about, cut, code in (
         ("cut", "without its last byte", raw[:-1], "truncated"),
+        ("length.high", "a length whose high byte is 1", with_high_length(raw), "truncated"),
         ("trailing", "a trailing byte", raw + b"\0", "trailing"),
     ):
         yield _case(message, "decode", name, about, {"hex": cut.hex()}, code)

@@ -19,6 +19,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     lengths_of,
     undocumented_frames,
     unknown_id,
+    with_high_length,
 )
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.targets.vectors.framing import (
@@ -137,13 +138,18 @@ _DAMAGE = b"\xff"
 
 
 def layout_stream(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]:
-    """Yield the plain frame of a layout as a stream in two chunks, at the end that receives it."""
+    """Yield streams of the plain frame of a layout, at the end that receives it."""
     end = {"to_host": "host", "to_controller": "device"}.get(of.message.direction, "none")
-    pieces = HeaderReader(protocol, end).read(raw)
-    expected = stream_answer(pieces, lambda _: of.answer(of.plain))
     context = {"context": dict(of.layout.when)} if of.layout.when else {}
     half = len(raw) // 2
-    yield of.stream("plain", "", [raw[:half], raw[half:]], expected, end=end, **context)
+    streams = [("plain", "", [raw[:half], raw[half:]])]
+    if of.layout.form != "header":
+        about = "a length whose high byte is 1, then a frame"
+        streams.append(("length.high", about, [with_high_length(raw) + raw]))
+    for name, about, chunks in streams:
+        pieces = HeaderReader(protocol, end).read(b"".join(chunks))
+        expected = stream_answer(pieces, lambda _: of.answer(of.plain))
+        yield of.stream(name, about, chunks, expected, end=end, **context)
 
 
 def stream_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case]:
