@@ -56,12 +56,15 @@ def _needs(protocol: Protocol, message: str, request: Json, answer: Json) -> fro
     if request.get("op") != "stream":
         return frozenset()
     codec = codec_of(protocol)
-    pieces = [*answer.get("events", ()), {"hex": answer.get("pending", "")}]
-    found = {
-        piece.get("message") or (codec.begun(bytes.fromhex(piece["hex"])) if piece["hex"] else "")
-        for piece in pieces
-    }
-    return None if None in found else frozenset(found - {""})
+    pending = [{"hex": answer["pending"]}] if answer.get("pending") else []
+    pieces = [*answer.get("events", ()), *pending]
+    found = set()
+    for piece in pieces:
+        name = piece.get("message") or codec.begun(bytes.fromhex(piece["hex"]))
+        if name is None:
+            return None
+        found.add(name)
+    return frozenset(found - {""})
 
 
 def cut_cases(protocol: Protocol) -> Iterator[Case]:
