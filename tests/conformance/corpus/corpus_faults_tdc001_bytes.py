@@ -277,17 +277,6 @@ class UnknownPacketNotSkipped(Tdc001):
         return super().frame_size(data) if known else 6
 
 
-@FAULTS.breaks("data-length-bytes", "length-in-header")
-class LengthAssumed(Tdc001):
-    """The length in the header of a SET is ignored: its packet has the documented size."""
-
-    def frame_size(self, data: bytearray) -> int:
-        id = int.from_bytes(data[:2], "little")
-        sizes = [size for each, size in self.commands if each == id]
-        flag = len(data) >= 6 and data[4] & 0x80
-        return 6 + max(sizes) if flag and sizes else super().frame_size(data)
-
-
 @FAULTS.breaks("request-answered")
 class OneMessageAtATime(Tdc001):
     """Of several messages that arrive together, only the first is carried out."""

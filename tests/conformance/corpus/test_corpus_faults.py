@@ -35,10 +35,8 @@ EVERY = [(name, fault) for name, faults in FAULTS.items() for fault in faults]
 WRONG = (Result.FAIL, Result.NON_STRICT)
 
 NOT_FOUND_YET = {
-    "AccelerationIgnored",
     "CapIgnoredByAbsoluteMoves",
     "CapIgnoredByVelocityMoves",
-    "CapOfTheFactory",
     "ContinuousJogIgnored",
     "CounterNotUsedByMoves",
     "EndsTooFar",
@@ -49,25 +47,15 @@ NOT_FOUND_YET = {
     "IncrementFromTheTarget",
     "IncrementNeverNegative",
     "JogAccelerationIgnored",
-    "JogAtMoveVelocity",
     "JogHalfAsFast",
-    "LengthAssumed",
     "MoveAcknowledged",
     "MovesWhileDisabled",
-    "NoRamp",
-    "OneMessageAtATime",
     "ParameterNotZero",
-    "PositionLags",
     "PositionOfTheTarget",
     "RampIndependentOfTopSpeed",
-    "RelativeFromTheOldTarget",
-    "SettledInMotion",
     "SmallMovesNotCompleted",
-    "StatusBitsNeverHomed",
-    "StatusBitsOfEightBits",
     "StatusBitsOfTheLastUpdate",
     "StatusShowsTheTarget",
-    "StatusWithoutAColon",
     "SuspendHidesOnlyCompleted",
     "TopSpeedDoubled",
     "UpdatesFrozenInMotion",
@@ -76,9 +64,7 @@ NOT_FOUND_YET = {
     "VectorEnds",
     "VectorNeverNegative",
     "VectorWithoutARamp",
-    "VelocityInverted",
-    "VelocityNeverNegative",
-    "VelocityStaysAfterTheMove",
+    "VelocityAlwaysZero",
 }
 """Faults that the suite does not find yet, or not by the right rule."""
 

@@ -8,6 +8,7 @@ from typing import Final
 from stagewire.protocols import Command
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, asked
+from stagewire_conformance.device.checks.ms2000.axis_check import requests_of
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
@@ -50,6 +51,12 @@ def _same(axis: Axis, plain: bytes, request: Command, rest: bytes, about: str) -
 
 def _missing(axis: Axis, request: Command) -> None:
     _paused(axis, request, request.pack(axis.address)[:-1], _WAIT, "without its colon")
+    for each in requests_of(axis.trial.declared).values():
+        name = each.layout.message
+        if name != request.layout.message and not axis.place.why_not(name):
+            _unheard(axis, each, each.pack(axis.address)[:-1], _WAIT, "without its colon")
+            axis.line.send_bytes(END, f"the colon of {name}")
+            axis.exact(each, axis.line.hear(each))
 
 
 def _no_time_out(axis: Axis, request: Command) -> None:
@@ -60,15 +67,7 @@ def _paused(axis: Axis, request: Command, begun: bytes, pause: float, what: str)
     plain = axis.ask(request)
     rest = request.pack(axis.address)[len(begun) :]
     name = request.layout.message
-    axis.line.send_bytes(begun, f"the beginning of {name}")
-    came = axis.line.listen(pause)
-    axis.trial.must(
-        not came,
-        f"{name} of axis {axis.name}, {what}, was answered; it should be answered only "
-        "after its colon",
-        wanted=b"",
-        came=came,
-    )
+    _unheard(axis, request, begun, pause, what)
     axis.line.send_bytes(rest, f"the rest of {name}")
     came = axis.line.hear(request)
     axis.trial.must(
@@ -76,6 +75,20 @@ def _paused(axis: Axis, request: Command, begun: bytes, pause: float, what: str)
         f"{name} of axis {axis.name}, completed {pause:g} s later, was not answered as usual; "
         "commands have no time-out",
         wanted=plain.pack(),
+        came=came,
+    )
+
+
+def _unheard(axis: Axis, request: Command, begun: bytes, pause: float, what: str) -> None:
+    """Send the beginning of a request, and check that it is not answered."""
+    name = request.layout.message
+    axis.line.send_bytes(begun, f"the beginning of {name}")
+    came = axis.line.listen(pause)
+    axis.trial.need(
+        not came,
+        f"{name} of axis {axis.name}, {what}, was answered; it should be answered only "
+        "after its colon",
+        wanted=b"",
         came=came,
     )
 
@@ -102,7 +115,7 @@ _CASES: Final[dict[str, tuple[str, Look, tuple[str, ...], float]]] = {
         "A request is answered after its colon, and not before",
         _missing,
         ("not-recognised-before-colon", "commands-processed-at-colon", "ends-with-colon"),
-        0.4,
+        2.5,
     ),
     "no-time-out": (
         f"A request with a pause of {_LUDL:g} s between its bytes is answered",
