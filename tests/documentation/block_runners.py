@@ -35,6 +35,9 @@ NOT_RUN = {
     "stagewire conformance device socket://127.0.0.1:4001 --pics pics.toml --html report.html": (
         "takes a minute; benchmarks/conformance_time.py has complete runs, and the next lines partial ones"
     ),
+    "stagewire conformance compare old.json new.json": (
+        "needs two reports; tests/cli/test_cli_conformance_compare.py makes some"
+    ),
     "stagewire conformance pics --from /dev/ttyUSB0 --out pics.toml": "needs a controller",
     "stagewire conformance device /dev/ttyUSB0 --pics pics.toml --html report.html": "needs a controller",
     "stagewire generate --spec-dir . --package acme_turntable --out build/acme": (

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import typer
 
-from stagewire_cli.conformance import codec, device, documents
+from stagewire_cli.conformance import codec, compare, device, documents
 
 EXAMPLE = documents.EXAMPLES_EXAMPLE
 
@@ -20,6 +20,7 @@ app.command("examples", epilog=documents.EXAMPLES_EXAMPLE)(documents.examples)
 app.command("codec", epilog=codec.EXAMPLE)(codec.codec)
 app.command("device", epilog=device.DEVICE_EXAMPLE)(device.device)
 app.command("pics", epilog=device.PICS_EXAMPLE)(device.pics)
+app.command("compare", epilog=compare.EXAMPLE)(compare.compare)
 app.command("rules", epilog=documents.RULES_EXAMPLE)(documents.rules)
 
 
