@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from corpus_faults import Faults
-from corpus_motion import Path, at_speed, resting, to_rest, to_target
+from corpus_motion import Path, resting, to_rest, to_target
 from corpus_ms2000 import Axis, Ms2000
 
 FAULTS = Faults()
@@ -81,16 +81,16 @@ class RampIndependentOfTopSpeed(Ms2000):
 
 @FAULTS.moves("vector-speed-runs")
 class VectorEnds(Ms2000):
-    """A vector move ends after 0.3 s."""
+    """A vector move ends after half a second."""
 
     def set_vector(self, axis: Axis, um_s: int) -> None:
         super().set_vector(axis, um_s)
-        if not axis.path.pieces or not math.isinf(axis.path.pieces[-1].lasts):
-            return
-        *ramps, steady = axis.path.pieces
-        steady = replace(steady, lasts=0.3)
-        end = to_rest(steady.end, steady.position(steady.end), steady.v, self.acceleration(axis))
-        axis.path = Path((*ramps, steady, *end.pieces), end.rest)
+        if um_s and axis.path.pieces:
+            *ramps, steady = axis.path.pieces
+            steady = replace(steady, lasts=min(steady.lasts, 0.5))
+            x, acceleration = steady.position(steady.end), self.acceleration(axis)
+            end = to_rest(steady.end, x, steady.v, acceleration)
+            axis.path = Path((*ramps, steady, *end.pieces), end.rest)
 
 
 @FAULTS.moves("vector-speed-runs")
@@ -113,11 +113,8 @@ class VectorAtHalfSpeed(Ms2000):
 class VectorWithoutARamp(Ms2000):
     """A vector move does not ramp."""
 
-    def set_vector(self, axis: Axis, um_s: int) -> None:
-        super().set_vector(axis, um_s)
-        if axis.path.pieces and math.isinf(axis.path.pieces[-1].lasts):
-            speed = axis.path.pieces[-1].v
-            self.follow(axis, at_speed(self.now, self.place(axis), speed, speed, 1.0))
+    def acceleration(self, axis: Axis) -> float:
+        return 1e9 if axis.runs else super().acceleration(axis)
 
 
 @FAULTS.moves(*BUSY)

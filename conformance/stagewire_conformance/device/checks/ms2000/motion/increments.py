@@ -15,6 +15,7 @@ from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, motion_check
+from stagewire_conformance.device.checks.ms2000.motion.stops import stop
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
@@ -48,7 +49,7 @@ INCREMENTS: Final = Kind(
     seconds=2.0,
 )
 def _up_and_down(mover: Mover) -> None:
-    """Move twice by the increment in each direction: it counts from the current position."""
+    """Move twice by the increment in each direction, then up and down by a negative increment."""
     mover.ready()
     keep(mover, INCREMENT)
     increment = abs(mover.goal() - mover.start) // 2
@@ -58,21 +59,61 @@ def _up_and_down(mover: Mover) -> None:
     fits = mover.start + 2 * increment <= mover.high
     for command, way in (up, up, down, down) if fits else (down, down, up, up):
         _move(mover, command, way)
+    INCREMENT.set(mover, -increment)
+    for command, way in (down, up) if fits else (up, down):
+        _move(mover, command, -way)
+
+
+@motion_check(
+    INCREMENTS,
+    "The increment of {axis} counts from its current position, even away from its target",
+    messages=(
+        "INCREMENT_MOVE_UP",
+        "INCREMENT_MOVE_DOWN",
+        "WRITE_INCREMENT_VALUE",
+        "READ_INCREMENT_VALUE",
+        "STOP_MOTOR",
+        "START_MOTOR",
+    ),
+    settings=True,
+    seconds=2.0,
+    name="after-a-stop",
+)
+def _after_a_stop(mover: Mover) -> None:
+    """Stop on the way to a target. Increments of the disabled axis only change its target."""
+    mover.ready()
+    keep(mover, INCREMENT)
+    goal = mover.goal()
+    far = abs(goal - mover.start)
+    INCREMENT.set(mover, far // 4)
+    mover.begin(m.WriteTargetPosition(goal))
+    mover.follow("on its way", far, until=lambda at: abs(at.position - mover.start) > far // 3)
+    stood = stop(mover)
+    for command, way in ((m.IncrementMoveUp(), far // 4), (m.IncrementMoveDown(), -(far // 4))):
+        if mover.low <= stood + way <= mover.high:
+            mover.tell(command)
+            _judge_target(mover, command, stood, way, f", stopped on its way to {goal}")
 
 
 def _move(mover: Mover, command: Command, way: int) -> None:
     begin, name = mover.position, command.layout.message
     mover.begin(command)
-    target = mover.target
-    mover.trial.need(
-        abs(target - (begin + way)) <= DITHER,
-        f"{name} of axis {mover.name} at {begin}, with the increment {abs(way)}, set the target "
-        f"{target}; it should be {begin + way}",
-    )
+    target = _judge_target(mover, command, begin, way)
     samples = mover.follow(f"after {name}", abs(way))
     judge_course(mover, target, samples)
     judge_rest(mover, target)
     mover.silent(command)
+
+
+def _judge_target(mover: Mover, command: Command, begin: int, way: int, state: str = "") -> int:
+    """Check the target that an increment has set, and return it."""
+    target, increment = mover.target, INCREMENT.of(mover)
+    mover.trial.need(
+        abs(target - (begin + way)) <= DITHER,
+        f"{command.layout.message} of axis {mover.name} at {begin}{state}, with the increment {increment}, "
+        f"set the target {target}; it should be {begin + way}",
+    )
+    return target
 
 
 _SHIFT: Final = (100, 500)

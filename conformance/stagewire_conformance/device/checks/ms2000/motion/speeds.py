@@ -134,13 +134,15 @@ def _at_speed(mover: Mover) -> None:
 
 
 def _prepare(mover: Mover) -> None:
-    """Set the ramp, and a top speed that is reached within the range."""
+    """Set the ramp, and half the top speed, or less if the range is too short to reach it."""
     mover.ready()
     trial = mover.trial
     keep(mover, RAMP_TIME)
     top = keep(mover, TOP_SPEED)
     room = max(mover.high - mover.start, mover.start - mover.low)
-    speed = min(top, _FASTEST, int(room / mover.counts_in(_LONG * _RAMP, 1)))
+    speed = min(
+        max(top // 2, _SLOWEST), top, _FASTEST, int(room / mover.counts_in(_LONG * _RAMP, 1))
+    )
     if speed < _SLOWEST:
         trial.inconclusive(f"{mover.low}..{mover.high} leaves too little room to reach a speed")
         raise EnoughError

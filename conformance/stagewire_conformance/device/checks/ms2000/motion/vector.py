@@ -12,7 +12,7 @@ from stagewire_ms2000 import messages as m
 
 _SLOWEST: Final = 20
 """The lowest speed that can be judged, in µm/s."""
-_CRUISE: Final = 0.2
+_CRUISE: Final = 0.6
 """Seconds of motion at the commanded speed."""
 _BRAKE: Final = 0.25
 """Seconds at top speed that remain to the end of the range when the axis is stopped at the latest.
@@ -41,7 +41,7 @@ _MESSAGES: Final = ("WRITE_VECTOR_SPEED", "STOP_MOTOR", "START_MOTOR")
     KIND,
     "{axis} moves at the commanded speed until the next command",
     messages=_MESSAGES,
-    seconds=1.5,
+    seconds=2.0,
 )
 def _runs(mover: Mover) -> None:
     """Move up at a speed, check that it is kept, set the speed 0, and stop."""
@@ -153,6 +153,11 @@ def _sign(mover: Mover) -> None:
     if way < 0:
         trial.info("a vector speed is signed: 32768 or more moves down")
     elif way > 0:
+        trial.must(
+            seen[-1].speed > 2 * slow,
+            f"axis {mover.name}, at a vector speed of {-slow % 0x10000}, moves up at {seen[-1].speed} "
+            f"µm/s; it should move down at {slow} µm/s if the speed is signed, and otherwise up much faster",
+        )
         trial.info("a vector speed is unsigned: 32768 or more moves up")
     else:
         trial.info("a vector speed of 32768 or more is ignored")
