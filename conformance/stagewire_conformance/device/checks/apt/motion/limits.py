@@ -129,6 +129,7 @@ KIND = Kind(
     settings=True,
     seconds=8.0,
     lacks=_lacks,
+    also=("MOT_REQ_HOMEPARAMS", "MOT_GET_HOMEPARAMS"),
     only=_PARAMETERS,
 )
 def _run(axes: Sequence[Axis]) -> None:
@@ -194,10 +195,29 @@ def _end_of(axis: Axis) -> _End | None:
         trial.inconclusive(f"{axis.text}: no limit switch within reach is set to stop a motion")
         return None
     places = {1: travel.high, -1: travel.low}
+    beyond = max(1, (travel.high - travel.low) // _BEYOND)
+    offset = _home_offset(axis)
+    shifted = [way for way in ways if abs(places[way]) <= beyond < offset]
+    ways = [way for way in ways if way not in shifted]
+    if not ways:
+        trial.inconclusive(
+            f"{axis.text}: its zero is {offset} counts away from the switch with which it homes "
+            "(offset_distance of MOT_GET_HOMEPARAMS), so the end of the travel at "
+            f"{places[shifted[0]]} is not that switch; declare the travel from switch to switch"
+        )
+        return None
     way = min(ways, key=lambda each: abs(places[each] - axis.start))
     direction = axis.direction_of(way)
     assert direction is not None
-    return _End(axis, way, direction, places[way], max(1, (travel.high - travel.low) // _BEYOND))
+    return _End(axis, way, direction, places[way], beyond)
+
+
+def _home_offset(axis: Axis) -> int:
+    """Return the distance from the switch where a motor homes to its zero; 0 if it reports none."""
+    if "MOT_REQ_HOMEPARAMS" not in axis.place.messages:
+        return 0
+    distance: int = axis.ask(m.MotReqHomeParams(axis.channel)).message.offset_distance
+    return abs(distance)
 
 
 def _judge(axis: Axis, end: _End, seen: Watched) -> None:
