@@ -127,7 +127,12 @@ def _check_needed(option: str) -> None:
         ) from None
 
 
-_STYLES = {Grade.FAILED: "bold red", Grade.DEVIATES: "yellow", Grade.NOTED: "cyan"}
+_STYLES = {
+    Grade.FAILED: "bold red",
+    Grade.DEVIATES: "yellow",
+    Grade.FRAGILE: "magenta",
+    Grade.NOTED: "cyan",
+}
 _VERDICT_STYLES = {
     Verdict.FAILED: "bold red",
     Verdict.UNFINISHED: "bold red",
@@ -166,7 +171,7 @@ def show_results(sheet: Sheet) -> None:
         return
     _show_kinds(sheet)
     out = console()
-    grave = list(sheet.grave())
+    grave = [*sheet.grave(), *sheet.cases(Grade.FRAGILE)]
     for case in grave[:_MOST_IN_FULL]:
         _show_case(sheet, case)
     for case in grave[_MOST_IN_FULL:]:

@@ -107,6 +107,8 @@ class Kind:
     :param name: such as ``answers``; the ids of its checks begin with it.
     :param title: one sentence that is true of a controller that passes.
     :param rules: the slugs of the rules that its checks test.
+    :param robustness: whether its checks send damaged input that the document says nothing about. Their
+        findings are FRAGILE, and are not part of the verdict.
 
     Decorate functions with :meth:`check` to add checks.
 
@@ -116,6 +118,7 @@ class Kind:
     name: str
     title: str
     rules: tuple[str, ...] = ()
+    robustness: bool = False
     _makers: list[Callable[[Declaration, Permissions], Iterable[Check]]] = field(
         default_factory=list, init=False, repr=False, compare=False
     )

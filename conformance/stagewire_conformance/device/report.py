@@ -56,6 +56,7 @@ class Outcome:
     :param figures: measured values by name. A name ends with the unit (``p99_ms``).
     :param seconds: the duration.
     :param restored: the changes that were undone afterwards.
+    :param met: the checks that have reported a defect that this check also met, each with the defect.
     """
 
     check: Check
@@ -66,6 +67,7 @@ class Outcome:
     figures: Mapping[str, float]
     seconds: float
     restored: tuple[str, ...]
+    met: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

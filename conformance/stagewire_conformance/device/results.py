@@ -13,18 +13,30 @@ class Result(StrEnum):
 
     ``FAIL``: the controller violates a requirement of the document. ``NON_STRICT``: it departs from a
     recommendation or from usual behaviour, or behaves in a way that is known from other controllers.
+    ``FRAGILE``: it does not cope with damaged input, which the document does not demand.
     ``INFO``: the check could not decide, for example about a time on a computer that is late itself.
-    ``SKIP``: the PICS states that the controller does not support this.
+    ``SKIP``: the PICS states that the controller does not support this. ``NOT_RUN``: the check met a defect
+    that another check has reported, so it could not decide.
     """
 
     PASS = "PASS"
     NON_STRICT = "NON-STRICT"
     FAIL = "FAIL"
+    FRAGILE = "FRAGILE"
     INFO = "INFO"
     SKIP = "SKIP"
+    NOT_RUN = "NOT RUN"
 
 
-_GRAVITY = (Result.PASS, Result.SKIP, Result.INFO, Result.NON_STRICT, Result.FAIL)
+_GRAVITY = (
+    Result.PASS,
+    Result.SKIP,
+    Result.INFO,
+    Result.NOT_RUN,
+    Result.FRAGILE,
+    Result.NON_STRICT,
+    Result.FAIL,
+)
 
 
 def worst(results: Iterable[Result]) -> Result:
@@ -39,12 +51,14 @@ class Finding:
     :param text: a sentence that states what was received and what was expected.
     :param wanted: the expected bytes, if known.
     :param came: the received bytes, if any.
+    :param rule: the slug of the rule that the controller breaks; empty if it breaks none.
     """
 
     result: Result
     text: str
     wanted: bytes | None = None
     came: bytes | None = None
+    rule: str = ""
 
 
 @dataclass(frozen=True)

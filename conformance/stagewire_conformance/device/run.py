@@ -19,6 +19,7 @@ from typing import Final
 from stagewire.errors import StagewireError, TransportLostError
 from stagewire.links import Link
 from stagewire.protocols import CommandProtocol
+from stagewire_conformance.device.causes import Causes
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
@@ -103,6 +104,7 @@ class _Run:
         self._stops: tuple[str, ...] = ()
         self._held = ""  # why nothing may move any more
         self._left_out: dict[str, str] = {}  # why a check was not run, by its id
+        self._causes = Causes()
         self._defect: BaseException | None = None
 
     def run(self, progress: Progress) -> Report:
@@ -167,7 +169,16 @@ class _Run:
         line = self._line
         began, at = line.now, len(line.log)
         random = Random(f"{self._seed}/{check.id}")
-        trial = Trial(line, self._declared, self._allowed, random)
+        trial = Trial(
+            line,
+            self._declared,
+            self._allowed,
+            random,
+            check=check.id,
+            rules=check.rules,
+            causes=self._causes,
+            robustness=check.kind is not None and check.kind.robustness,
+        )
         restoration = Restoration(trial)
         try:
             self._perform(check, trial, restoration)
@@ -195,6 +206,7 @@ class _Run:
                     figures=trial.figures,
                     seconds=line.now - began,
                     restored=tuple(restoration.done),
+                    met=trial.met,
                 )
             )
 
@@ -275,9 +287,12 @@ def _outcome(
     figures: Mapping[str, float] = MappingProxyType({}),
     seconds: float = 0.0,
     restored: tuple[str, ...] = (),
+    met: Mapping[str, str] = MappingProxyType({}),
 ) -> Outcome:
     assert check.kind is not None  # checks of a plan have one
-    return Outcome(check, check.kind, result, tuple(findings), entries, figures, seconds, restored)
+    return Outcome(
+        check, check.kind, result, tuple(findings), entries, figures, seconds, restored, met
+    )
 
 
 def _reason(error: BaseException) -> str:

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from stagewire.errors import StagewireError, TransportLostError
+from stagewire_conformance.device.causes import Cause, Causes, silence
 from stagewire_conformance.device.results import Finding, Result, worst
 
 if TYPE_CHECKING:
@@ -18,6 +19,21 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
+
+
+class Details(TypedDict, total=False):
+    """Details of a finding.
+
+    :param rule: the rule that is broken; by default the rule of the check, if it has only one.
+    :param cause: the defect, if other checks can also meet it. A run reports it once.
+    :param wanted: the expected bytes, if known.
+    :param came: the received bytes that the problem is about, if any.
+    """
+
+    rule: str
+    cause: Cause | None
+    wanted: bytes | None
+    came: bytes | None
 
 
 class EnoughError(Exception):
@@ -46,46 +62,76 @@ class Trial:
     :param declared: the declared controller.
     :param allowed: the permissions of the run.
     :param random: seeded by the run and the id of the check, so that a check can be repeated alone.
+    :param check: the id of the check.
+    :param rules: the rules that the check may find broken.
+    :param causes: the root causes that the run has reported so far.
+    :param robustness: whether the check is about robustness instead of a rule; see :class:`.Kind`.
     """
 
     line: Any
     declared: Declaration
     allowed: Permissions
     random: Random
+    check: str = ""
+    rules: tuple[str, ...] = ()
+    causes: Causes = field(default_factory=Causes)
+    robustness: bool = False
     findings: list[Finding] = field(default_factory=list)
     figures: dict[str, float] = field(default_factory=dict)
     undos: list[Undo] = field(default_factory=list)
+    met: dict[str, str] = field(default_factory=dict)
+    """The checks that have reported a defect that this check also met, each with the defect."""
 
-    def must(
-        self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
-    ) -> bool:
+    def must(self, holds: bool, problem: str, **details: Unpack[Details]) -> bool:
         """Note a FAIL unless ``holds``; return ``holds``.
 
         :param problem: a sentence that states what was received and what was expected.
-        :param wanted: the expected bytes, if known.
-        :param came: the received bytes that the problem is about, if any.
+        :param details: see :class:`Details`.
         """
-        return self._expect(Result.FAIL, holds, problem, wanted, came)
+        return holds or self._broken(Result.FAIL, problem, details)
 
-    def should(
-        self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
-    ) -> bool:
+    def should(self, holds: bool, problem: str, **details: Unpack[Details]) -> bool:
         """Note a NON-STRICT unless ``holds``; return ``holds``. See :meth:`must`."""
-        return self._expect(Result.NON_STRICT, holds, problem, wanted, came)
+        return holds or self._broken(Result.NON_STRICT, problem, details)
 
-    def need(
-        self, holds: bool, problem: str, *, wanted: bytes | None = None, came: bytes | None = None
-    ) -> None:
+    def need(self, holds: bool, problem: str, **details: Unpack[Details]) -> None:
         """Note a FAIL and end the check unless ``holds``. See :meth:`must`."""
-        if not self.must(holds, problem, wanted=wanted, came=came):
+        if not self.must(holds, problem, **details):
             raise EnoughError
 
-    def _expect(
-        self, result: Result, holds: bool, problem: str, wanted: bytes | None, came: bytes | None
-    ) -> bool:
-        if not holds:
-            self.findings.append(Finding(result, problem, wanted, came))
-        return holds
+    def _broken(self, result: Result, problem: str, details: Details) -> bool:
+        """Note a finding, or refer to the check that has reported its cause; return False."""
+        result = Result.FRAGILE if self.robustness else result
+        cause = details.get("cause")
+        if cause is not None:
+            first = self.causes.check_of(cause)
+            if first and first != self.check and result is not Result.NON_STRICT:
+                self.met.setdefault(first, str(cause))
+            elif first and first != self.check:
+                self.info(f"{problem} (reported by {first})")
+            if first:
+                return False
+            self.causes.report(cause, self.check)
+        rule = details.get("rule", "")
+        if not rule and len(self.rules) == 1:
+            rule = self.rules[0]
+        self.findings.append(
+            Finding(result, problem, details.get("wanted"), details.get("came"), rule)
+        )
+        return False
+
+    def depends_on(self, *causes: Cause) -> None:
+        """End the check if one of these defects has been reported, because it could not decide anything."""
+        for cause in causes:
+            first = self.causes.check_of(cause)
+            if first and first != self.check:
+                self.met.setdefault(first, str(cause))
+                raise EnoughError
+
+    def likely(self, cause: Cause, *others: Cause) -> Cause:
+        """Return the first of some causes that has been reported; the first of all if none has."""
+        reported = (each for each in (cause, *others) if self.causes.check_of(each))
+        return next(reported, cause)
 
     def info(self, text: str, **figures: float) -> None:
         """Note an observation; the check still passes.
@@ -111,9 +157,20 @@ class Trial:
                 False,
                 f"{request.layout.message} to {dest:#04x} was not answered by {' or '.join(names)} "
                 f"within {wait:g} s",
+                rule="request-answered",
+                cause=self.cause_of_silence(request, dest),
             )
         assert heard is not None
         return heard
+
+    def cause_of_silence(self, request: FramedMessage, dest: int) -> Cause:
+        """Return the likely cause that a request was not answered: a reported one, if there is one."""
+        place = self.declared.place_at(dest)
+        known = silence(place.name if place else f"{dest:#04x}")
+        if self.causes.check_of(known):
+            return known
+        cause: Cause = self.line.cause_of_silence(request, dest)
+        return cause
 
     def undo(self, what: str, action: Callable[[], object], *, moves: bool = False) -> None:
         """Register an action that undoes a change. It runs at the end of the check, however the check ends.
@@ -129,8 +186,9 @@ class Trial:
 
     @property
     def result(self) -> Result:
-        """The worst result of the findings."""
-        return worst(finding.result for finding in self.findings)
+        """The worst result of the findings. A check that met only reported defects was not run."""
+        met = [Result.NOT_RUN] if self.met else []
+        return worst([*met, *(finding.result for finding in self.findings)])
 
 
 class Restoration:

@@ -61,12 +61,29 @@ def messages(sheet: Sheet) -> list[MessageRow]:
     ]
 
 
+def _grade(case: Case, rule: str) -> Grade:
+    """Return what a case shows about a rule.
+
+    A finding is about the rule that it names. The case decides nothing about its other rules, because it may
+    have ended early.
+    """
+    named = [finding.grade for finding in case.findings if finding.rule == rule]
+    if named:
+        return min(named, key=list(Grade).index)
+    has_findings = case.grade in (Grade.FAILED, Grade.DEVIATES)
+    return Grade.NOTED if has_findings and _names_rules(case) else case.grade
+
+
+def _names_rules(case: Case) -> bool:
+    return any(finding.rule for finding in case.findings)
+
+
 def pages(sheet: Sheet) -> list[PageRow]:
     """Return a row for each page with a rule or a message description, in order."""
     by_rule: dict[str, list[Case]] = {}
     by_message: dict[str, list[Case]] = {}
     for case in sheet.cases():
-        for rule in case.rules:
+        for rule in dict.fromkeys((*case.rules, *(each.rule for each in case.findings))):
             by_rule.setdefault(rule, []).append(case)
         for message in case.messages:
             by_message.setdefault(message, []).append(case)
@@ -90,7 +107,10 @@ def pages(sheet: Sheet) -> list[PageRow]:
             for case in cases
         }
         rows = tuple(
-            RuleRow(rule=rule, counts=Counter(case.grade for case in by_rule.get(rule.id, [])))
+            RuleRow(
+                rule=rule,
+                counts=Counter(_grade(case, rule.id) for case in by_rule.get(rule.id, [])),
+            )
             for rule in here
         )
         found.append(

@@ -101,7 +101,7 @@ def _place(place: Target) -> str:
     return "; ".join(parts)
 
 
-_DECIDED = (Result.PASS, Result.NON_STRICT, Result.FAIL)
+_DECIDED = (Result.PASS, Result.FRAGILE, Result.NON_STRICT, Result.FAIL)
 
 _WHAT = {
     Need.SETTINGS: "no check that changes settings",
@@ -137,9 +137,11 @@ def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
 GRADES = {
     Result.PASS: Grade.PASSED,
     Result.NON_STRICT: Grade.DEVIATES,
+    Result.FRAGILE: Grade.FRAGILE,
     Result.FAIL: Grade.FAILED,
     Result.INFO: Grade.NOTED,
     Result.SKIP: Grade.SKIPPED,
+    Result.NOT_RUN: Grade.NOT_RUN,
 }
 
 _NOT_RUN = "NOT RUN"
@@ -235,7 +237,7 @@ def _groups(
                 _held_to(check, known),
                 outcomes.get(check.id),
                 left_out.get(check.id, _NOT_REACHED),
-                _omission(check, report),
+                _omission(check, report, left_out.get(check.id, "")),
                 again,
             )
             for check in of_kind
@@ -254,11 +256,17 @@ def _held_to(check: Check, known: Mapping[str, Mapping[str, Any]]) -> tuple[str,
     )
 
 
-def _omission(check: Check, report: Report) -> Omission:
-    """Return the kind of reason why a check was not run."""
+def _omission(check: Check, report: Report, why: str) -> Omission:
+    """Return the kind of the reason why a check was not run."""
     if check.needs - report.allowed.granted:
         return Omission.PERMISSION
-    return Omission.IMPOSSIBLE if check.lacks else Omission.ENDED
+    if check.lacks:
+        return Omission.IMPOSSIBLE
+    return (
+        Omission.CAUSE
+        if why and not why.startswith(("not reached", "nothing was run"))
+        else Omission.ENDED
+    )
 
 
 def _case(
@@ -286,10 +294,16 @@ def _case(
         title=check.title,
         grade=GRADES[outcome.result],
         word=str(outcome.result),
-        why=check.skip,
+        why=check.skip or _root_causes(outcome),
+        omission=Omission.CAUSE,
+        causes=tuple(outcome.met),
         findings=tuple(
             Finding(
-                grade=GRADES[found.result], text=found.text, wanted=found.wanted, came=found.came
+                grade=GRADES[found.result],
+                text=found.text,
+                wanted=found.wanted,
+                came=found.came,
+                rule=found.rule,
             )
             for found in outcome.findings
         ),
@@ -309,6 +323,15 @@ def _case(
         restored=outcome.restored,
         repeat=again(check.id),
         seconds=outcome.seconds,
+    )
+
+
+def _root_causes(outcome: Outcome) -> str:
+    """Return why a check could not decide: the defects that it met, and the checks that report them."""
+    if outcome.result is not Result.NOT_RUN:
+        return ""
+    return "; ".join(
+        f"root cause: {what}, reported by {check}" for check, what in outcome.met.items()
     )
 
 

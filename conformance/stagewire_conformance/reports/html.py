@@ -33,6 +33,7 @@ from stagewire_conformance.reports.model import (
 from stagewire_conformance.reports.text import (
     GRADES,
     MEANING,
+    broken_rules,
     bytes_of,
     counted,
     gaps,
@@ -52,6 +53,7 @@ _MOST_PASSED = 60
 _TONES = {
     Grade.FAILED: "bad",
     Grade.DEVIATES: "odd",
+    Grade.FRAGILE: "odd",
     Grade.NOTED: "note",
     Grade.PASSED: "good",
     Grade.SKIPPED: "out",
@@ -143,7 +145,7 @@ class View:
 
     def is_grave(self, one: Case | Finding) -> bool:
         """Return whether a case or finding failed or is non-strict. Such a case is described in full."""
-        return one.grade in (Grade.FAILED, Grade.DEVIATES)
+        return one.grade in (Grade.FAILED, Grade.DEVIATES, Grade.FRAGILE)
 
     def parts(self, group: Group) -> tuple[list[Case], list[Case]]:
         """Return the cases of a group that ran: those to show, and those to fold."""
@@ -165,6 +167,19 @@ class View:
     def rules_of(self, case: Case) -> list[Rule]:
         """Return the rules that a case tests."""
         return [self.sheet.rules[name] for name in case.rules if name in self.sheet.rules]
+
+    def broken_rules(self, case: Case) -> list[Rule]:
+        """Return the rules that the findings of a case name, each once."""
+        return broken_rules(self.sheet, case)
+
+    def dependents(self, case: Case) -> list[Case]:
+        """Return the cases that were not run because of the findings of a case."""
+        return self.sheet.dependents(case)
+
+    @cached_property
+    def fragile(self) -> list[Case]:
+        """The cases with a finding about robustness."""
+        return list(self.sheet.cases(Grade.FRAGILE))
 
     def rules_of_group(self, group: Group) -> list[Rule]:
         """Return the rules that the cases of a group test, each once, in the order of the document."""

@@ -94,6 +94,7 @@ def _case(sheet: Sheet, case: Case) -> Json:
         "grade": str(case.grade),
         "why": case.why or None,
         "omission": str(sheet.omission_of(case)) if case.grade is Grade.NOT_RUN else None,
+        "causes": list(case.causes),
         "messages": list(case.messages),
         "rules": list(case.rules),
         "findings": [_finding(finding) for finding in case.findings],
@@ -109,6 +110,7 @@ def _finding(finding: Finding) -> Json:
     return {
         "grade": str(finding.grade),
         "text": finding.text,
+        "rule": finding.rule or None,
         "wanted": _bytes_or_text(finding.wanted),
         "came": _bytes_or_text(finding.came),
     }

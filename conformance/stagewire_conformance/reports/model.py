@@ -19,6 +19,7 @@ class Grade(enum.StrEnum):
 
     FAILED = "failed"
     DEVIATES = "deviates"
+    FRAGILE = "fragile"
     NOTED = "noted"
     PASSED = "passed"
     SKIPPED = "skipped"
@@ -103,12 +104,14 @@ class Finding:
     :param text: a sentence that states what was received and what was expected.
     :param wanted: the expected bytes or text; None if unknown.
     :param came: the received bytes or text; None if there are none.
+    :param rule: the id of the rule that is broken; empty if there is none.
     """
 
     grade: Grade
     text: str
     wanted: bytes | str | None = None
     came: bytes | str | None = None
+    rule: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,6 +123,7 @@ class Case:
     :param word: the name of its result: ``FAIL``, ``accepted wrongly``.
     :param why: the reason why it was skipped or not run.
     :param omission: the kind of this reason, if it was not run.
+    :param causes: the ids of the cases that report a defect that this case also met.
     :param messages: the messages that it is about.
     :param rules: the ids of the rules that it tests.
     :param figures: measured values, such as ``p99_ms``.
@@ -134,6 +138,7 @@ class Case:
     word: str
     why: str = ""
     omission: Omission = Omission.IMPOSSIBLE
+    causes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
     lines: tuple[Transmission, ...] = ()
     messages: tuple[str, ...] = ()
@@ -295,6 +300,10 @@ class Sheet:
         yield from self.cases(Grade.FAILED)
         yield from self.cases(Grade.DEVIATES)
 
+    def dependents(self, case: Case) -> list[Case]:
+        """Return the cases that met a defect which a case reports."""
+        return [each for each in self.cases() if case.id in each.causes]
+
     def counts(self) -> Counter[Grade]:
         """Return the number of cases by grade."""
         return sum((group.counts() for group in self.groups), Counter())
@@ -337,7 +346,8 @@ class Sheet:
     def verdict(self) -> Verdict:
         """The verdict of the run: a failure outweighs an early end, which outweighs all else.
 
-        A partial run never has the verdict ``PASSED``.
+        A partial run never has the verdict ``PASSED``. Findings about robustness do not count: no sentence of
+        the document demands it.
         """
         counts = self.counts()
         if counts[Grade.FAILED]:

@@ -119,10 +119,11 @@ def not_at_rest(sheet: Sheet) -> list[str]:
 MEANING = {
     "PASS": "the controller does what the document requires",
     "NON-STRICT": "it departs from a recommendation or from usual behaviour; hosts can work with it",
+    "FRAGILE": "it does not cope with damaged input; no rule demands it, and it is not part of the verdict",
     "FAIL": "it violates a requirement of the document",
     "INFO": "measured or observed, but this run cannot decide whether it is correct",
     "SKIP": "omitted, because the PICS declares it as unsupported",
-    "NOT RUN": "omitted, because it was not allowed or not possible in this run",
+    "NOT RUN": "omitted: not allowed, not possible, or dependent on a defect that another check reports",
 }
 """The meanings of the results of a check."""
 
@@ -138,6 +139,7 @@ _MOST_GAPS = 6
 GRADES = {
     Grade.FAILED: "failed",
     Grade.DEVIATES: "non-strict",
+    Grade.FRAGILE: "fragile (not part of the verdict)",
     Grade.PASSED: "passed",
     Grade.NOTED: "for information",
     Grade.SKIPPED: "skipped",
@@ -205,8 +207,6 @@ _MOST_LINES = 48
 """The maximum number of lines of a dialogue at a terminal."""
 _HEADER = 6
 """The minimum length of a framed message, which begins with its id. Replies without a frame are shorter."""
-_MOST_RULES = 5
-"""The maximum number of rules that are stated for a case. Further rules are only named."""
 _MOST_BYTES = 96
 """The maximum number of bytes shown of one piece."""
 
@@ -215,13 +215,10 @@ def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
     """Yield the description of a case, without its title and its result."""
     for finding in case.findings:
         yield from _finding(finding)
-    rules = [sheet.rules[name] for name in case.rules if name in sheet.rules]
-    for rule in rules[:_MOST_RULES]:
+    for rule in broken_rules(sheet, case):
         yield from _rule(sheet, rule)
-    if rules[_MOST_RULES:]:
-        yield f"and {counted(len(rules) - _MOST_RULES, 'more rule')}: " + listed(
-            (rule.id for rule in rules[_MOST_RULES:]), 12
-        )
+    if dependents := sheet.dependents(case):
+        yield f"not run because of this: {listed(each.id for each in dependents)}"
     if case.lines:
         yield "dialogue:"
         yield from (f"  {line}" for line in dialogue(case.lines, _MOST_LINES))
@@ -229,6 +226,12 @@ def case_text(sheet: Sheet, case: Case) -> Iterator[str]:
         yield f"restored: {safe(text)}"
     if case.repeat:
         yield f"repeat with: {safe(case.repeat)}"
+
+
+def broken_rules(sheet: Sheet, case: Case) -> list[Rule]:
+    """Return the rules that the findings of a case name, each once."""
+    names = dict.fromkeys(finding.rule for finding in case.findings)
+    return [sheet.rules[name] for name in names if name in sheet.rules]
 
 
 def _rule(sheet: Sheet, rule: Rule) -> Iterator[str]:
@@ -300,7 +303,8 @@ def bytes_of(raw: bytes) -> str:
 
 
 def _finding(finding: Finding) -> Iterator[str]:
-    yield safe(finding.text)
+    named = f" [{finding.rule}]" if finding.rule else ""
+    yield f"{safe(finding.text)}{named}"
     wanted, came = finding.wanted, finding.came
     if isinstance(wanted, bytes) and isinstance(came, bytes):
         yield from (f"  {line}" for line in as_text(wanted, came))

@@ -72,12 +72,16 @@ def runs() -> Iterator[Any]:
 
 
 def rules_named(report: Report) -> set[str]:
-    """Return the rules that the findings of a report name."""
+    """Return the rules that the findings of a report name.
+
+    A finding that names no rule stands for all rules of its check.
+    """
     return {
         rule
         for outcome in report.outcomes
-        if outcome.result in WRONG
-        for rule in outcome.check.rules
+        for finding in outcome.findings
+        if finding.result in WRONG
+        for rule in ([finding.rule] if finding.rule else outcome.check.rules)
     }
 
 

@@ -50,7 +50,13 @@ FAILED = Case(
     grade=Grade.FAILED,
     word="FAIL",
     findings=(
-        Finding(grade=Grade.FAILED, text="channel 2 came, not 1", wanted=WANTED, came=CAME),
+        Finding(
+            grade=Grade.FAILED,
+            text="channel 2 came, not 1",
+            wanted=WANTED,
+            came=CAME,
+            rule="request-answered",
+        ),
         Finding(grade=Grade.DEVIATES, text="a byte too many", wanted=b"\x01", came=b"\x01\x02"),
         Finding(grade=Grade.NOTED, text="it took long"),
     ),
@@ -69,6 +75,7 @@ DEVIATING = replace(
     word="NON-STRICT",
     findings=FAILED.findings[1:2],
 )
+FRAGILE = replace(DEVIATING, id="garbage/one", grade=Grade.FRAGILE, word="FRAGILE")
 NOTED = replace(PASSED, id="timing/0x50", grade=Grade.NOTED, word="INFO", lines=())
 SKIPPED = replace(
     PASSED, id="pot/0x50", grade=Grade.SKIPPED, word="SKIP", why="no potentiometer", lines=()
@@ -117,7 +124,7 @@ ERRATUM = Erratum(
 
 def sheet(*cases: Case, **changes: object) -> Sheet:
     """Return a sheet of these cases, or of one of each kind."""
-    every = cases or (PASSED, FAILED, DEVIATING, NOTED, SKIPPED, NOT_RUN)
+    every = cases or (PASSED, FAILED, DEVIATING, FRAGILE, NOTED, SKIPPED, NOT_RUN)
     kinds = dict.fromkeys(case.id.partition("/")[0] for case in every)
     made = Sheet(
         kind="device",

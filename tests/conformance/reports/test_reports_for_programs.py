@@ -15,6 +15,7 @@ from sample_sheets import (
     CAME,
     DEVIATING,
     FAILED,
+    FRAGILE,
     HOSTILE,
     NOT_RUN,
     NOTED,
@@ -85,6 +86,7 @@ def test_json_has_everything() -> None:
     cases = {case["id"]: case for group in found["groups"] for case in group["cases"]}
     failed = cases[FAILED.id]
     assert failed["result"] == "FAIL"
+    assert [finding["rule"] for finding in failed["findings"]] == ["request-answered", None, None]
     assert failed["findings"][0]["wanted"] == {"hex": WANTED.hex()}
     assert failed["findings"][0]["came"] == {"hex": CAME.hex()}
     assert failed["figures"] == {"p99_ms": 3.25}
@@ -122,6 +124,7 @@ def test_junit_has_a_test_case_with_the_result_of_each_case() -> None:
         PASSED.id: [],
         FAILED.id: [("failure", "FAIL")],
         DEVIATING.id: [("failure", "NON-STRICT")],
+        FRAGILE.id: [],
         NOTED.id: [],
         SKIPPED.id: [("skipped", "SKIP")],
         NOT_RUN.id: [("skipped", "NOT RUN")],

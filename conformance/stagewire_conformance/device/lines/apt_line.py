@@ -16,6 +16,7 @@ from stagewire.framing import End, FrameEvent
 from stagewire.links import Link
 from stagewire.protocols import FramedMessage, FramedProtocol, Message
 from stagewire.sessions import Matching
+from stagewire_conformance.device.causes import Cause, silence
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NothingAnswersError
 from stagewire_conformance.device.lines.apt_guard import AptGuard
@@ -23,6 +24,7 @@ from stagewire_conformance.device.lines.dialogue import Incoming, message_text
 from stagewire_conformance.device.lines.line import GuardedLink
 from stagewire_conformance.device.lines.motions import STATUS_BITS, Ending, Moved, reports_motion
 from stagewire_conformance.device.lines.standstill import Measure, Part, Sighting, bring_to_rest
+from stagewire_conformance.device.lines.strays import cause_of_silence, subject_of
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.targets import names_of
 
@@ -115,6 +117,12 @@ _SIGHT: Final = 0.5
 
 _GIVEN_UP: Final = 0.1
 """Seconds without a byte after which an incomplete frame is given up."""
+_PROBES: Final = 3
+"""The most other requests that show whether a target answers at all."""
+_PROBED: Final = 0.3
+"""Seconds to wait for the reply to one of them."""
+_RESYNCHRONISED: Final = 1.0
+"""The most seconds to wait for that, for a controller that never stops sending."""
 
 
 class AptLine(GuardedLink):
@@ -138,6 +146,7 @@ class AptLine(GuardedLink):
         self._framer = protocol.framer(End.HOST)
         self._answers: dict[str, tuple[type[FramedMessage], ...]] = {}
         self._last = 0.0  # time of the last received bytes
+        self._previous = ""  # the name of the last message, until the line was silent
         self._silent = 0
         self._next_sign = 0.0
         self._signs = [
@@ -210,6 +219,12 @@ class AptLine(GuardedLink):
 
     # Receiving
 
+    def resynchronise(self) -> None:
+        """Wait until an incomplete frame is given up, so that its bytes cannot spoil the next reply."""
+        end = self.now + _RESYNCHRONISED
+        while self._framer.pending and self.now < end:
+            self._wait_until(end)
+
     def ask(self, request: FramedMessage, dest: int, wait: float = 1.0) -> Incoming | None:
         """Send a request and return its reply; None if none arrives within ``wait`` seconds.
 
@@ -219,6 +234,7 @@ class AptLine(GuardedLink):
         """
         answers = self._answers_to(request, dest)
         self._wait_until(self.now)  # messages that are already here cannot be the answer
+        self.resynchronise()
         at = len(self.heard)
         self.send(request, dest)
         end = self.now + wait
@@ -240,6 +256,7 @@ class AptLine(GuardedLink):
         """
         answers = self._answers_to(request, dest)
         self._wait_until(self.now)
+        self.resynchronise()
         at = seen = len(self.heard)
         self.send(request, dest)
         end = self.now + wait
@@ -254,6 +271,27 @@ class AptLine(GuardedLink):
         came = self.heard[at:]
         del self.heard[at:]
         return came
+
+    def cause_of_silence(self, request: FramedMessage, dest: int) -> Cause:
+        """Return the likely cause that a request was not answered, from what has arrived since."""
+        names = [each.layout.message for each in self._classes_of_answers(request.layout.message)]
+        place = self.declared.place_at(dest)
+        came = [each for each in self.heard if subject_of(self.declared, each) in names]
+        if place is not None and not came and not self._answers_anything(place, request):
+            return silence(place.name)
+        return cause_of_silence(self.declared, came, names, dest)
+
+    def _answers_anything(self, place: Target, but: FramedMessage) -> bool:
+        """Return whether a target answers one of some other requests."""
+        entries = self.declared.registry.messages
+        others = [
+            name
+            for name in sorted(place.messages - {but.layout.message})
+            if entries[name]["effect"] == "none" and entries[name]["exchange"].get("answered_by")
+        ]
+        channel = place.channels[0] if place.channels else None
+        asked = (self.declared.request(name, channel) for name in others[:_PROBES])
+        return not others or any(self.ask(each, place.address, _PROBED) for each in asked)
 
     def listen(
         self, seconds: float, until: Callable[[Incoming], bool] | None = None
@@ -308,20 +346,24 @@ class AptLine(GuardedLink):
             data = self._read(due - self.now)
             now = self.now
             if data:
+                if now - self._last > _GIVEN_UP and not self._framer.pending:
+                    self._previous = ""
                 self._last = now
                 events = self._framer.feed(data)
             elif self._framer.pending and now >= self._last + _GIVEN_UP:
+                self._last = now  # bytes that remain pending get the same time again
                 events = self._framer.abandon()
             else:
                 events = []
             for event in events:
-                self._take_in(Incoming(now, event))
+                self._take_in(Incoming(now, event, self._previous))
             if data or not whole or now >= end:
                 return
 
     def _take_in(self, heard: Incoming) -> None:
         self.heard.append(heard)
         self._record(heard.raw, lambda: heard.text)
+        self._previous = subject_of(self.declared, heard)
         if heard.kind == "message":
             self._moved.hears(heard.message, heard.raw)
 

@@ -33,11 +33,13 @@ class Incoming:
 
     :param time: arrival of the last byte, in seconds since the line was opened.
     :param event: the event of the framer.
+    :param after: the name of the message that these bytes follow immediately; empty if there is none.
     """
 
-    def __init__(self, time: float, event: Event) -> None:
+    def __init__(self, time: float, event: Event, after: str = "") -> None:
         self.time = time
         self.event = event
+        self.after = after
         self.kind: str = _KINDS[type(event)]
         """``message``, ``undocumented``, ``unknown`` (an unknown id), ``bad_length`` or ``garbage``."""
 

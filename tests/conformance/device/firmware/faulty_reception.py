@@ -191,14 +191,19 @@ RECEPTION = (
     Defect("The packet of an unknown message is read as messages", of("unknown-id"), _made(_ReadsPackets)),
     Defect("Unknown messages are sent back", of("unknown-id wrong-length"), _made(_Parrot)),
     Defect("A packet where none belongs upsets it", of("wrong-length"), _upset(_has_odd_length)),
-    Defect("A truncated frame upsets it", of("truncated"), _upset(_is_cut_short)),
-    Defect("Garbage upsets it", of("garbage"), _upset(_is_rubbish)),
-    Defect("It waits for ever for the rest of a frame", of("truncated"), _made(_WaitsForTheRest)),
+    Defect("A truncated frame upsets it", of("truncated"), _upset(_is_cut_short),
+           result=Result.FRAGILE),
+    Defect("Garbage upsets it", of("garbage"), _upset(_is_rubbish), result=Result.FRAGILE),
+    Defect("It waits for ever for the rest of a frame", of("truncated"), _made(_WaitsForTheRest),
+           result=Result.FRAGILE),
     Defect(
         "It completes a frame with the next one", of("truncated"), _made(_FillsUp),
+        result=Result.FRAGILE,
+    ),
+    Defect(
+        "It answers to every address", of("foreign-destination"), _takes_every_address,
         result=Result.NON_STRICT,
     ),
-    Defect("It answers to every address", of("foreign-destination"), _takes_every_address),
     Defect(
         "It answers to addresses of other units", of("foreign-destination"), _takes_documented_addresses,
         result=Result.NON_STRICT,

@@ -8,9 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import Cause, Causes, silence
 from stagewire_conformance.device.check import Case
+from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED
 from stagewire_conformance.device.checks.apt.replies import Request, a_request, judge_unasked
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
+from stagewire_conformance.device.lines.strays import cause_of_silence
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -39,16 +42,19 @@ def identity_of(declared: Declaration) -> tuple[str, ...]:
     )
 
 
-def clean_request(declared: Declaration, place: Target | None = None) -> Request | None:
+def clean_request(
+    declared: Declaration, place: Target | None = None, causes: Causes | None = None
+) -> Request | None:
     """Return the request that shows whether the controller still replies.
 
     This is the request for its identity or, if that is not claimed, any request.
 
     :param place: the target of the request; None: the first target that claims a request.
+    :param causes: the reported defects. A request whose reply has one is used only if there is no other.
     """
     names = identity_of(declared)
     for each in declared.places if place is None else (place,):
-        if found := a_request(declared, each, names):
+        if found := a_request(declared, each, names, causes):
             return found
     return None
 
@@ -60,7 +66,7 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
     :param tries: the most times to send the request. The document leaves open how soon a controller must
         notice that it received no message.
     """
-    request = clean_request(trial.declared, place)
+    request = clean_request(trial.declared, place, trial.causes)
     if request is None:
         trial.inconclusive(
             "the PICS leaves no supported request, so nothing can show whether the controller still replies"
@@ -74,6 +80,7 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
                 attempt == 1,
                 f"{after}, {request.about} was answered only at attempt {attempt}; the "
                 "controller had a second of silence to recover, so it should answer the first",
+                cause=_recovery(trial),
             )
             return True
     came = trial.line.drain()
@@ -82,10 +89,22 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
         False,
         f"{after}, {request.about} was not answered{asked}; expected "
         f"{' or '.join(request.answers)}, received {described(trial, came)}",
+        rule=ANSWERED,
+        cause=trial.likely(
+            _recovery(trial),
+            cause_of_silence(trial.declared, came, request.answers, address),
+            silence(request.place.name),
+        ),
         came=raw_of(came),
     )
-    _put_into_step(trial, request)
+    if not _put_into_step(trial, request):
+        trial.causes.report(silence(request.place.name), trial.check)
     return False
+
+
+def _recovery(trial: Trial) -> Cause:
+    """Return the cause that a controller does not recover from the input that checks of this kind send."""
+    return Cause(trial.check.partition("/")[0], "recovery")
 
 
 def unheeded(trial: Trial, raw: bytes, about: str, quiet: float = SILENCE) -> None:
@@ -109,14 +128,18 @@ def is_error(trial: Trial, heard: Incoming) -> bool:
     return bool(exchange.get("muted_by")) and not exchange.get("counts_for_keep_alive")
 
 
-def _put_into_step(trial: Trial, request: Request) -> None:
-    """Send zeros, which contain no message and no address, to complete a frame that may be pending."""
+def _put_into_step(trial: Trial, request: Request) -> bool:
+    """Send zeros, which contain no message and no address, to complete a frame that may be pending.
+
+    Return whether the controller answers again.
+    """
     for zeros in (1, 1, 1, 1, 1, _LONGEST, 1, 1, 1, 1, 1):
         trial.line.send_bytes(
             bytes(zeros), "zeros, to complete what the controller may be waiting for"
         )
         if trial.line.ask(request.message, request.place.address, wait=_PATIENCE) is not None:
-            return
+            return True
+    return False
 
 
 def before_clean_request(declared: Declaration, allowed: Permissions) -> Iterator[Case]:

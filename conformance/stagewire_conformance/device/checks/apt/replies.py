@@ -12,8 +12,28 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage
+from stagewire_conformance.device.causes import (
+    CHANNEL,
+    DELIVERY,
+    EXTRA,
+    UNSOLICITED,
+    Cause,
+    Causes,
+    addresses,
+    silence,
+)
+from stagewire_conformance.device.checks.apt.broken_rules import (
+    ANSWERED,
+    SIZES,
+    UNUSED,
+    rule_of_addresses,
+    rule_of_channel,
+    rule_of_field,
+    rule_of_stray,
+)
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.dialogue import Incoming
+from stagewire_conformance.device.lines.strays import cause_of_silence, cause_of_stray, subject_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -77,11 +97,30 @@ def requests_of(declared: Declaration, place: Target) -> Iterator[Request]:
                 yield ask_for(declared, place, name, channel)
 
 
-def a_request(declared: Declaration, place: Target, names: Iterable[str] = ()) -> Request | None:
-    """Return a claimed request of a target: the first of ``names``, otherwise any; None without one."""
+def a_request(
+    declared: Declaration,
+    place: Target,
+    names: Iterable[str] = (),
+    causes: Causes | None = None,
+) -> Request | None:
+    """Return a claimed request of a target: the first of ``names``, otherwise any; None without one.
+
+    :param causes: the reported defects. A request whose reply has one is returned only if all have.
+    """
     claimed = [each for each in requests_of(declared, place) if not each.skip]
     chosen = [each for name in names for each in claimed if each.name == name]
-    return next(iter([*chosen, *claimed]), None)
+    every = [*chosen, *claimed]
+    sound = [each for each in every if causes is None or not is_spoilt(each, causes)]
+    return next(iter([*sound, *every]), None)
+
+
+def is_spoilt(request: Request, causes: Causes) -> bool:
+    """Return whether a reported defect keeps the reply to a request from arriving as it should."""
+    spoilt = [
+        silence(request.place.name),
+        *(Cause(name, aspect) for name in request.answers for aspect in (DELIVERY, UNSOLICITED)),
+    ]
+    return any(map(causes.check_of, spoilt))
 
 
 def ask_for(declared: Declaration, place: Target, name: str, channel: int | None = None) -> Request:
@@ -106,11 +145,13 @@ _UNNAMED: Final = {"param1": 2, "param2": 3}
 class Fault:
     """An undocumented value in a message.
 
+    :param field: the name of the field.
     :param text: a sentence.
     :param grave: whether the document excludes the value. Otherwise it is merely not intended, such as a 0
         that was never set in a field whose range starts at 1.
     """
 
+    field: str
     text: str
     grave: bool = True
 
@@ -130,20 +171,21 @@ def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
         if field["kind"] == "integer":
             yield from _faults(name, field, values[name])
         elif field["kind"] == "text" and not identifies and not is_readable(values[name]):
-            yield Fault(f"{name} is {values[name]!r}; it should be text", grave=False)
-    yield from map(Fault, unused_parameters(message))
+            yield Fault(name, f"{name} is {values[name]!r}; it should be text", grave=False)
+    yield from unused_parameters(message)
 
 
-def unused_parameters(message: FramedMessage) -> Iterator[str]:
+def unused_parameters(message: FramedMessage) -> Iterator[Fault]:
     """Yield what is wrong with the header parameters that the message does not use."""
     layout = message.layout
     for name in layout.unnamed:
         came, due = getattr(message, name), layout.constants.get(name, 0)
         if came != due:
             at = _UNNAMED[name]
-            yield (
+            yield Fault(
+                name,
                 f"byte {at} is {came:#04x}; this message does not use it, so it should be "
-                f"{due:#04x}"
+                f"{due:#04x}",
             )
 
 
@@ -158,18 +200,21 @@ def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
     is_open = field.get("open", False)
     if name in _ALWAYS_ZERO:
         if value:
-            yield Fault(f"{name} is {value}; it is always zero at present")
+            yield Fault(name, f"{name} is {value}; it is always zero at present")
     elif flags and not is_open:
         if more := value & ~sum(flags.values()):
-            yield Fault(f"{name} is {value:#x}; the document does not define the bits {more:#x}")
+            yield Fault(
+                name, f"{name} is {value:#x}; the document does not define the bits {more:#x}"
+            )
     elif table and not is_open and "modifiers" not in field:
         if value not in table.values():
             known = ", ".join(
                 f"{each} ({key})" for key, each in sorted(table.items(), key=lambda item: item[1])
             )
-            yield Fault(f"{name} is {value}; the document defines {known}")
+            yield Fault(name, f"{name} is {value}; the document defines {known}")
     elif not field["minimum"] <= value <= field["maximum"]:
         yield Fault(
+            name,
             f"{name} is {value}; the document allows {field['minimum']} to {field['maximum']}",
             grave=bool(value),
         )
@@ -200,9 +245,19 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
     replies = [each for each in heard if each.kind == "message" and each.name in request.answers]
     others = joined(each for each in heard if each not in replies)
     expected = f"expected one {wanted} from {request.place.name}"
+    cause: Cause | None = None
+    if heard and not replies:
+        names, address = request.answers, request.place.address
+        cause = cause_of_silence(trial.declared, heard, names, address)
+    elif not replies:
+        cause = trial.cause_of_silence(request.message, request.place.address)
     if not trial.must(
         bool(replies),
         f"{request.about} was not answered: {expected}, received {described(trial, heard)}",
+        rule=next(
+            (rule_of_stray(trial, each) for each in others if each.kind != "message"), ANSWERED
+        ),
+        cause=cause,
         came=raw_of(heard),
     ):
         return None
@@ -210,6 +265,8 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
         len(replies) == 1,
         f"{request.about} was answered {len(replies)} times: {expected}, received "
         f"{described(trial, replies)}",
+        rule="get-answers-request",
+        cause=Cause(replies[0].name, UNSOLICITED),
         came=raw_of(replies),
     )
     reply = next((each for each in replies if _is_of(each, request)), replies[0])
@@ -228,6 +285,8 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incom
         length == due,
         f"{heard.name} has a packet of {length} bytes, with the undocumented bytes "
         f"{heard.extra.hex(' ')} at the end; it should have {due} bytes",
+        rule="info-length" if heard.name == "HW_GET_INFO" else SIZES,
+        cause=Cause(heard.name, EXTRA),
         came=heard.raw,
     )
     field = trial.declared.framed.channel
@@ -235,12 +294,25 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incom
         trial.must(
             heard.channel == channel,
             f"{heard.name} is for channel {heard.channel}; it should be for channel {channel}",
+            rule=rule_of_channel(trial, heard.name),
+            cause=Cause(heard.name, CHANNEL),
             wanted=with_value(heard, field, channel),
             came=heard.raw,
         )
     for fault in faults_of(trial.declared, message):
-        expect = trial.must if fault.grave else trial.should
-        expect(False, f"{heard.name}: {fault.text}", came=heard.raw)
+        judge_fault(trial, heard, fault)
+
+
+def judge_fault(trial: Trial, heard: Incoming, fault: Fault) -> None:
+    """Report an undocumented value in a message."""
+    is_unused = fault.field in _UNNAMED
+    (trial.must if fault.grave else trial.should)(
+        False,
+        f"{heard.name}: {fault.text}",
+        rule=UNUSED if is_unused else rule_of_field(heard.name, fault.field),
+        cause=Cause(heard.name, fault.field),
+        came=heard.raw,
+    )
 
 
 def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
@@ -256,23 +328,48 @@ def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
     wanted = _readdressed(heard.raw, host, place.address)
     alone = sum(each.bay is not None for each in trial.declared.places) < 2
     is_known = came == (place.address, host) or (came == (0, 0) and alone)
-    (trial.should if is_known else trial.must)(False, text, wanted=wanted, came=heard.raw)
+    cause = addresses(place.name, heard.dest, heard.source)
+    if not is_known:  # a request for it gets no reply
+        trial.causes.report(
+            Cause(heard.name, DELIVERY), trial.causes.check_of(cause) or trial.check
+        )
+    (trial.should if is_known else trial.must)(
+        False,
+        text,
+        rule=rule_of_addresses(trial),
+        cause=cause,
+        wanted=wanted,
+        came=heard.raw,
+    )
 
 
-def judge_unasked(trial: Trial, heard: Incoming, when: str) -> None:
+def judge_unasked(trial: Trial, heard: Incoming, when: str, *, rule: str = "") -> None:
     """Report an unsolicited message. Leave status messages to the checks of updates.
 
     :param when: the beginning of the sentence: ``in addition to the reply to …``.
+    :param rule: the rule that it breaks; by default that of a message without a request.
     """
     exchange = trial.declared.registry.messages.get(heard.name, {}).get("exchange", {})
     counts, muted = exchange.get("counts_for_keep_alive"), exchange.get("muted_by")
     if counts and not muted:  # end messages can be muted, and come only after a motion
         return
     text = f"{when}, the controller sent {described(trial, [heard])}, which was not requested"
+    cause = trial.likely(
+        cause_of_stray(trial.declared, heard),
+        Cause(subject_of(trial.declared, heard), DELIVERY),
+    )
     if exchange.get("unsolicited") and muted and not counts:
-        trial.should(False, f"{text}; it reports a fault", came=heard.raw)
+        trial.should(
+            False,
+            f"{text}; it reports a fault",
+            rule="no-error-in-normal-operation",
+            cause=cause,
+            came=heard.raw,
+        )
     else:
-        trial.must(False, text, came=heard.raw)
+        is_message = heard.kind in ("message", "undocumented", "unknown")
+        broken = rule if rule and is_message else rule_of_stray(trial, heard)
+        trial.must(False, text, rule=broken, cause=cause, came=heard.raw)
 
 
 def _whose(trial: Trial, place: Target, heard: Incoming) -> str:

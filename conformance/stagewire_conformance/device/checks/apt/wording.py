@@ -34,7 +34,8 @@ def joined(heard: Iterable[Incoming]) -> list[Incoming]:
     pieces: list[Incoming] = []
     for each in heard:
         if pieces and pieces[-1].kind == each.kind == "garbage":
-            pieces[-1] = Incoming(each.time, Garbage(pieces[-1].raw + each.raw))
+            last = pieces[-1]
+            pieces[-1] = Incoming(each.time, Garbage(last.raw + each.raw), last.after)
         else:
             pieces.append(each)
     return pieces

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, MoveDirection
+from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set, rule_of_status
 from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
@@ -131,6 +133,8 @@ class Axis:
         self.trial.need(
             not status.moving,
             f"{self.text} reports motion before this run has started one: {status.heard.text}",
+            rule=rule_of_status(self.place, "bits-motion"),
+            cause=Cause(status.heard.name, "motion bits at rest"),
             came=status.heard.raw,
         )
         return status
@@ -393,6 +397,8 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
         told == ({**wanted, at_most: told[at_most]} if lower else wanted),
         f"{axis.text}: {setting} wrote {wrote}, but {placed.set.get} then returned {says}; "
         "nothing was moved",
+        rule=rule_of_set(setting),
+        cause=Cause(setting, EFFECT),
         wanted=placed.expected(axis.trial, wanted, came),
         came=came.raw,
     )

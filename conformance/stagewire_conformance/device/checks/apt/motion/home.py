@@ -12,7 +12,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
@@ -138,12 +140,16 @@ def _judge(axis: Axis, before: Status, seen: Watched) -> None:
     axis.trial.must(
         status.bits.homed,
         f"{axis.text} sent {_HOMED}, but {status.heard.name} does not report homed",
+        rule=rule_of_status(axis.place, "bits-motion"),
+        cause=Cause(status.heard.name, "homed"),
         came=status.heard.raw,
     )
     axis.trial.must(
         abs(status.position) <= _NEAR,
         f"{axis.text} sent {_HOMED}, but its position is {status.position}; it should count "
         "from home, which is 0",
+        rule="position-after-homing",
+        cause=Cause("MOT_MOVE_HOME", "position"),
         came=status.heard.raw,
     )
     if "MOT_REQ_POSCOUNTER" in axis.place.messages:
@@ -154,6 +160,8 @@ def _judge(axis: Axis, before: Status, seen: Watched) -> None:
             f"{axis.text}: after homing, MOT_GET_POSCOUNTER has {position}, but "
             f"{status.heard.name} has {status.position}; the counter should show the actual "
             "position",
+            rule="position-after-homing",
+            cause=Cause("MOT_GET_POSCOUNTER", "position"),
             came=counter.raw,
         )
 
@@ -183,6 +191,8 @@ def _judge_way(axis: Axis, statuses: Sequence[Status]) -> None:
                 False,
                 f"{axis.text}: at {earlier.position} on its way home, {earlier.heard.name} does "
                 "not report homing",
+                rule=rule_of_status(axis.place, "bits-motion"),
+                cause=Cause(earlier.heard.name, "homing"),
                 came=earlier.heard.raw,
             )
             return

@@ -6,6 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from stagewire_apt.enumerations import MoveDirection
+from stagewire_conformance.device.causes import DELIVERY, EFFECT, UNSOLICITED, Cause
+from stagewire_conformance.device.checks.apt.broken_rules import (
+    command_in,
+    rule_of_command,
+    rule_of_end,
+    rule_of_status,
+)
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
 from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
@@ -53,17 +60,23 @@ def judge_early(axis: Axis, told: str, end: Incoming, seen: Watched, target: int
         abs(rest - after) <= JITTER,
         f"{axis.text}: after {told}, it sent {end.name}{says}, but was then at {after} and moved on "
         f"to {rest}; it should report the end when it is at its target {target}",
+        rule=rule_of_end(told, end.name),
+        cause=Cause(end.name, "early"),
         came=end.raw,
     )
 
 
-def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | None:
+def judge_end(
+    axis: Axis, told: str, seen: Watched, wanted: str, *, rule: str = ""
+) -> Incoming | None:
     """Report how a motion ended, and return its end message. A motor without one is stopped.
 
     :param told: the command, for sentences: ``MOT_MOVE_ABSOLUTE to 1000``.
     :param wanted: the message that must report the end, once.
+    :param rule: the rule about this message; by default that of the command.
     """
     trial = axis.trial
+    rule = rule or rule_of_end(told, wanted)
     for other in seen.others:
         judge_unasked(trial, other, f"after {told} at {axis.text}")
     if seen.strayed is not None:
@@ -71,6 +84,8 @@ def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | N
             False,
             f"{axis.text}: after {told}, it was at {seen.strayed.position}, outside of "
             f"{axis.low}..{axis.high} or further than it should go; it was stopped",
+            rule=rule_of_command(told),
+            cause=Cause(command_in(told), EFFECT),
             came=seen.strayed.heard.raw,
         )
         return None
@@ -83,6 +98,8 @@ def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | N
             False,
             f"{axis.text}: after {told}, it sent no {wanted} within {seen.seconds:.1f} "
             f"s{says}; it was stopped",
+            rule=rule,
+            cause=trial.likely(Cause(wanted, DELIVERY), Cause(command_in(told), EFFECT)),
         )
         return None
     first, *more = seen.ends
@@ -90,6 +107,8 @@ def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | N
     trial.must(
         ours.name == wanted,
         f"{axis.text}: after {told}, it sent {ours.name} instead of {wanted}",
+        rule=rule,
+        cause=trial.likely(Cause(wanted, DELIVERY), Cause(command_in(told), EFFECT)),
         came=ours.raw,
     )
     trial.must(
@@ -97,6 +116,8 @@ def judge_end(axis: Axis, told: str, seen: Watched, wanted: str) -> Incoming | N
         f"{axis.text}: after {told}, {len(seen.ends)} end-of-move messages arrived "
         f"({', '.join(f'{end.name} from {end.source:#04x}' for end in seen.ends)}) instead of "
         "one",
+        rule=rule,
+        cause=Cause(more[0].name, UNSOLICITED) if more else None,
         came=raw_of(seen.ends),
     )
     judge_message(trial, axis.place, axis.channel, ours)
@@ -111,6 +132,8 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
         hasattr(end.message, "status_bits"),
         f"{axis.text}: {end.name} after {told} is only a header; 14 bytes of status should "
         "follow it",
+        rule=_rule_of_content(end),
+        cause=Cause(end.name, "status"),
         came=end.raw,
     ):
         return
@@ -119,6 +142,8 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
         not status.moving,
         f"{axis.text}: {end.name} after {told} reports {_names(status)}; it should report "
         "no motion",
+        rule=rule_of_status(axis.place, "bits-motion"),
+        cause=Cause(end.name, "motion bits at rest"),
         came=end.raw,
     )
     if axis.settle_time is not None and end.name == "MOT_MOVE_COMPLETED":
@@ -127,6 +152,8 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
             status.bits.settled,
             f"{axis.text}: {end.name} after {told} reports {_names(status)}; a move is complete "
             "only when the axis has settled",
+            rule="move-complete-when-settled",
+            cause=Cause(end.name, "settled"),
             came=end.raw,
         )
 
@@ -163,6 +190,8 @@ def judge_course(
         if not axis.trial.must(
             status.direction is not None and expected in (None, status.direction),
             f"{says}; it should report motion {named}",
+            rule=rule_of_status(axis.place, "bits-motion"),
+            cause=Cause(status.heard.name, "motion bits on the way"),
             came=status.heard.raw,
         ):
             return
@@ -173,12 +202,18 @@ def judge_course(
             not getattr(bits, "settled", False),
             f"{axis.text}: on its way after {told}, {status.heard.name} reports "
             f"{_names(status)}; it should be settled only at rest",
+            rule="settled-at-rest",
+            cause=Cause(status.heard.name, "settled"),
             came=status.heard.raw,
         ):
             return
         jogs = getattr(bits, f"jogging_{status.direction.name.lower()}")
         if jogging and not axis.trial.must(
-            jogs, f"{says}; it should report jogging {named}", came=status.heard.raw
+            jogs,
+            f"{says}; it should report jogging {named}",
+            rule=rule_of_status(axis.place, "bits-motion"),
+            cause=Cause(status.heard.name, "jogging bits"),
+            came=status.heard.raw,
         ):
             return
 
@@ -199,6 +234,8 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         not status.moving,
         f"{axis.text}: {told} has ended, but {status.heard.name} reports {_names(status)}; it "
         "should report no motion",
+        rule=rule_of_status(axis.place, "bits-motion"),
+        cause=Cause(status.heard.name, "motion bits at rest"),
         came=status.heard.raw,
     )
     position: int | None = getattr(end.message, "position", None) if end else None
@@ -206,6 +243,8 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         position is None or abs(position - status.position) <= HELD,
         f"{axis.text}: after {told}, {end.name if end else ''} reported the position "
         f"{position}, but {status.heard.name} then reported {status.position}",
+        rule=_rule_of_content(end) if end else "",
+        cause=Cause(end.name, "position") if end else None,
         came=end.raw if end else None,
     )
     if not status.moving:
@@ -213,6 +252,8 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
             abs(status.velocity or 0) <= _STILL_SPEED,
             f"{axis.text}: {told} has ended, but {status.heard.name} reports a velocity of "
             f"{status.velocity}; at rest it should be 0",
+            rule="dc-status-velocity",
+            cause=Cause(status.heard.name, "velocity at rest"),
             came=status.heard.raw,
         )
     judge_bits_alone(axis, f"after {told}")
@@ -231,6 +272,8 @@ def judge_positions(
             any(abs(each.position - start) > JITTER for each in middle),
             f"{axis.text}: after {told}, {len(middle)} statuses in {seconds:.2f} s had the position "
             f"{middle[-1].position}, where the motion began; the position should follow the motion",
+            rule=rule_of_status(axis.place, "position"),
+            cause=Cause(middle[-1].heard.name, "position"),
             came=middle[-1].heard.raw,
         )
     over = beyond(points_of(statuses), start, target)
@@ -240,6 +283,8 @@ def judge_positions(
         f"{axis.text}: after {told} from {start}, it was at {place}, {over} counts beyond its "
         "target; it should not go further"
         + (f" than its backlash distance of {axis.backlash}" if axis.backlash else ""),
+        rule=rule_of_command(told),
+        cause=Cause(command_in(told), "overshoot"),
     )
 
 
@@ -253,8 +298,15 @@ def judge_place(axis: Axis, told: str, status: Status, start: int, target: int) 
         abs(missed) <= axis.tolerance(target - start),
         f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "
         f"gone to {target}{hint}",
+        rule=rule_of_command(told),
+        cause=Cause(command_in(told), EFFECT),
         came=status.heard.raw,
     )
+
+
+def _rule_of_content(end: Incoming) -> str:
+    """Return the rule about the status in an end message."""
+    return "move-stopped-status" if end.name == "MOT_MOVE_STOPPED" else "move-completed-status"
 
 
 def _is_of(axis: Axis, end: Incoming) -> bool:

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardLimit, MoveDirection, StopMode
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
@@ -227,6 +229,8 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
             f"{axis.text}: after {end.told}, it went the other way, to {seen.strayed.position}, "
             f"and was stopped; before, it reported motion {end.direction.name.lower()} towards "
             "that end",
+            rule="velocity-move",
+            cause=Cause("MOT_MOVE_VELOCITY", EFFECT),
             came=seen.strayed.heard.raw,
         )
         return
@@ -235,6 +239,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
             False,
             f"{axis.text}: after {end.told}, it ran on to {beyond.position} and was stopped; "
             "its limit switch should have stopped it",
+            rule="velocity-move-until-limit",
             came=beyond.heard.raw,
         )
         return
@@ -244,6 +249,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
     axis.trial.must(
         abs(status.position - end.place) <= end.beyond,
         f"{axis.text}: after {end.told}, it is at {status.position}, away from the end",
+        rule="velocity-move-until-limit",
         came=status.heard.raw,
     )
     name = end.direction.name.lower()
@@ -253,5 +259,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
         hard or getattr(bits, f"{name}_software_limit", False),
         f"{axis.text}: after {end.told}, it is at {status.position}, but {status.heard.name} "
         f"does not report its {name} limit switch as active",
+        rule=rule_of_status(axis.place, "bits-limits"),
+        cause=Cause(status.heard.name, "limit switches"),
         came=status.heard.raw,
     )

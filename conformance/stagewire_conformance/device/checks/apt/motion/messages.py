@@ -7,9 +7,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
+from stagewire_conformance.device.causes import DELIVERY, EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_place, judge_rest
@@ -78,12 +80,16 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
             not came,
             f"{axis.text}: after {told}, it sent "
             f"{', '.join(each.name or each.text for each in came)}; it should send nothing",
+            rule="end-messages-suspended",
+            cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", EFFECT),
             came=raw_of(came),
         )
         if not judge_place(axis, told, judge_rest(axis, told), axis.start, target):
             axis.halt()
     _tell(axes, m.MotResumeEndOfMoveMsgs())
-    move([absolute(axis, axis.start, " after end-of-move messages were resumed") for axis in axes])
+    about = " after end-of-move messages were resumed"
+    back = [absolute(axis, axis.start, about) for axis in axes]
+    move([replace(each, rule="end-messages-resumed") for each in back])
 
 
 def _tell(
@@ -137,6 +143,8 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
             last is not None,
             f"{axis.text} sent no periodic {streams[axis].status} within {_FRESH} s of the "
             "end of a move",
+            rule="updates-content",
+            cause=Cause(streams[axis].status, DELIVERY),
         )
         if last is not None:
             came = [each for each in seen[axis].others if _is_of(axis, streams[axis], each)]
@@ -163,11 +171,15 @@ def _judge_updates(axis: Axis, came: Sequence[Status], last: Status) -> None:
         abs(last.position - asked.position) <= HELD and last.moving == asked.moving,
         f"{axis.text}: after a move, the periodic {last.heard.name} reports {last.heard.text}, "
         f"but the requested one reports {asked.heard.text}",
+        rule="updates-content",
+        cause=Cause(last.heard.name, "periodic"),
         came=last.heard.raw,
     )
     axis.trial.must(
         not came or any(status.moving or status.position != axis.start for status in came),
         f"{axis.text}: during a move, all {len(came)} periodic {last.heard.name} reported no "
         f"motion at {axis.start}",
+        rule="status-updates-position",
+        cause=Cause(last.heard.name, "periodic"),
         came=came[-1].heard.raw if came else None,
     )

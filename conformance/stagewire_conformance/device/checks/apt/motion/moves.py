@@ -42,6 +42,7 @@ class Move:
     :param told: the command, for sentences.
     :param jog: the pace of a jog; None for another move.
     :param direction: the direction of a jog.
+    :param rule: the rule about its end message; by default that of the command.
     """
 
     axis: Axis
@@ -50,6 +51,7 @@ class Move:
     told: str
     jog: Pace | None = None
     direction: MoveDirection | None = None
+    rule: str = ""
 
 
 def absolute(axis: Axis, target: int, about: str = "") -> Move:
@@ -133,7 +135,7 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
         direction=direction,
         jogging=one.jog is not None,
     )
-    end = judge_end(axis, one.told, seen, COMPLETED)
+    end = judge_end(axis, one.told, seen, COMPLETED, rule=one.rule)
     if end is None:
         return False
     if end.name == COMPLETED and not judge_early(axis, one.told, end, seen, one.target):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import JogMode, MoveDirection, ProfileMode
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, change, present
 from stagewire_conformance.device.checks.apt.motion.course import Point, points_of, top_speed
@@ -257,6 +258,8 @@ def _judge_scale(axis: Axis, found: Search, what: str) -> None:
         abs(speed - due) <= _OFF * due,
         f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is {due:.0f} counts/s, "
         f"{what} reached {speed:.0f} counts/s",
+        rule="velocity-parameters",
+        cause=Cause("MOT_SET_VELPARAMS", "max_velocity"),
     )
 
 
@@ -270,4 +273,6 @@ def _judge_reported(axis: Axis, courses: Sequence[Course]) -> None:
         measured / 2 <= reported <= 2 * measured,
         f"{axis.text}: at {fast.speed:.0f} and {slow.speed:.0f} counts/s, the highest velocities in "
         f"its statuses were {fast.reported} and {slow.reported}; they should have the same ratio",
+        rule="dc-status-velocity",
+        cause=Cause(axis.place.status or "", "velocity"),
     )

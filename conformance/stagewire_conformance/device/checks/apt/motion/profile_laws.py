@@ -13,6 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, change, present
 
 DIVISOR: Final = 4
@@ -108,4 +110,9 @@ def _report(axis: Axis, law: Law, each: Search) -> None:
         f"with {law.name} = {value}, {law.measured.format(found)}"
         for value, found in zip(each.values, each.found, strict=True)
     )
-    axis.trial.must(False, f"{axis.text}: {pairs}; {law.should}")
+    axis.trial.must(
+        False,
+        f"{axis.text}: {pairs}; {law.should}",
+        rule=rule_of_set(law.setting),
+        cause=Cause(law.setting, law.name),
+    )

@@ -9,6 +9,7 @@ from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.flags import DcStatusBits
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 
 _BITS: Final = "MOT_REQ_STATUSBITS"
@@ -38,6 +39,8 @@ def judge_bits_alone(axis: Axis, when: str) -> bool:
         False,
         f"{axis.text}: {when}, {alone.name} has {', '.join(wrong)}, unlike {after.heard.name} before and "
         "after it; both should report the same bits",
+        rule="status-bits-same",
+        cause=Cause(alone.name, "status_bits"),
         came=alone.raw,
     )
 
@@ -69,5 +72,7 @@ def judge_counter(axis: Axis, when: str, before: Status) -> bool:
         low - margin <= position <= high + margin,
         f"{axis.text}: {when}, {counter.name} has {position}, but {after.heard.name}, read before and "
         f"after it, has {before.position} and {after.position}; both should have the same count",
+        rule="position-counter-absolute",
+        cause=Cause(counter.name, "position"),
         came=counter.raw,
     )

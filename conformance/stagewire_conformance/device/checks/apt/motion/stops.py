@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from stagewire_apt.enumerations import StopMode
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.course import is_speeding_up, points_of
@@ -22,6 +23,7 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
 )
 from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
+from stagewire_conformance.device.lines.strays import cause_of_stray
 
 _STOPPED: Final = "MOT_MOVE_STOPPED"
 _SECONDS: Final = 1.0
@@ -112,6 +114,8 @@ def _compare(axis: Axis, at_once: _Stopped, slowly: _Stopped) -> None:
         f"{axis.text}: MOT_MOVE_STOP with a profile stopped after {slowly.after} counts, and the "
         f"immediate one after {at_once.after}; after {slowly.gone} counts of speeding up, a profiled "
         "stop should slow down gradually, and an immediate one should not",
+        rule="stop-mode-values",
+        cause=Cause("MOT_MOVE_STOP", "mode"),
     )
 
 
@@ -145,11 +149,15 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
             abs(now - place) <= 2 * JITTER,  # it may have oscillated from one end to the other
             f"{axis.text}: after {_STOPPED}, it moved on from {place} to {now}; it should stay "
             "where it stopped",
+            rule="stop-any-move",
+            cause=Cause("MOT_MOVE_STOP", EFFECT),
         )
     for heard in behind:
         axes[0].trial.must(
             False,
             f"after {_STOPPED}, the controller sent {heard.text}; it should send nothing more",
+            rule="stop-completed",
+            cause=cause_of_stray(axes[0].trial.declared, heard),
             came=heard.raw,
         )
     return {
@@ -192,6 +200,8 @@ def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
         min(start, target) < place < max(start, target),
         f"{axis.text}: after {told}, it is at {place}; it should have stopped between "
         f"{start} and {target}",
+        rule="stop-any-move",
+        cause=Cause("MOT_MOVE_STOP", EFFECT),
     )
     return place
 

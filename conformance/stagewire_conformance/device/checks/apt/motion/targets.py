@@ -216,6 +216,9 @@ def _one_alone(axes: Sequence[Axis]) -> None:
                 <= 2 * JITTER,  # it may have oscillated from one end to the other
                 f"{axis.text} alone was commanded to move, but {other.text} went from "
                 f"{stood[other]} to {status.position}; it should not move",
+                rule="slot-addressed-by-destination"
+                if axis.place != other.place
+                else "module-channels",
                 came=status.heard.raw,
             )
         if not arrived:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.pace import coarsest_velocity, status_velocity
 
@@ -44,6 +45,8 @@ def _judge_zero(axis: Axis, told: str, midway: Sequence[Status]) -> bool:
         speed < least,
         f"{axis.text}: on its way after {told}, it moved at {speed:.0f} counts/s, but "
         f"{last.heard.name} still reported a velocity of 0",
+        rule="dc-status-velocity",
+        cause=Cause(last.heard.name, "velocity"),
         came=last.heard.raw,
     )
     return False
@@ -61,6 +64,8 @@ def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bo
                 False,
                 f"{axis.text}: on its way up after {told}, {status.heard.name} reports a velocity "
                 f"of {status.velocity}; while positions rise, the velocity should be positive",
+                rule="dc-status-velocity",
+                cause=Cause(status.heard.name, "velocity"),
                 came=status.heard.raw,
             )
         if way < 0 < status.velocity:
@@ -68,6 +73,8 @@ def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bo
                 False,
                 f"{axis.text}: on its way down after {told}, {status.heard.name} reports a velocity "
                 f"of {status.velocity}; while positions fall, the velocity should be negative",
+                rule="dc-status-velocity",
+                cause=Cause(status.heard.name, "sign of the velocity"),
                 came=status.heard.raw,
             )
     return True
@@ -90,6 +97,8 @@ def _judge_size(axis: Axis, told: str, midway: Sequence[Status]) -> None:
         f"{axis.text}: on its way after {told}, it moved at {speed:.0f} counts/s, but the "
         f"velocities in {last.heard.name} were {reported / unit:.0f} on average, which is "
         f"{reported:.0f} counts/s",
+        rule="dc-status-velocity",
+        cause=Cause(last.heard.name, "velocity"),
         came=last.heard.raw,
     )
 

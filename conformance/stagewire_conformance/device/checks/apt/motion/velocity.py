@@ -15,6 +15,7 @@ from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status, change, present
 from stagewire_conformance.device.checks.apt.motion.judgement import (
@@ -192,6 +193,8 @@ def _judge(run: _Run, seen: Watched) -> bool:
                 False,
                 f"{axis.text}: after {told}, it sent {seen.ends[0].name} without a stop "
                 "command; it should run on",
+                rule="velocity-move-until-stop",
+                cause=Cause("MOT_MOVE_VELOCITY", EFFECT),
                 came=seen.ends[0].raw,
             )
         else:
@@ -202,6 +205,8 @@ def _judge(run: _Run, seen: Watched) -> bool:
         run.gone(last) > 0,
         f"{axis.text}: after {run.told}, it went from {run.start} to {last.position}; it should "
         f"have run {way}",
+        rule="velocity-direction-values" if run.gone(last) < 0 else "velocity-move",
+        cause=Cause("MOT_MOVE_VELOCITY", EFFECT),
         came=last.heard.raw,
     )
     if moved:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.replies import (
     Request,
@@ -101,6 +102,8 @@ KIND = Kind(
         "tpz-channel",
         "tsg-channel",
         "io-channel",
+        "status-always-chan1",
+        "dc-status-always-chan1",
         "lut-channel",
         "enable-states",
         "digital-outputs-bits",
@@ -205,6 +208,8 @@ def _ask(trial: Trial, request: Request, again: bool) -> None:
         second.message == reply.message,
         f"{request.about} was answered with two different replies in a row, though nothing "
         "was set in between",
+        rule="get-answers-request",
+        cause=Cause(reply.name, "values"),
         wanted=reply.raw,
         came=second.raw,
     )

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import silence
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED, rule_of_stray
 from stagewire_conformance.device.checks.apt.replies import (
     Request,
     ask_all,
     judge_addresses,
+    judge_fault,
     requests_of,
     unused_parameters,
 )
 from stagewire_conformance.device.checks.apt.wording import described, joined
+from stagewire_conformance.device.lines.strays import cause_of_stray
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -78,27 +82,33 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 )
 def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
     """Send every request once, and examine the frames of the replies, whatever their content."""
-    silent = 0
+    silent, answered = 0, False
     seen: set[tuple[int | None, int | None]] = set()  # one message per pair of addresses is enough
     for request in requests:
         heard = ask_all(trial, request, wait=_WAIT, after=0)
         silent += not heard
-        if silent == _ENOUGH:
+        answered = answered or bool(heard)
+        if answered and silent == _ENOUGH:
             break
         for each in joined(heard):
             if trial.must(
                 each.kind in ("message", "undocumented"),
                 f"{request.about} was answered with {described(trial, [each])}; a message has a "
                 "header of six bytes, followed by as many bytes as the header states",
+                rule=rule_of_stray(trial, each),
+                cause=cause_of_stray(trial.declared, each),
                 came=each.raw,
             ):
                 if (each.dest, each.source) not in seen:
                     judge_addresses(trial, place, each)
                 seen.add((each.dest, each.source))
-                for text in unused_parameters(each.message):
-                    trial.must(False, f"{each.name}: {text}", came=each.raw)
+                for fault in unused_parameters(each.message):
+                    judge_fault(trial, each, fault)
     if silent:  # the next check could take a late reply for its own
         trial.line.drain(quiet=_LATE, limit=2 * _LATE)
     trial.must(
-        silent < len(requests) or not requests, f"{place.name} answered none of its requests"
+        answered or not requests,
+        f"{place.name} answered none of its requests",
+        rule=ANSWERED,
+        cause=silence(place.name),
     )

@@ -11,7 +11,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import DELIVERY, Cause, silence
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
@@ -93,6 +95,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line
     with line.silent():
         for stream in streams:
+            trial.depends_on(Cause(stream.status, DELIVERY), silence(stream.place.name))
             stream.give_sign(trial)
             stream.begin(trial)
         heard, quiet = _until_silent(trial, streams)
@@ -109,6 +112,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
                 not came,
                 f"{stream.sign} to {stream.place.name} was answered with "
                 f"{described(trial, came)}; it should get no response",
+                rule=_rule(stream, "no-response"),
                 came=raw_of(came),
             )
 
@@ -147,7 +151,10 @@ def _judge_silence(
         counts = {number: len(came) for number, came in stream.by_channel(heard).items() if came}
         place, name = stream.place.name, stream.sign
         trial.need(
-            bool(mine), f"{place} sent no {stream.status} after {stream.start.layout.message}"
+            bool(mine),
+            f"{place} sent no {stream.status} after {stream.start.layout.message}",
+            rule=ANSWERED,
+            cause=Cause(stream.status, DELIVERY),
         )
         goes_on = now - mine[-1].time < quiet
         silent = silent and not goes_on
@@ -161,6 +168,7 @@ def _judge_silence(
             not goes_on,
             f"{place} sent {stream.status} {len(mine)} times without {name} and did not stop; "
             f"it should stop after about {_DUE}",
+            rule=_rule(stream, "fifty"),
             came=mine[-1].raw,
         )
         right = any(map(_is_due, (total, len(mine)))) or all(map(_is_due, counts.values()))
@@ -168,9 +176,15 @@ def _judge_silence(
             goes_on or right,
             f"{place} stopped after it had sent {stream.status} {_counted(counts)} without "
             f"{name}; it should stop after about {_DUE}",
+            rule=_rule(stream, "counts-status"),
             came=mine[-1].raw,
         )
     return silent
+
+
+def _rule(stream: Stream, name: str) -> str:
+    """Return a rule about the keep-alive messages of motors or of piezo actuators."""
+    return f"piezo-keep-alive-{name}" if stream.sign.startswith("PZ_") else f"keep-alive-{name}"
 
 
 def _is_due(count: int) -> bool:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import CodecError
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import (
     SILENCE,
@@ -34,6 +35,7 @@ from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -92,7 +94,7 @@ def _odd(kind: Kind, name: str, title: str) -> Callable[[_Send], _Send]:
 
 def _run(trial: Trial, send: _Send) -> None:
     places = [place for place in trial.declared.places if clean_request(trial.declared, place)]
-    request = clean_request(trial.declared, trial.random.choice(places))
+    request = clean_request(trial.declared, trial.random.choice(places), trial.causes)
     assert request is not None  # the target was chosen for it
     with trial.line.silent():
         send(trial, request)
@@ -173,10 +175,29 @@ def _with_packet(trial: Trial, request: Request, packet: bytes) -> None:
     "An undocumented address is not answered",
 )
 def _undocumented_address(trial: Trial, request: Request) -> None:
+    """Send a request to an address that the document does not list. No sentence forbids a reply."""
     address = harmless_bytes(trial.declared, trial.random, 1)[0] & ~DATA_FLAG
     about = f"{request.name} to the undocumented address {address:#04x}"
-    unheeded(trial, request.message.pack(address, trial.declared.framed.host), about)
+    trial.line.send_bytes(request.message.pack(address, trial.declared.framed.host), about)
+    _judge_foreign(trial, about, trial.line.listen(SILENCE))
     clean(trial, f"after {about}", request.place)
+
+
+def _judge_foreign(trial: Trial, about: str, came: list[Incoming]) -> None:
+    """Report an answer at an address without a target.
+
+    The document only states at which address a target is reached: none of its sentences forbids a unit that
+    is alone on its line to accept other addresses.
+    """
+    has_bays = any(place.bay is not None for place in trial.declared.places)
+    came = [each for each in came if not is_error(trial, each)]
+    trial.should(
+        not came,
+        f"{about} was answered with {described(trial, came)}; nothing should reply",
+        rule="slot-addressed-by-destination" if has_bays else "generic-unit-address",
+        cause=Cause(trial.declared.unit.name, "foreign addresses"),
+        came=raw_of(came),
+    )
 
 
 @_odd(FOREIGN_DESTINATION, "documented", "Addresses without a declared target are not answered")
@@ -193,14 +214,9 @@ def _address_of_others(trial: Trial, request: Request) -> None:
         known |= set(range(bays["first"], bays["last"] + 1))
     for address in sorted(declared.framed.devices - known):
         trial.line.send(request.message, address)
-    came = trial.line.listen(SILENCE)
-    trial.should(
-        not came,
-        f"{request.name} to addresses without a declared target was answered with "
-        f"{described(trial, came)}; nothing should reply",
-        came=raw_of(came),
-    )
-    clean(trial, f"after {request.name} to addresses without a declared target", request.place)
+    about = f"{request.name} to addresses without a declared target"
+    _judge_foreign(trial, about, trial.line.listen(SILENCE))
+    clean(trial, f"after {about}", request.place)
 
 
 def _settings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:

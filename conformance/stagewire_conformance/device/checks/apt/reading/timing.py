@@ -12,10 +12,17 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED
 from stagewire_conformance.device.checks.apt.clean import clean_request, is_error
-from stagewire_conformance.device.checks.apt.replies import Request, judge_unasked, requests_of
+from stagewire_conformance.device.checks.apt.replies import (
+    Request,
+    is_spoilt,
+    judge_unasked,
+    requests_of,
+)
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.lines.line import jitter_of, percentile
+from stagewire_conformance.device.lines.strays import cause_of_stray
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -58,6 +65,7 @@ def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 )
 def _bursts(trial: Trial, requests: Sequence[Request]) -> None:
     wrong = 0
+    requests = [each for each in requests if not is_spoilt(each, trial.causes)] or requests
     for number in range(_SENT // _BURST):
         burst = [trial.random.choice(requests) for _ in range(_BURST)]
         wrong += not _answered(trial, burst, together=number % 2 == 1)
@@ -110,6 +118,7 @@ def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Incoming])
         not lost,
         f"{len(lost)} of {_BURST} requests sent without pauses got no reply: "
         f"{', '.join(request.about for request in lost[:3])}; each should get one",
+        rule=ANSWERED,
         came=raw_of(came),
     )
 
@@ -125,6 +134,8 @@ def _judge_surplus(trial: Trial, surplus: Sequence[Incoming]) -> bool:
         not surplus,
         "in addition to the replies to requests sent without pauses, the controller sent "
         f"{described(trial, surplus)}; each request should be answered once",
+        rule="get-answers-request",
+        cause=cause_of_stray(trial.declared, surplus[0]) if surplus else None,
         came=raw_of(surplus),
     )
 
@@ -141,6 +152,7 @@ def _judge_order(
                     False,
                     f"{burst[earlier].about} was answered before {burst[later].about}, which "
                     "was sent first; requests sent without pauses should be answered in order",
+                    rule="get-answers-request",
                     came=raw_of(came),
                 )
     return True
@@ -184,7 +196,8 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 def _timing(trial: Trial, requests: Sequence[Request]) -> None:
     """Measure each target, and compare the slowest with the promise."""
     jitter = jitter_of(trial.line)
-    took = {request.about: _measure(trial, request) for request in requests}
+    sound = [clean_request(trial.declared, each.place, trial.causes) or each for each in requests]
+    took = {request.about: _measure(trial, request) for request in sound}
     slowest = max(took, key=lambda about: percentile(took[about], 99))
     median, late = percentile(took[slowest], 50), percentile(took[slowest], 99)
     trial.figures |= {

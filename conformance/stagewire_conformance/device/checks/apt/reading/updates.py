@@ -12,7 +12,9 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import CHANNEL, DELIVERY, EFFECT, Cause, silence
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
@@ -43,6 +45,7 @@ def run_rate(trial: Trial, streams: Sequence[Stream], seconds: float) -> None:
     """Count status messages for ``seconds``, with as few keep-alive messages as the document allows."""
     jitter = jitter_of(trial.line)
     for stream in streams:
+        trial.depends_on(Cause(stream.status, DELIVERY), silence(stream.place.name))
         stream.begin(trial)
     began = trial.line.now
     heard = _listen(trial, streams, seconds)
@@ -79,6 +82,8 @@ def judge_rate(
         f"{stream.status} for channel {number} from {stream.place.name} came {rate:.2f} times a "
         f"second ({len(came)} messages in {_span(came):.2f} s); it should come {due} times a "
         f"second, within {off:.0%}",
+        rule=_RATE if unit.name in FIXED else "status-updates-every-100-ms",
+        cause=Cause(stream.status, "rate"),
     )
 
 
@@ -109,6 +114,8 @@ def _goes_on(
         f"{stream.status} for channel {number} from {place.name} came {len(came)} times, the "
         f"last one {last - began:.1f} s after the start{said}; it should continue until it is "
         "stopped",
+        rule="updates-until-stop",
+        cause=Cause(stream.status, "end" if came else DELIVERY),
     )
 
 
@@ -210,6 +217,7 @@ def _streams(declared: Declaration, signs: bool) -> Iterator[Case]:
 )
 def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line
+    trial.depends_on(*(silence(stream.place.name) for stream in streams))
     first, *others = streams
     first.begin(trial)
     heard: list[Incoming] = line.listen(_ALONE if others else 0)
@@ -218,6 +226,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
             not (strays := _surely(other, heard)),
             f"{first.start.layout.message} to {first.place.name} also started {other.status} "
             f"from {other.place.name}; a message to one bay should not affect another",
+            rule="slot-addressed-by-destination",
             came=raw_of(strays[:1]),
         )
         other.begin(trial)
@@ -243,6 +252,8 @@ def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -
                 each.channel in place.channels,
                 f"{each.name} from {place.name} is for channel {each.channel}; the target has "
                 f"{' and '.join(map(str, place.channels))}",
+                rule=rule_of_channel(trial, each.name),
+                cause=Cause(each.name, CHANNEL),
                 came=each.raw,
             )
         trial.must(
@@ -250,6 +261,8 @@ def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -
             f"{place.name} sent {stream.status} {len(mine)} times within {_SECONDS:g} s after "
             f"{stream.start.layout.message}; it should be sent periodically, typically every "
             "100 ms",
+            rule="updates-start" if not mine else "status-updates-periodic",
+            cause=trial.likely(Cause(stream.status, DELIVERY), silence(place.name)),
             came=raw_of(mine),
         )
         for number, came in stream.by_channel(mine).items():
@@ -279,6 +292,7 @@ def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
                 bool(other.of_it(heard)),
                 f"{first.stop.layout.message} to {first.place.name} also stopped {other.status} "
                 f"from {other.place.name}; a message to one bay should not affect another",
+                rule="slot-addressed-by-destination",
             )
             other.end(trial)
     line.listen(_LATE)
@@ -293,6 +307,8 @@ def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Incoming]) -> Non
         not late,
         f"more than {_LATE:g} s after {stream.stop.layout.message} to {stream.place.name}, it "
         f"sent {described(trial, late)}; nothing more should come",
+        rule="updates-stop",
+        cause=Cause(stream.stop.layout.message, EFFECT),
         came=raw_of(late[:1]),
     )
 
@@ -358,5 +374,7 @@ def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
         not late,
         f"{len(late)} status messages came within {_QUIET_SECONDS:g} s after they were stopped; "
         f"the first was {described(trial, late[:1])}",
+        rule="updates-stop",
+        cause=Cause(streams[0].stop.layout.message, EFFECT),
         came=raw_of(late[:1]),
     )

@@ -1,0 +1,177 @@
+"""One defect is one finding: later checks that meet it refer to the check that reports it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+from apt_runs import Bench, bench, run_on
+from faulty_apt_link import Change, FaultyAptLink, LinkFault, byte, dropped, of, shorter, twice
+
+from stagewire_conformance.device.causes import DELIVERY, Cause, Causes
+from stagewire_conformance.device.declaration import declare
+from stagewire_conformance.device.permissions import Permissions
+from stagewire_conformance.device.plans import Plan, plan
+from stagewire_conformance.device.report import Outcome, Report
+from stagewire_conformance.device.results import Result
+from stagewire_conformance.device.run import run
+from stagewire_conformance.reports import Grade, Omission
+from stagewire_conformance.reports.device_sheet import sheet_of
+from stagewire_virtual.linking import SteppedLink
+
+VEL, INFO, DC, COUNTER = (
+    "MOT_GET_VELPARAMS",
+    "HW_GET_INFO",
+    "MOT_GET_DCSTATUSUPDATE",
+    "MOT_GET_POSCOUNTER",
+)
+MESSAGES = (VEL, DC, COUNTER, "MOT_GET_JOGPARAMS", "MOD_GET_CHANENABLESTATE", "MOT_GET_STATUSBITS")
+
+
+def a_byte_short(raw: bytes) -> bytes:
+    """Lose the last byte, although the header announces it."""
+    return raw[:-1]
+
+
+def ten_bytes_more(raw: bytes) -> bytes:
+    """Send ten more bytes than the header announces."""
+    return raw + bytes(10)
+
+
+def to_nobody(raw: bytes) -> bytes:
+    """Send the message to the address 0x02."""
+    return raw[:4] + bytes((raw[4] & 0x80 | 2,)) + raw[5:]
+
+
+FAULTS: dict[str, Change] = {
+    "a byte short": a_byte_short,
+    "a byte short, announced": shorter,
+    "to nobody": to_nobody,
+    "from an undocumented address": byte(5, 0x33),
+    "from a bay": byte(5, 0x22),
+    "never sent": dropped,
+}
+
+
+def whole_run(change: LinkFault, on: Bench | None = None) -> Report:
+    on = bench("TDC001", "Z8") if on is None else on
+    allowed = on.allowed()
+    report = run(
+        FaultyAptLink(on.link, change), plan(on.declared, allowed), on.declared, allowed, 1
+    )
+    assert not report.unfinished, report.unfinished
+    return report
+
+
+def of_result(report: Report, result: Result) -> list[Outcome]:
+    return [outcome for outcome in report.outcomes if outcome.result is result]
+
+
+def only_cause(report: Report, names: Sequence[str]) -> Outcome:
+    """Return the only check that fails, after checking that all others that met its defect refer to it."""
+    [cause] = of_result(report, Result.FAIL)
+    assert any(name in finding.text for finding in cause.findings for name in names)
+    dependent = of_result(report, Result.NOT_RUN)
+    assert {id for outcome in dependent for id in outcome.met} <= {cause.check.id}
+    return cause
+
+
+@pytest.mark.parametrize("message", MESSAGES)
+@pytest.mark.parametrize("fault", FAULTS)
+def test_one_damaged_message_is_one_failure(fault: str, message: str) -> None:
+    if fault == "a byte short, announced" and message == "MOD_GET_CHANENABLESTATE":
+        pytest.skip("it has no packet")
+    report = whole_run(LinkFault(to_host=of(message, FAULTS[fault])))
+    request = message.replace("_GET_", "_REQ_")
+    cause = only_cause(report, (message, request))
+    assert of_result(report, Result.NOT_RUN)
+    [finding] = [each for each in cause.findings if each.result is Result.FAIL]
+    assert finding.rule
+
+
+def test_bytes_after_the_identity_name_no_other_message() -> None:
+    report = whole_run(LinkFault(to_host=of(INFO, ten_bytes_more)))
+    cause = only_cause(report, (INFO, "HW_REQ_INFO"))
+    assert cause.check.id == "identification/0x50"
+
+
+def test_another_defect_of_the_same_message_is_another_finding() -> None:
+    both = of(VEL, lambda raw: byte(8, 1)(byte(6, 2)(raw)))  # another channel, and a start velocity
+    report = run_on(
+        on := bench("TDC001"), ("answers",), link=FaultyAptLink(on.link, LinkFault(to_host=both))
+    )
+    [failed] = of_result(report, Result.FAIL)
+    assert [finding.rule for finding in failed.findings if finding.result is Result.FAIL] == [
+        "motor-single-channel",
+        "minimum-velocity-zero",
+    ]
+
+
+def test_two_defects_are_two_failures() -> None:
+    def change(raw: bytes) -> bytes:
+        return of(VEL, dropped)(of("MOT_GET_HOMEPARAMS", twice)(raw))
+
+    report = whole_run(LinkFault(to_host=change))
+    assert {outcome.check.id for outcome in of_result(report, Result.FAIL)} == {
+        "answers/0x50/MOT_REQ_VELPARAMS/1",
+        "answers/0x50/MOT_REQ_HOMEPARAMS/1",
+    }
+
+
+def test_a_report_names_the_root_cause_of_each_check_that_was_not_run() -> None:
+    on = bench("TDC001", "Z8")
+    report = whole_run(LinkFault(to_host=of(COUNTER, dropped)), on)
+    checks = plan(on.declared, on.allowed())
+    sheet = sheet_of(report, checks, 1.0, lambda id: id)
+    [cause] = sheet.cases(Grade.FAILED)
+    dependents = sheet.dependents(cause)
+    assert dependents
+    for case in dependents:
+        assert case.grade is Grade.NOT_RUN
+        assert case.omission is Omission.CAUSE
+        assert case.why == f"root cause: {COUNTER} (delivery), reported by {cause.id}"
+    assert Omission.CAUSE in {gap.omission for gap in sheet.gaps}
+    assert not sheet.complete
+
+
+def test_a_silent_bay_is_one_failure() -> None:
+    on = bench("BBD102")
+    report = whole_run(
+        LinkFault(to_controller=lambda raw: b"" if raw[4:5] in (b"\x22", b"\xa2") else raw), on
+    )
+    failed = {outcome.check.id for outcome in of_result(report, Result.FAIL)}
+    assert len(failed) == 1, failed
+
+
+def test_a_cause_belongs_to_the_check_that_reports_it_first() -> None:
+    causes, cause = Causes(), Cause(VEL, DELIVERY)
+    assert causes.check_of(cause) == ""
+    causes.report(cause, "frames/0x50")
+    causes.report(cause, "answers/0x50")
+    assert causes.check_of(cause) == "frames/0x50"
+    assert str(cause) == "MOT_GET_VELPARAMS (delivery)"
+
+
+def test_findings_about_robustness_are_not_part_of_the_verdict() -> None:
+    locked = [False]
+
+    def change(raw: bytes) -> bytes:
+        locked[0] = locked[0] or len(raw) < 6
+        return b"" if locked[0] else raw
+
+    chosen = Plan.of("TDC001", Permissions(), only=["truncated/header"])
+    link = FaultyAptLink(bench("TDC001").link, LinkFault(to_controller=change))
+    declared = declare("TDC001")
+    report = run(link, chosen.checks, declared, Permissions(), 1)
+    [outcome] = report.outcomes
+    assert outcome.result is Result.FRAGILE
+    sheet = sheet_of(report, chosen.checks, 1.0, lambda id: id)
+    assert [case.word for case in sheet.cases(Grade.FRAGILE)] == ["FRAGILE"]
+    assert (str(sheet.verdict), sheet.exit_status) == ("PASSED", 0)
+
+
+def test_a_correct_controller_meets_no_root_cause() -> None:
+    on = bench("BBD102", "MLS203")
+    report = whole_run(LinkFault(), on)
+    assert not [outcome for outcome in report.outcomes if outcome.met]
+    assert isinstance(on.link, SteppedLink)
