@@ -37,6 +37,8 @@ class Check:
     :param run: tests the controller and reports its findings to the trial.
     :param needs: the permissions that the check needs.
     :param does: for a check with needs, a plain description of what it does. It is shown before the run.
+    :param bound: for a check that moves something, the bound of each motion in time and distance. It is shown
+        before the run.
     :param seconds: the approximate duration.
     :param rules: the rules that the check tests. If empty, :func:`.plan` takes the rules of its kind that
         concern its messages, or no particular message.
@@ -51,6 +53,7 @@ class Check:
     run: Callable[[Trial], None]
     needs: frozenset[Need] = frozenset()
     does: str = ""
+    bound: str = ""
     seconds: float = 0.1
     rules: tuple[str, ...] = ()
     skip: str = ""
@@ -134,6 +137,7 @@ class Kind:
         messages: tuple[str, ...] = (),
         needs: Iterable[Need] = (),
         does: str = "",
+        bound: str = "",
         seconds: float = 0.1,
         rules: tuple[str, ...] = (),
         name: str = "",
@@ -165,6 +169,7 @@ class Kind:
                     run=partial(run, **case.arguments),
                     needs=needed | case.needs,
                     does=self._filled(does, words),
+                    bound=self._filled(bound, words),
                     seconds=seconds if case.seconds is None else case.seconds,
                     rules=rules if case.rules is None else case.rules,
                     skip=case.skip,

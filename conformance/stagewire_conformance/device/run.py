@@ -30,7 +30,7 @@ from stagewire_conformance.device.permissions import Need, Permissions, RangeErr
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Outcome, Report, digests_of
 from stagewire_conformance.device.results import Entry, Finding, Result
-from stagewire_conformance.device.trial import EnoughError, Restoration, Trial
+from stagewire_conformance.device.trial import EnoughError, NotRunError, Restoration, Trial
 
 _NOT_ALIKE: Final = (
     "its motors are declared alike but report different controllers; "
@@ -197,24 +197,37 @@ class _Run:
             raise
         finally:
             self._note_rest(check, trial)
-            self._outcomes.append(
-                _outcome(
-                    check,
-                    trial.findings,
-                    trial.result,
-                    entries=tuple(line.log[at:]),
-                    figures=trial.figures,
-                    seconds=line.now - began,
-                    restored=tuple(restoration.done),
-                    met=trial.met,
-                )
+            self._end(check, trial, restoration, at, began)
+
+    def _end(
+        self, check: Check, trial: Trial, restoration: Restoration, at: int, began: float
+    ) -> None:
+        """Add the outcome of a check, unless it was not run and found nothing."""
+        line = self._line
+        if why := self._left_out.get(check.id):
+            if trial.result is Result.PASS:
+                return
+            trial.inconclusive(why)
+        self._outcomes.append(
+            _outcome(
+                check,
+                trial.findings,
+                trial.result,
+                entries=tuple(line.log[at:]),
+                figures=trial.figures,
+                seconds=line.now - began,
+                restored=tuple(restoration.done),
+                met=trial.met,
             )
+        )
 
     def _perform(self, check: Check, trial: Trial, restoration: Restoration) -> None:
         """Run one check to its end, stop what it leaves in motion, and undo its changes."""
         line = self._line
         try:
             check.run(trial)
+        except NotRunError as error:
+            self._left_out[check.id] = str(error)
         except EnoughError:
             pass
         except (TransportLostError, NotAllowedError):

@@ -40,6 +40,13 @@ class EnoughError(Exception):
     """Ends a check early and keeps its findings. Never leaves a run."""
 
 
+class NotRunError(EnoughError):
+    """Ends a check that cannot be carried out in this run. Without findings, it counts as not run.
+
+    Its text is the reason.
+    """
+
+
 @dataclass(frozen=True)
 class Undo:
     """A change that must be undone.

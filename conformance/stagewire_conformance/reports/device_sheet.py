@@ -394,10 +394,15 @@ def announcement(url: str, plan: Plan) -> Iterator[str]:
     for need, checks in effects.items():
         bound = f" within {plan.allowed.motion}" if need is Need.MOTION else ""
         yield f"This run {_EFFECTS[need]}{bound}: {counted(len(checks), 'check')}"
-        for text in dict.fromkeys(check.does for check in checks if check.does):
+        for text in dict.fromkeys(_effect_text(check) for check in checks if check.does):
             yield f"  {text}"
     for why, number in plan.refusals().items():
         yield f"Not run: {counted(number, 'check')} ({why})"
+
+
+def _effect_text(check: Check) -> str:
+    """Return what a check does, with the bound of each of its motions."""
+    return f"{check.does} ({check.bound})" if check.bound else check.does
 
 
 def needs_text(check: Check) -> str:

@@ -139,6 +139,8 @@ class AptLine(GuardedLink):
         assert isinstance(protocol, FramedProtocol)
         self.heard: list[Incoming] = []
         """Received messages that have not been taken yet."""
+        self.measured: dict[tuple[int, int], float] = {}
+        """Measured counts/s of one unit of a velocity without a scale, by address and channel."""
         self._protocol = protocol
         self._guard = AptGuard(declared, allowed)
         self._matching = Matching(protocol)
@@ -423,6 +425,18 @@ class AptLine(GuardedLink):
         channels = self._moved.channels(going=going)
         return [part for each in channels if (part := self._part(*each)).measures]
 
+    def others(self) -> list[Part]:
+        """Return the other channels with a motor; see :meth:`.GuardedLink.others`."""
+        moved = self._moved.channels()
+        motors = [
+            (place, channel)
+            for place in self.declared.places
+            if place.moves_stages
+            for channel in place.channels
+        ]
+        parts = [self._part(*motor) for motor in motors if motor not in moved]
+        return [part for part in parts if part.look and part.measures]
+
     def stop_channel(self, place: Target, channel: int) -> bool:
         """Stop a channel immediately, and return whether it rests; see :meth:`.GuardedLink.come_to_rest`."""
         part = self._part(place, channel)
@@ -454,10 +468,10 @@ class AptLine(GuardedLink):
     def _look(self, place: Target, channel: int) -> Callable[[], Sighting | None] | None:
         """Return a function that reads the state of a motor; None for a channel without a position."""
         query = place.unit.status_query
-        if not place.moves_stages or query is None or query.req is None:
+        if not place.moves_stages or query is None or query.req is None or place.status is None:
             return None
         request = self.declared.make(query.req.layout.message, channel)
-        bits = STATUS_BITS[place.status or ""]
+        bits = STATUS_BITS[place.status]
 
         def look() -> Sighting | None:
             heard = self.ask(request, place.address, _SIGHT)

@@ -296,18 +296,17 @@ class CommandLine(GuardedLink):
 
         A stop disables an axis (section 16), and is the only measure; it is sent again if it has no effect.
         """
-        axes = self.moving if going else self._moved
-        return [
-            Part(
-                f"axis {self._name(axis)}",
-                (
-                    Measure("STOP_MOTOR", partial(self._stop_axis, axis)),
-                    Measure("another STOP_MOTOR", partial(self._stop_axis, axis)),
-                ),
-                partial(self._look, axis),
-            )
-            for axis in sorted(axes)
-        ]
+        return [self._part(axis) for axis in sorted(self.moving if going else self._moved)]
+
+    def others(self) -> list[Part]:
+        """Return the other axes; see :meth:`.GuardedLink.others`."""
+        axes = {place.address for place in self.declared.places}
+        return [self._part(axis) for axis in sorted(axes - self._moved)]
+
+    def _part(self, axis: int) -> Part:
+        stop = partial(self._stop_axis, axis)
+        measures = Measure("STOP_MOTOR", stop), Measure("another STOP_MOTOR", stop)
+        return Part(f"axis {self._name(axis)}", measures, partial(self._look, axis))
 
     def _stop_axis(self, axis: int) -> None:
         """Stop an axis.

@@ -149,6 +149,9 @@ def percentile(values: list[float], share: int) -> float:
     return sorted(values)[max(0, -(-len(values) * share // 100) - 1)]
 
 
+_LOST: Final = "the line was lost before it came to rest ({})"
+
+
 class GuardedLink(ABC):
     """A line to a controller, for one run.
 
@@ -172,6 +175,7 @@ class GuardedLink(ABC):
         The value is whether the controller is to blame.
         """
         self._rests = True  # whether everything rests, as its positions have shown
+        self._lost = ""  # why a stop could not be sent
         self._stopped: set[str] = set()  # the parts that were stopped since then
         self.interruption = Interruption(link)
         self._link = link
@@ -226,6 +230,10 @@ class GuardedLink(ABC):
         """
 
     @abstractmethod
+    def others(self) -> Sequence[Part]:
+        """Return everything else that can move: a faulty controller may move it instead."""
+
+    @abstractmethod
     def forget(self) -> None:
         """Forget all motions, before the next check."""
 
@@ -254,12 +262,24 @@ class GuardedLink(ABC):
         helps, or if the line is lost, :attr:`adrift` says so.
         """
         if not self._rests and not self.adrift:
+            if self._lost:
+                self.give_up(_LOST.format(self._lost))
+                return False
             try:
-                self.adrift |= dict.fromkeys(bring_to_rest(self, self.parts(), self._stopped), True)
+                self.adrift |= dict.fromkeys(
+                    bring_to_rest(self, self._everything(), self._stopped), True
+                )
             except TransportLostError as error:
-                self.give_up(f"the line was lost before it came to rest ({error})")
+                self.give_up(_LOST.format(error))
             self._rests = not self.adrift
         return not self.adrift
+
+    def _everything(self) -> list[Part]:
+        """Return the parts that were set in motion, and those others that may be seen to move."""
+        moved = self.parts()
+        if not moved:
+            return []
+        return [*moved, *(part.if_seen(lambda: self.now) for part in self.others())]
 
     def give_up(self, why: str) -> None:
         """Take all measures against everything at once, without waiting for rest.
@@ -271,8 +291,8 @@ class GuardedLink(ABC):
         for part in self.parts():
             for measure in part.measures[1:]:
                 measure.take()
-            if part.look is not None:
-                self.adrift[f"{part.name} may still be moving: {why}"] = False
+            what = "moving" if part.look else "switched on"
+            self.adrift[f"{part.name} may still be {what}: {why}"] = False
         self._rests = not self.adrift
 
     def _starts(self) -> None:
@@ -295,8 +315,9 @@ class GuardedLink(ABC):
         """Send bytes of a stop regardless of interruptions. On a lost line nothing is sent or logged."""
         try:
             self._put(raw, tell, False)
-        except TransportLostError:
+        except TransportLostError as error:
             self.log.pop()
+            self._lost = str(error)
         else:
             self.stops.append(tell())
 

@@ -8,7 +8,7 @@ disabling it. The next measure is taken as soon as the last one has no effect.
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple, Protocol
 
 _POLL: Final = 0.05
@@ -76,6 +76,13 @@ class Part:
     name: str
     measures: tuple[Measure, ...]
     look: Callable[[], Sighting | None] | None
+
+    def if_seen(self, now: Callable[[], float]) -> Part:
+        """Return the part as one that rests if it does not answer."""
+        look = self.look
+        if look is None:
+            return self
+        return replace(self, look=lambda: look() or Sighting(now(), 0, moving=False))
 
 
 class Clocked(Protocol):

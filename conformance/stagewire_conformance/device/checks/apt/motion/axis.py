@@ -7,7 +7,7 @@ disabled again if it was disabled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import messages as m
@@ -40,6 +40,8 @@ _SETTLING: Final = 0.5
 
 _SHORTEST: Final = 16
 """The shortest move in counts that can be observed."""
+_CREEPS: Final = 10.0
+"""Counts/s up to which a motor may only tremble."""
 JITTER: Final = 4
 """Counts by which a servo at rest may be seen to move."""
 HELD: Final = 64
@@ -148,7 +150,7 @@ class Axis:
         status = self.inside()
         self.send_if_claimed(m.MotResumeEndOfMoveMsgs())
         switch(self.trial, self.place, self.channel, EnableState.ENABLE)
-        self.pace = pace_of(self.trial, self.place, self.channel)
+        self.pace = self._measured(pace_of(self.trial, self.place, self.channel))
         if status.bits.homed and "MOT_REQ_PMDSTAGEAXISPARAMS" in self.place.messages:
             # Such a controller has the travel of its stage (page 76), which the allowed range may exceed.
             told = self.ask(m.MotReqPmdStageAxisParams(self.channel)).message
@@ -162,6 +164,20 @@ class Axis:
             self.backlash = reply.message.backlash_distance
             if not self.can_return_to(self.start):
                 self._do_without_backlash()
+
+    def _measured(self, pace: Pace) -> Pace:
+        """Return a pace with the velocity that was measured in earlier moves, if it has no scale."""
+        ratio = self.trial.line.measured.get((self.place.address, self.channel))
+        return (
+            pace if pace.known or ratio is None else replace(pace, measured=pace.velocity * ratio)
+        )
+
+    def note_speed(self, speed: float) -> None:
+        """Note the highest speed of a move in counts/s, in case the velocity parameter has no scale."""
+        if not self.pace.known and speed > _CREEPS:
+            key, ratios = (self.place.address, self.channel), self.trial.line.measured
+            ratios[key] = max(ratios.get(key, 0.0), speed / self.pace.velocity)
+            self.pace = self._measured(self.pace)
 
     def can_return_to(self, position: int) -> bool:
         """Return whether a move to a position from anywhere in the range stays within it.
@@ -314,7 +330,8 @@ class Axis:
         pace = pace or self.pace
         wanted = pace.distance(seconds)
         if not pace.known:  # a share of the range, so that the motion can be observed
-            wanted = max(wanted, (self.high - self.low) // 200)
+            share = (self.high - self.low) // 200
+            wanted = max(wanted, min(share, int(2 * pace.measured)) if pace.measured else share)
         return max(_SHORTEST, min(wanted, room))
 
     # Rest
@@ -381,7 +398,7 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 
     :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
-    if not axis.trial.line.rest():
+    if not axis.trial.line.come_to_rest():
         raise EnoughError
     placed = _placed_set(axis, setting)
     before = placed.read(axis.trial)

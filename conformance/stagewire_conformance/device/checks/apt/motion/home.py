@@ -7,7 +7,7 @@ it returns to its previous position. If it was not homed before, its positions c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -15,14 +15,16 @@ from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
-from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     MOTION_BITS,
     motor_check,
 )
-from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
+from stagewire_conformance.device.checks.apt.motion.pace import velocity_scale
+from stagewire_conformance.device.checks.apt.motion.watch import Decision, Watched, watch
+from stagewire_conformance.device.trial import EnoughError, NotRunError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.motion.motor_check import Motor
@@ -32,8 +34,10 @@ if TYPE_CHECKING:
 
 _HOMED: Final = "MOT_MOVE_HOMED"
 _STOPPED: Final = "MOT_MOVE_STOPPED"
-_LIMIT: Final = 180.0
-"""Seconds after which homing is stopped."""
+_LONGEST: Final = 180.0
+"""The most seconds that homing may take."""
+_UNKNOWN: Final = 60.0
+"""Seconds that homing may take if the travel or the scale of its velocity is unknown."""
 _NEAR: Final = 64
 """Counts within which a servo holds its stage."""
 _MOVES: Final = 8
@@ -81,6 +85,8 @@ KIND = Kind(
     does="starts homing all motors together, stops each once on its way, and homes them again: each "
     "runs to its switch or index mark, which may be outside the range, takes that position as 0, and "
     "returns to its previous position",
+    bound=f"homing ends within {_LONGEST:g} s and after at most 1.1 times the travel, or is stopped; "
+    f"without a declared travel within {_UNKNOWN:g} s",
     seconds=10.0,
     lacks=_lacks,
     also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
@@ -95,15 +101,59 @@ def _home(axes: Sequence[Axis]) -> None:
     if not safe:
         return
     before = {axis: axis.status() for axis in safe}
-    _stop_homing(safe)
+    bounds = {axis: _bound(axis) for axis in safe}
+    limits = {axis: seconds for axis, (_, seconds) in bounds.items()}
+
+    def strays(axis: Axis, status: Status) -> bool:
+        return abs(status.position - before[axis].position) > bounds[axis][0]
+
+    _stop_homing(safe, limits, strays)
     for axis in safe:
         axis.send(m.MotMoveHome(axis.channel))
-    seen = watch(safe, dict.fromkeys(safe, _LIMIT), strays=None)
+    seen = watch(safe, limits, strays=strays, longest=_LONGEST)
     for axis in safe:
-        _judge(axis, before[axis], seen[axis])
+        if not _went_too_far(axis, seen[axis]):
+            _judge(axis, before[axis], seen[axis])
 
 
-def _stop_homing(axes: Sequence[Axis]) -> None:
+def _went_too_far(axis: Axis, seen: Watched) -> bool:
+    """Return whether a motor was stopped on its way home because it had gone too far, and note it."""
+    if seen.strayed is None:
+        return False
+    axis.trial.inconclusive(
+        f"{axis.text}: MOT_MOVE_HOME was stopped at {seen.strayed.position}, because it had gone further "
+        "than homing should need; if home is further away, declare the travel in the PICS"
+    )
+    return True
+
+
+def _bound(axis: Axis) -> tuple[int, float]:
+    """Return the most counts and seconds that homing may need; end the check if it would take longer.
+
+    A position that is not yet counted from home does not show how far away home is. Without a declared travel
+    the distance is that of the longest time at the home velocity.
+    """
+    travel, scale = axis.place.travel_of(axis.channel), velocity_scale(axis.place, axis.channel)
+    velocity = axis.pace.velocity
+    if "MOT_REQ_HOMEPARAMS" in axis.place.messages:
+        told = axis.ask(m.MotReqHomeParams(axis.channel)).message.home_velocity
+        velocity = told * float(scale or 1) or velocity  # one of 0 is judged when it homes
+    if travel is None:
+        return int(velocity * _UNKNOWN) + HELD, _UNKNOWN
+    length = travel.high - travel.low
+    way = length + length // 10 + HELD
+    if scale is None:
+        return way, _UNKNOWN
+    needed = way / velocity
+    if needed > _LONGEST:
+        raise NotRunError(
+            f"homing over up to {way} counts may take {needed:.0f} s at {velocity:.0f} counts/s, but "
+            f"the suite starts none that takes more than {_LONGEST:.0f} s; set a higher home velocity"
+        )
+    return way, min(_LONGEST, 2 * needed + 10)
+
+
+def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Decision) -> None:
     """Start homing, stop it on the way, and judge the messages.
 
     A motor that is already at home has no way to go.
@@ -117,9 +167,11 @@ def _stop_homing(axes: Sequence[Axis]) -> None:
 
     for axis in axes:
         axis.send(m.MotMoveHome(axis.channel))
-    seen = watch(axes, dict.fromkeys(axes, _LIMIT), stop=on_its_way, strays=None)
+    seen = watch(axes, limits, stop=on_its_way, strays=strays, longest=_LONGEST)
     for axis in axes:
         each = seen[axis]
+        if _went_too_far(axis, each):
+            raise EnoughError
         _judge_way(axis, each.statuses)
         was_over = [end.name for end in each.ends] == [_HOMED, _STOPPED]
         if each.stopped is None or was_over:

@@ -45,9 +45,9 @@ def _agree(axes: Sequence[Axis]) -> None:
             right[axis] = judge_bits_alone(axis, when) and judge_counter(axis, when, axis.status())
         return False
 
+    limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
     for axis, way in ways.items():
         axis.send(absolute(axis, axis.start + way).message)
-    limits = {axis: axis.pace.limit(way) for axis, way in ways.items()}
     seen = watch(axes, limits, done=compare)
     for axis in axes:
         if not seen[axis].ends:

@@ -94,6 +94,12 @@ def judge_end(
         says = f"; it is at {last.position} and reports {_names(last)}" if last else ""
         if not seen.overdue:
             axis.halt()
+        elif not axis.pace.known and seen.progressed:
+            trial.inconclusive(
+                f"{axis.text}: after {told}, it was stopped on its way after {seen.seconds:.1f} s, which "
+                "is the bound if the scale of its velocity is unknown; set a higher velocity"
+            )
+            return None
         trial.must(
             False,
             f"{axis.text}: after {told}, it sent no {wanted} within {seen.seconds:.1f} "

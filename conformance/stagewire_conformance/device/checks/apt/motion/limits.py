@@ -153,8 +153,8 @@ def _run(axes: Sequence[Axis]) -> None:
 
     limits = {}
     for axis, end in ends.items():
-        velocity = slow_down(axis, 4 * end.last)
-        limits[axis] = 2 * (end.last + end.beyond) / velocity + 5
+        axis.pace = axis.pace.as_measured()
+        limits[axis] = axis.pace.slower(slow_down(axis, 4 * end.last)).bound(end.last + end.beyond)
     for axis, end in ends.items():
         axis.send(m.MotMoveVelocity(axis.channel, end.direction))
 

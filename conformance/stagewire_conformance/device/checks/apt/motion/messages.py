@@ -19,6 +19,7 @@ from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BI
 from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
     absolute,
+    beyond,
     distances,
     move,
 )
@@ -63,9 +64,11 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
 
     trial.undo("resumed end-of-move messages", lambda: _tell(axes, m.MotResumeEndOfMoveMsgs()))
     _tell(axes, m.MotSuspendEndOfMoveMsgs())
+    limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
     for axis, way in ways.items():
         axis.send(m.MotMoveAbsolute(axis.channel, axis.start + way))
-    seen = watch(axes, {axis: axis.pace.limit(way) for axis, way in ways.items()}, done=arrived)
+    strays = beyond({axis: axis.start for axis in axes}, ways)
+    seen = watch(axes, limits, done=arrived, strays=strays)
     behind = trial.line.listen(_AFTER)
     for axis, way in ways.items():
         target = axis.start + way
@@ -134,9 +137,10 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
     for stream in {axis.place.address: stream for axis, stream in streams.items()}.values():
         stream.begin(trial)
     ways = distances(axes, _SECONDS)
+    limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
     for axis, way in ways.items():
         axis.send(absolute(axis, axis.start + way).message)
-    seen = watch(axes, {axis: axis.pace.limit(way) for axis, way in ways.items()})
+    seen = watch(axes, limits, strays=beyond({axis: axis.start for axis in axes}, ways))
     for axis in axes:
         last = _fresh(axis, streams[axis])
         trial.must(

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.moves import returning
+from stagewire_conformance.device.checks.apt.motion.pace import LONGEST
 from stagewire_conformance.device.permissions import Need, RangeError
 
 if TYPE_CHECKING:
@@ -57,6 +58,11 @@ Motor = tuple["Target", int]
 Moving = Callable[[Sequence[Axis]], None]
 """Checks motors that are ready to move."""
 
+_BOUND: Final = (
+    f"each motion ends within {LONGEST:g} s, inside {{range}}, and after at most one and a half times "
+    "its distance, or is stopped"
+)
+
 _MOTOR: Final = "MOT_MOVE_HOME"
 """Units with this message in their list move something. Solenoid drivers have other motor messages."""
 
@@ -93,6 +99,7 @@ def motor_check(
     at_least: int = 1,
     also: tuple[str, ...] = (),
     only: str = _MOTOR,
+    bound: str = _BOUND,
 ) -> Callable[[Moving], Moving]:
     """Declare a function as a check of all motors with the same declaration; a decorator.
 
@@ -104,6 +111,7 @@ def motor_check(
     :param at_least: the number of motors that the check requires.
     :param also: messages that the check uses if they are claimed; those of the status are always included.
     :param only: a message that units with such motors have in their lists.
+    :param bound: the bound of each motion in time and distance.
     """
 
     def cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
@@ -130,6 +138,7 @@ def motor_check(
             messages=messages,
             needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
             does=does,
+            bound=bound,
             seconds=seconds,
             name=name,
             each=cases,

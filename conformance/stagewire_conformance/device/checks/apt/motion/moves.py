@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_early,
@@ -17,7 +18,12 @@ from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_positions,
     judge_rest,
 )
-from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
+from stagewire_conformance.device.checks.apt.motion.watch import (
+    Decision,
+    Watched,
+    is_outside,
+    watch,
+)
 from stagewire_conformance.device.results import Result
 
 if TYPE_CHECKING:
@@ -111,15 +117,40 @@ def move(moves: Sequence[Move]) -> bool:
     if not moves:
         return False
     starts = {each.axis: each.axis.status().position for each in moves}
+    ways = {each.axis: each.target - starts[each.axis] for each in moves}
+    limits = {each.axis: (each.jog or each.axis.pace).bound(ways[each.axis]) for each in moves}
     for each in moves:
         each.axis.send(each.message)
-    limits = {
-        each.axis: (each.jog or each.axis.pace).limit(each.target - starts[each.axis])
-        for each in moves
-    }
-    seen = watch([each.axis for each in moves], limits)
+    seen = watch(list(ways), limits, strays=beyond(starts, ways))
+    for axis in ways:
+        axis.note_speed(fastest(seen[axis].statuses))
     arrived = [_judge(each, starts[each.axis], seen[each.axis]) for each in moves]
     return all(arrived)
+
+
+def beyond(starts: Mapping[Axis, int], ways: Mapping[Axis, int]) -> Decision:
+    """Return whether a motor is further from its start than its move and its backlash can bring it.
+
+    It may go half as far again: a moderate overshoot is judged when the move has ended.
+    """
+    most = {
+        axis: abs(way) + max(4 * HELD, abs(way) // 2) + abs(axis.backlash)
+        for axis, way in ways.items()
+    }
+
+    def strays(axis: Axis, status: Status) -> bool:
+        return is_outside(axis, status) or abs(status.position - starts[axis]) > most[axis]
+
+    return strays
+
+
+def fastest(statuses: Sequence[Status]) -> float:
+    """Return the highest speed between two statuses in counts/s; 0 if it is not known."""
+    pairs = [(one, other) for one, other in pairwise(statuses) if other.time - one.time >= POLL / 2]
+    return max(
+        (abs(other.position - one.position) / (other.time - one.time) for one, other in pairs),
+        default=0.0,
+    )
 
 
 def _judge(one: Move, start: int, seen: Watched) -> bool:

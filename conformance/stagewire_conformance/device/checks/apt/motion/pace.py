@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
+from stagewire_conformance.device.trial import NotRunError
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -17,8 +18,10 @@ if TYPE_CHECKING:
 
 _PATIENCE: Final = 5.0
 """Seconds that a move may take beyond twice its expected time."""
-_UNKNOWN: Final = 60.0
-"""Seconds that a move of unknown duration may take."""
+LONGEST: Final = 30.0
+"""The most seconds that a motion may take; homing has its own bound."""
+_EXPECTED: Final = 20.0
+"""The most seconds that a motion is expected to take. A longer one is not started."""
 
 _MOST_PER_MM: Final = 34_304
 """The counts/mm of the finest DC servo of the document (page 56)."""
@@ -34,11 +37,14 @@ class Pace:
 
     :param known: whether both have scales. Otherwise the raw values are used as they are (page 30). Some
         controllers are known to scale them so that the motor is slower, none so that it is faster.
+    :param measured: the velocity of earlier moves, if it is not known; None without one. The motor may be
+        faster, because short moves do not reach its velocity.
     """
 
     velocity: float
     acceleration: float
     known: bool
+    measured: float | None = None
 
     def distance(self, seconds: float) -> int:
         """Return the distance of a move from rest to rest in some time."""
@@ -54,9 +60,37 @@ class Pace:
             return abs(distance) / self.velocity + ramp
         return 2 * math.sqrt(abs(distance) / self.acceleration)
 
+    def as_measured(self) -> Pace:
+        """Return the pace with the measured velocity, so that the motor is not slowed down too much."""
+        if self.measured is None:
+            return self
+        return replace(
+            self, velocity=self.measured, acceleration=max(self.acceleration, self.measured)
+        )
+
+    def slower(self, velocity: float) -> Pace:
+        """Return the pace with a lower velocity."""
+        return replace(
+            self, velocity=velocity, measured=None if self.measured is None else velocity
+        )
+
     def limit(self, distance: int) -> float:
-        """Return the seconds after which a move over a distance is given up."""
-        return 2 * self.seconds(distance) + _PATIENCE if self.known else _UNKNOWN
+        """Return the seconds after which a move over a distance is stopped."""
+        return min(2 * self.seconds(distance) + _PATIENCE, LONGEST) if self.known else LONGEST
+
+    def bound(self, distance: int) -> float:
+        """Return the seconds after which a move over a distance is stopped, before it is started.
+
+        End the check if the move would take too long.
+        """
+        needed = abs(distance) / self.measured if self.measured else self.seconds(distance)
+        if (self.known or self.measured) and needed > _EXPECTED:
+            raise NotRunError(
+                f"a motion over {abs(distance)} counts would take about {needed:.0f} s at "
+                f"{self.measured or self.velocity:.0f} counts/s, but the suite starts none that takes "
+                f"more than {_EXPECTED:.0f} s; set a higher velocity, or allow a smaller range"
+            )
+        return self.limit(distance)
 
 
 def pace_of(trial: Trial, place: Target, channel: int) -> Pace:

@@ -17,6 +17,7 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
     Move,
     absolute,
+    beyond,
     distances,
     move,
     relative,
@@ -131,10 +132,10 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
             ways[axis]
         )
 
+    limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
     for axis, one in moves.items():
         axis.send(one.message)
-    limits = {axis: axis.pace.limit(way) for axis, way in ways.items()}
-    seen = watch(axes, limits, stop=on_its_way, mode=mode)
+    seen = watch(axes, limits, stop=on_its_way, mode=mode, strays=beyond(starts, ways))
     stood: dict[Axis, int] = {}
     for axis, one in moves.items():
         place = _judge(

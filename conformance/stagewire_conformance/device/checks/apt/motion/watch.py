@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.pace import LONGEST
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
@@ -38,6 +39,8 @@ _HEEDED: Final = 0.2
 """Seconds after an immediate stop command in which a motor must come to rest; otherwise it is disabled."""
 _STANDS: Final = 0.3
 """Seconds without motion after which a motor that was stopped at a bound is at rest."""
+_PROGRESS: Final = 20
+"""The number of last statuses that show whether a motor still moves."""
 _GIVEN_UP: Final = 2.0
 """Seconds after an immediate stop command after which a motor is left to the end of the check."""
 
@@ -83,11 +86,17 @@ class Watched:
         """Whether the motor has not been stopped yet."""
         return not self.over and self.stopped is None and self.halted is None and not self.unheard
 
+    @property
+    def progressed(self) -> bool:
+        """Whether the motor was still going in one direction at the end."""
+        first, *_, last = [each.position for each in self.statuses[-_PROGRESS:]] or [0, 0]
+        return len(self.statuses) > _PROGRESS and abs(last - first) > JITTER
+
     def look(self, status: Status) -> None:
         """Record a status. After a stop, it no longer belongs to the motion."""
         if self.stopped is None and not self.unheard:
             self.statuses.append(status)
-        if self.place is None or abs(status.position - self.place) > JITTER:
+        if self.place is None or abs(status.position - self.place) > 2 * JITTER:  # it may tremble
             self.place, self.moved = status.position, status.time
 
 
@@ -105,6 +114,7 @@ def watch(
     mode: StopMode = StopMode.PROFILED,
     strays: Decision | None = is_outside,
     deadlines: Mapping[Axis, float] = MappingProxyType({}),
+    longest: float = LONGEST,
 ) -> dict[Axis, Watched]:
     """Watch moving motors until an end message of each has arrived.
 
@@ -117,6 +127,7 @@ def watch(
     :param strays: decides that a motor is where it must not be.
     :param deadlines: seconds after which a running motor is stopped regardless of its status: a status that
         is lost, late or stale does not show that the motor is about to leave the range.
+    :param longest: the most seconds that any motor may take, as announced before the run.
     """
     line = axes[0].trial.line
     began = line.now
@@ -134,7 +145,7 @@ def watch(
                 each.over = _is_halted(axis, each, each.halted, status)
                 continue
             strayed = strays is not None and strays(axis, status)
-            if strayed or line.now - began > limits[axis]:
+            if strayed or line.now - began > min(limits[axis], longest):
                 each.strayed, each.overdue = status if strayed else None, not strayed
                 each.halted = status.time
                 axis.send(m.MotMoveStop(axis.channel, StopMode.IMMEDIATE))

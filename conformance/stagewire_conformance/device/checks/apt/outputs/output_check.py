@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.permissions import COUNTS, Need
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 
 _Look = TypeVar("_Look", bound=Callable[..., None])
+
+
+_BOUND: Final = "each output changes at once, within {range}"
 
 
 def output_check(
@@ -58,6 +61,7 @@ def output_check(
         messages=messages,
         needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
         does=does,
+        bound=_BOUND,
         seconds=seconds,
         each=cases,
     )

@@ -14,12 +14,16 @@ from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Need, Permissions, RangeError
 from stagewire_conformance.device.targets import Target
-from stagewire_conformance.device.trial import EnoughError, Trial
+from stagewire_conformance.device.trial import EnoughError, NotRunError, Trial
 from stagewire_ms2000 import PROTOCOL
 from stagewire_ms2000 import messages as m
 from stagewire_ms2000.flags import StatusBits
 from stagewire_ms2000.quantities import POSITION, SPEED
 
+LONGEST: Final = 30.0
+"""The most seconds that a motion may take."""
+_EXPECTED: Final = 20.0
+"""The most seconds that a motion is expected to take. A longer one is not started."""
 ARRIVED: Final = 10
 """Counts (1 µm) by which an axis may miss its target; the document does not say."""
 
@@ -103,9 +107,19 @@ class Mover(Axis):
         return int((self.top_speed if speed is None else speed) * _COUNTS_PER_SPEED * seconds)
 
     def patience(self, counts: int) -> float:
-        """Return the most seconds that a move may take: twice its duration plus five."""
-        needed = counts / self.counts_in(1.0) + self.ramp_time / 1000 if self.top_speed else 0.0
-        return 2 * needed + 5
+        """Return the most seconds that a move may take: twice its duration plus five, within the bound.
+
+        End the check before a move that would take too long.
+        """
+        speed = max(1, self.counts_in(1.0))
+        needed = counts / speed + self.ramp_time / 1000 if self.top_speed else 0.0
+        if needed > _EXPECTED:
+            raise NotRunError(
+                f"a motion of axis {self.name} over {counts} counts would take about {needed:.0f} s at "
+                f"{speed} counts/s, but the suite starts none that takes more than {_EXPECTED:.0f} s; "
+                "set a higher top speed, or allow a smaller range"
+            )
+        return min(2 * needed + 5, LONGEST)
 
     def goal(self, seconds: float = _SECONDS, upwards: bool | None = None) -> int:
         """Return a target about so many seconds away, within the range.
@@ -163,7 +177,8 @@ class Mover(Axis):
     ) -> list[Sample]:
         """Read the axis until it is no longer busy, and return its values meanwhile.
 
-        If it leaves the range, or takes longer than :meth:`patience`, the check ends.
+        If it leaves the range, goes much further than its distance, or takes longer than :meth:`patience`,
+        the check ends, and the axis is stopped.
 
         :param what: the motion, for the text of a finding.
         :param counts: the distance.
@@ -179,6 +194,12 @@ class Mover(Axis):
                 f"{what}, axis {self.name} left {self.low}..{self.high}; it is at "
                 f"{sample.position}",
             )
+            gone = abs(sample.position - samples[0].position)
+            self.trial.need(
+                gone <= counts + counts // 2 + self.counts_in(self.ramp_time / 1000) + _LEAST,
+                f"{what}, axis {self.name} went {gone} counts from {samples[0].position}; it should have "
+                f"moved {counts}, and was stopped",
+            )
             if not sample.busy:
                 self.line.moving.discard(self.address)
             if not sample.busy or (until is not None and until(sample)):
@@ -192,6 +213,7 @@ class Mover(Axis):
 
     def go(self, goal: int) -> list[Sample]:
         """Move to a target and wait for the end, without judging the move."""
+        self.patience(abs(goal - self.position))
         self.line.send(m.WriteTargetPosition(goal), self.address)
         return self.follow(f"on its way to {goal}", abs(goal - self.position))
 
@@ -268,6 +290,7 @@ def motion_check(
             messages=tuple(dict.fromkeys((*messages, *MOVES))),
             needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
             does="moves every axis within {range}, and back to its initial position",
+            bound=f"each motion ends within {LONGEST:g} s, or is stopped",
             each=cases,
             **more,
         )(move)
