@@ -58,6 +58,16 @@ class Timing:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Certificate:
+    """The lines of a report that identify the controller and the tester; empty if not stated."""
+
+    vendor: str = ""
+    product: str = ""
+    revision: str = ""
+    tester: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Pics:
     """A complete declaration.
 
@@ -78,6 +88,7 @@ class Pics:
     channels: tuple[ChannelPics, ...] = ()
     bays: tuple[BayPics, ...] | None = None
     motherboard: bool = True
+    certificate: Certificate = field(default_factory=Certificate)
     timing: Timing = field(default_factory=Timing)
     firmware: str = ""
     digest: str = ""

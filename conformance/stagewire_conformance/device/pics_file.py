@@ -19,13 +19,14 @@ from stagewire.protocols import CommandProtocol, Protocol
 from stagewire_conformance.device.declaration import axes_of, facts_of, known_units
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.permissions import RangeError
-from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
+from stagewire_conformance.device.pics import BayPics, Certificate, ChannelPics, Pics, Timing
 from stagewire_conformance.device.pics_values import (
     as_it_is,
     factor,
     line,
     milliseconds,
     occupied,
+    one_line,
     one_of,
     reasons,
     refuse,
@@ -209,6 +210,7 @@ class PicsReader:
             channels=channels,
             bays=bays,
             motherboard=self._motherboard(),
+            certificate=self._certificate(),
             timing=self._timing(),
             firmware=self._firmware(),
             digest=self._digest,
@@ -218,7 +220,16 @@ class PicsReader:
 
     def _pass_over(self) -> None:
         """Check the names of the keys, which is all that is possible without a unit."""
-        keys = ("line", "firmware", "unsupported", "channel", "bay", "motherboard", "timing")
+        keys = (
+            "line",
+            "firmware",
+            "unsupported",
+            "channel",
+            "bay",
+            "motherboard",
+            "certificate",
+            "timing",
+        )
         for key in keys:
             self._top.take(key, lambda value: value, None)
         self._top.refuse_others()
@@ -238,6 +249,12 @@ class PicsReader:
                 "firmware", "the document of this unit does not depend on it; omit the key"
             )
         return firmware
+
+    def _certificate(self) -> Certificate:
+        table = self._top.inner(self._top.take("certificate", as_it_is, {}), "[certificate]")
+        lines = {name: table.take(name, one_line, "") for name in Certificate.__dataclass_fields__}
+        table.refuse_others()
+        return Certificate(**lines)
 
     def _timing(self) -> Timing:
         values = self._top.take("timing", as_it_is, {})

@@ -16,6 +16,7 @@ from stagewire_virtual.toml_tables import integer, table_of, text
 
 _FIRMWARE: Final = re.compile(r"[0-9]{1,9}(\.[0-9]{1,9})*[A-Za-z]?")
 _FACTOR: Final = re.compile(r"[0-9]{1,15}(\.[0-9]{1,15}|/[0-9]{1,15})?")
+_LINE: Final = 100
 _LINES: Final = ("usb", "rs232")
 
 
@@ -47,6 +48,14 @@ def line(value: Any) -> str:
     if name.lower() not in _LINES:
         raise _WrongError(f"unknown line {name!r} (choose one of {', '.join(_LINES)})")
     return name.lower()
+
+
+def one_line(value: Any) -> str:
+    """Return a printable text that fits on one line of a report."""
+    found = text(value).strip()
+    if not found or not found.isprintable() or len(found) > _LINE:
+        raise _WrongError(f"expected one line of at most {_LINE} characters, not {found[:200]!r}")
+    return found
 
 
 def occupied(bays: Sequence[int], value: Any) -> int:

@@ -1,7 +1,7 @@
 """The changes between two JSON reports, such as those of two firmware versions.
 
 Results are compared by the id of their case, and findings by their text without its numbers, because times
-and positions differ in every run. Only failures and departures count as findings here.
+and positions differ in every run. Only failures, departures and findings about robustness are compared.
 """
 
 from __future__ import annotations
@@ -155,13 +155,12 @@ def _change(old: Grade, new: Grade, more: bool) -> Change:
 
     A failure that is no longer tested is not an improvement.
     """
-    if new in GRAVE:
-        if old not in GRAVE or (new, old) == GRAVE or (new is old and more):
-            return Change.WORSE
-        return Change.BETTER
+    before, after = (len(GRAVE) - GRAVE.index(each) if each in GRAVE else 0 for each in (old, new))
+    if after > before or (after == before > 0 and more):
+        return Change.WORSE
     if new in _LEFT_OUT:
         return Change.WORSE if old is Grade.PASSED else Change.OTHER
-    return Change.BETTER if old in GRAVE or new is Grade.PASSED else Change.OTHER
+    return Change.BETTER if before or new is Grade.PASSED else Change.OTHER
 
 
 def _only(these: Iterable[Finding], those: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -34,6 +34,7 @@ from stagewire_conformance.reports.model import (
     Sheet,
     Transmission,
 )
+from stagewire_conformance.reports.pics_facts import certificate_facts, pics_facts
 from stagewire_conformance.reports.text import counted, where
 
 
@@ -59,6 +60,7 @@ def allowed_words(report: Report) -> str:
 
 def _facts(report: Report) -> Iterator[Fact]:
     declared = report.declared
+    yield from certificate_facts(declared.pics)
     yield Fact(key="unit", label="Unit", value=declared.unit.name)
     if declared.unit.title:
         yield Fact(key="unit_title", label="Description", value=declared.unit.title)
@@ -174,6 +176,7 @@ def sheet_of(
         seconds=seconds,
         seed=report.seed,
         facts=facts(report),
+        declaration=pics_facts(declared.pics),
         digests={name: digest for name, digest in report.digests.items() if digest},
         command=again(""),
         groups=tuple(_groups(report, checks, again)),

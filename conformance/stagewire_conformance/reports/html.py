@@ -10,16 +10,16 @@ from __future__ import annotations
 import hashlib
 from base64 import b64encode
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 from stagewire import __version__
 from stagewire_conformance.reports import coverage
-from stagewire_conformance.reports.coverage import MessageRow, PageRow, RuleRow
+from stagewire_conformance.reports.coverage import MessageRow, RuleRow
 from stagewire_conformance.reports.model import (
     Case,
     Erratum,
+    Fact,
     Finding,
     Grade,
     Group,
@@ -46,9 +46,18 @@ from stagewire_conformance.reports.text import (
 )
 
 _LINES_OF_A_FAILURE = 120
-_LINES_OF_OTHERS = 24
 _MOST_PASSED = 60
 """The maximum number of passed cases of a group that are shown individually."""
+
+_MOST_LETTERS = 160
+"""The maximum length of a text in the summary."""
+_CERTIFICATE = {
+    "Vendor": ("certificate_vendor",),
+    "Product": ("certificate_product", "unit", "testee"),
+    "Revision": ("certificate_revision", "testee_version"),
+    "Tester": ("certificate_tester",),
+}
+"""The lines at the top of the summary, and the facts that they show: the first that is known."""
 
 _TONES = {
     Grade.FAILED: "bad",
@@ -75,9 +84,14 @@ class View:
     :param sheet: the sheet to show.
     """
 
+    most_gaps = 5
+    """The maximum number of reasons for a partial run in the summary."""
+    most_named = 40
+    """The maximum number of omitted checks that are named for a reason."""
+
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
-        self.sentence = sentence(sheet)
+        self.sentence = self.brief(sentence(sheet), 3 * _MOST_LETTERS)
         self.meaning = MEANING
         self._numbers = {case.id: number for number, case in enumerate(sheet.cases(), 1)}
         self._messages = {message.name: message for message in sheet.messages}
@@ -100,6 +114,34 @@ class View:
     def grade_word(self, grade: Grade | None) -> str:
         """Return the name of a grade."""
         return "nothing" if grade is None else GRADES[grade]
+
+    def heading(self, grade: Grade) -> str:
+        """Return the name of a grade as the heading of a narrow column."""
+        return GRADES[grade].partition(" (")[0]
+
+    @cached_property
+    def certificate(self) -> list[tuple[str, str]]:
+        """The lines that identify the implementation and the tester; empty values are not stated."""
+        known = {fact.key: str(fact.value) for fact in self.sheet.facts}
+        return [
+            (label, next((known[key] for key in keys if known.get(key)), ""))
+            for label, keys in _CERTIFICATE.items()
+        ]
+
+    @property
+    def tester(self) -> str:
+        """The tester, if stated."""
+        return dict(self.certificate)["Tester"]
+
+    @cached_property
+    def facts(self) -> list[Fact]:
+        """The other facts."""
+        shown = {key for keys in _CERTIFICATE.values() for key in keys}
+        return [fact for fact in self.sheet.facts if fact.key not in shown]
+
+    def brief(self, text: str, most: int = _MOST_LETTERS) -> str:
+        """Return a text, truncated if it is long, so that the summary stays short."""
+        return text if len(text) <= most else f"{text[:most]}…"
 
     @cached_property
     def gaps(self) -> list[str]:
@@ -138,22 +180,21 @@ class View:
         """Whether any case was run."""
         return any(case.ran for case in self.sheet.cases())
 
-    @cached_property
-    def told(self) -> list[Case]:
-        """The other cases that have a dialogue."""
-        return [case for case in self.sheet.cases(Grade.PASSED, Grade.NOTED) if case.lines]
-
     def is_grave(self, one: Case | Finding) -> bool:
         """Return whether a case or finding failed or is non-strict. Such a case is described in full."""
         return one.grade in (Grade.FAILED, Grade.DEVIATES, Grade.FRAGILE)
 
-    def parts(self, group: Group) -> tuple[list[Case], list[Case]]:
-        """Return the cases of a group that ran: those to show, and those to fold."""
+    def is_passed(self, case: Case) -> bool:
+        """Return whether a case passed. It gets one line."""
+        return case.grade is Grade.PASSED
+
+    def parts(self, group: Group) -> tuple[list[Case], int]:
+        """Return the cases of a group that ran and are listed, and the number of the others, which passed."""
         ran = [case for case in group.cases if case.ran]
-        plain = [case for case in ran if case.grade is Grade.PASSED]
-        if len(plain) <= _MOST_PASSED:
-            return ran, []
-        return [case for case in ran if case.grade is not Grade.PASSED], plain
+        listed = [case for case in ran if not self.is_passed(case)]
+        return (
+            (ran, 0) if len(ran) - len(listed) <= _MOST_PASSED else (listed, len(ran) - len(listed))
+        )
 
     def by_reason(self, grade: Grade) -> dict[str, list[Case]]:
         """Return the cases of a grade by the reason why they were omitted."""
@@ -180,11 +221,6 @@ class View:
     def fragile(self) -> list[Case]:
         """The cases with a finding about robustness."""
         return list(self.sheet.cases(Grade.FRAGILE))
-
-    def rules_of_group(self, group: Group) -> list[Rule]:
-        """Return the rules that the cases of a group test, each once, in the order of the document."""
-        names = {name for case in group.cases for name in case.rules}
-        return [rule for name, rule in self.sheet.rules.items() if name in names]
 
     def errata_of(self, case: Case) -> list[Erratum]:
         """Return the errata of the rules and messages of a case, each once."""
@@ -214,24 +250,24 @@ class View:
         return [row for row in coverage.messages(self.sheet) if self._is_asked(row)]
 
     @cached_property
-    def pages(self) -> list[PageRow]:
-        """Coverage by page. In a partial run, only the pages of the selected cases."""
-        return [
-            replace(
-                row,
-                rules=tuple(filter(self._is_asked, row.rules)),
-                messages=tuple(name for name in row.messages if name in self._asked),
-            )
-            for row in coverage.pages(self.sheet)
-            if self._is_asked(row)
-        ]
+    def matrix(self) -> list[RuleRow]:
+        """The rules that were tested, in the order of the document."""
+        return [row for row in self._rules if row.grade is not None]
 
     @cached_property
-    def _asked(self) -> frozenset[str]:
-        """The messages to list."""
-        return frozenset(row.message.name for row in self.messages)
+    def untested(self) -> dict[str, list[Rule]]:
+        """The other rules by the reason. In a partial run they are not listed."""
+        found: dict[str, list[Rule]] = {}
+        for row in [] if self.sheet.unselected else self._rules:
+            if row.grade is None:
+                found.setdefault(_why_untested(row.rule), []).append(row.rule)
+        return found
 
-    def _is_asked(self, row: MessageRow | PageRow | RuleRow) -> bool:
+    @cached_property
+    def _rules(self) -> list[RuleRow]:
+        return [row for page in coverage.pages(self.sheet) for row in page.rules]
+
+    def _is_asked(self, row: MessageRow) -> bool:
         return not self.sheet.unselected or row.grade is not None
 
     @cached_property
@@ -246,14 +282,6 @@ class View:
     def waived(self) -> list[Rule]:
         """Rules for controllers that cannot be checked."""
         return [rule for rule in self.sheet.rules.values() if rule.waiver and not rule.for_host]
-
-    def rule_state(self, row: RuleRow) -> str:
-        """Return the coverage of a rule in words."""
-        if row.grade is not None:
-            return self.counts(row.counts)
-        if row.rule.for_host:
-            return "applies to the host"
-        return "cannot be checked" if row.rule.waiver else "does not apply to this unit"
 
     def message_state(self, row: MessageRow) -> str:
         """Return the coverage of a message in words."""
@@ -275,10 +303,7 @@ class View:
 
     def lines(self, case: Case) -> list[Transmission | int]:
         """Return the dialogue of a case. In a long one a number replaces the omitted lines."""
-        most = (
-            _LINES_OF_OTHERS if case.grade in (Grade.PASSED, Grade.NOTED) else _LINES_OF_A_FAILURE
-        )
-        return shortened(case.lines, most)
+        return shortened(case.lines, _LINES_OF_A_FAILURE)
 
     def is_gap(self, line: Transmission | int) -> bool:
         """Return whether a line is the number of omitted lines."""
@@ -287,6 +312,12 @@ class View:
     def hex(self, raw: bytes) -> str:
         """Return bytes in hex, shortened if there are many."""
         return bytes_of(raw)
+
+
+def _why_untested(rule: Rule) -> str:
+    if rule.for_host:
+        return "Rules for hosts"
+    return "Cannot be checked on the wire" if rule.waiver else "Without a check for this unit"
 
 
 _PACKAGE = "stagewire_conformance.reports"

@@ -13,7 +13,7 @@ from stagewire.errors import StagewireError
 from stagewire_conformance.reports.json_report import SCHEMA_VERSION
 from stagewire_conformance.reports.model import Grade
 
-GRAVE: Final = (Grade.FAILED, Grade.DEVIATES)
+GRAVE: Final = (Grade.FAILED, Grade.DEVIATES, Grade.FRAGILE)
 """The grades of findings that are read."""
 
 _T = TypeVar("_T")
@@ -26,7 +26,7 @@ class ReportFileError(StagewireError):
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """A failure or a departure.
+    """A failure, a departure, or a lack of robustness.
 
     :param rule: the rule that it breaks; empty if the report names none.
     """
@@ -58,7 +58,8 @@ class Result:
     def broken(self) -> frozenset[str]:
         """The rules that its findings name; those of the case if they name none."""
         named = frozenset(finding.rule for finding in self.findings if finding.rule)
-        return named or frozenset(self.rules if self.grade in GRAVE else ())
+        breaks = self.grade in (Grade.FAILED, Grade.DEVIATES)
+        return named or frozenset(self.rules if breaks else ())
 
 
 @dataclass(frozen=True, kw_only=True)

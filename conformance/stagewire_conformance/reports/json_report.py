@@ -48,6 +48,7 @@ def as_json(sheet: Sheet) -> str:
         "command": sheet.command,
         "protocols": dict(sheet.protocols),
         "facts": {fact.key: fact.value for fact in sheet.facts},
+        "declaration": [{"label": fact.label, "value": fact.value} for fact in sheet.declaration],
         "digests": dict(sheet.digests),
         "counts": _counts(sheet.counts()),
         "groups": [

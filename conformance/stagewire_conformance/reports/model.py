@@ -257,6 +257,7 @@ class Sheet:
     :param title: such as ``Conformance of the TDC001``.
     :param protocols: name -> title of the document.
     :param facts: about the implementation under test, the line and the permissions, in display order.
+    :param declaration: the declaration of its vendor (PICS), in display order; empty without one.
     :param digests: name -> SHA-256 in hex of an input of the run.
     :param command: repeats the whole run.
     :param unfinished: why the run did not finish; empty if it did.
@@ -285,6 +286,7 @@ class Sheet:
     messages: tuple[Message, ...] = ()
     unselected: int = 0
     missed: tuple[str, ...] = ()
+    declaration: tuple[Fact, ...] = ()
     interrupted: bool = False
     adrift: tuple[str, ...] = ()
 

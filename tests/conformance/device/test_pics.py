@@ -38,6 +38,11 @@ stage = "Z8"
 travel = "0..12mm"
 homes = true
 limit_switches = false
+[certificate]
+vendor = "Example Optics"
+product = "Cube"
+revision = "board C, firmware 1.3"
+tester = "Test laboratory"
 [timing]
 reply_p99_ms = 50
 """
@@ -121,6 +126,7 @@ def test_a_cube() -> None:
     assert place.connected_to(1).homes
     assert not place.connected_to(1).limit_switches
     assert cube.pics.timing.reply_p99_ms == 50
+    assert cube.pics.certificate.revision == "board C, firmware 1.3"
     assert cube.pics.digest == hashlib.sha256(CUBE.encode()).hexdigest()
 
 

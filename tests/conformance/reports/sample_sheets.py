@@ -187,6 +187,7 @@ def hostile() -> Sheet:
         unfinished=HOSTILE,
         protocols={"thorlabs_apt": HOSTILE},
         facts=(Fact(key="notes", label=HOSTILE, value=HOSTILE),),
+        declaration=(Fact(key="unit", label=HOSTILE, value=HOSTILE),),
         digests={HOSTILE: HOSTILE},
         rules={
             rule.id: replace(rule, states=HOSTILE, means=HOSTILE, waiver=rule.waiver and HOSTILE)
