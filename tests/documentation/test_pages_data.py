@@ -8,6 +8,7 @@ import json
 import re
 import shlex
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +108,12 @@ def pics(text: str, folder: Path) -> None:
     assert len(found.unsupported) == 2
 
 
+def certificate(text: str, folder: Path) -> None:
+    """Parse a PICS file with all lines of a certificate."""
+    stated = parse_pics(text.encode()).certificate
+    assert all(asdict(stated).values())
+
+
 def talk(text: str, folder: Path) -> None:
     """Compare requests and answers, except for the wording of refusals."""
     said = [json.loads(line) for line in text.splitlines()]
@@ -151,6 +158,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/reference/codec-conformance.md", '{"id":1,"op":"hello"}'): talk,
     ("docs/reference/codec-conformance.md", "schema_version = 1"): expected,
     ("docs/reference/conformance.md", "schema_version = 1"): pics,
+    ("docs/how-to/conformance-reports.md", "schema_version = 1"): certificate,
     (
         "docs/tutorials/conformance.md",
         "FAIL answers/0x50/MOT_REQ_VELPARAMS/1: MOT_REQ_VELPARAMS for channel 1 to 0x50 is answered by one "
