@@ -24,6 +24,7 @@ from stagewire_conformance.reports.model import (
 from stagewire_conformance.reports.text import counted
 from stagewire_conformance.testees import Case as Asked
 from stagewire_conformance.testees import Report, Result
+from stagewire_conformance.testees.result import Hello
 from stagewire_conformance.testees.runner import GROUPS
 
 _NOT_RUN = "not run"
@@ -42,6 +43,7 @@ def sheet_of(
     :param again: returns the command that repeats a case by its id, or the whole run for an empty id.
     """
     hello = report.hello
+    abilities = tuple(_abilities(hello, protocols))
     return Sheet(
         kind="codec",
         title=f"Conformance of {hello.implementation} {hello.version}".rstrip(),
@@ -53,20 +55,11 @@ def sheet_of(
             Fact(key="testee", label="Testee", value=hello.implementation),
             Fact(key="testee_version", label="Version", value=hello.version),
             Fact(key="testee_command", label="Command", value=" ".join(report.command)),
-            Fact(key="speaks", label="Supported protocols", value=", ".join(hello.protocols)),
-            Fact(key="operations", label="Supported operations", value=", ".join(hello.operations)),
-            *(
-                Fact(
-                    key=f"implements_{one.name}",
-                    label=f"Implemented messages of {one.name}",
-                    value=_implemented(one, hello.messages[one.name]),
-                )
-                for one in protocols
-                if one.name in hello.messages
-            ),
+            *abilities,
             Fact(key="timeout_s", label="Timeout of an answer, s", value=report.timeout),
             Fact(key="starts", label="Starts", value=report.starts),
         ),
+        declaration=abilities,
         digests={f"vectors_{one.name}": _digest(one) for one in protocols},
         command=again(""),
         groups=tuple(_groups(report, again)),
@@ -85,6 +78,19 @@ def testee_line(report: Report) -> str:
         f"{', '.join(hello.operations)}; {counted(len(report.results), 'case')}, seed {report.seed}, "
         f"started {counted(report.starts, 'time')}, {report.seconds:.1f} s"
     )
+
+
+def _abilities(hello: Hello, protocols: Sequence[Protocol]) -> Iterator[Fact]:
+    """Yield the abilities that the testee declares in its answer to ``hello``."""
+    yield Fact(key="speaks", label="Supported protocols", value=", ".join(hello.protocols))
+    yield Fact(key="operations", label="Supported operations", value=", ".join(hello.operations))
+    for one in protocols:
+        if one.name in hello.messages:
+            yield Fact(
+                key=f"implements_{one.name}",
+                label=f"Implemented messages of {one.name}",
+                value=_implemented(one, hello.messages[one.name]),
+            )
 
 
 def _implemented(protocol: Protocol, names: frozenset[str]) -> str:

@@ -137,6 +137,7 @@ class View:
     def facts(self) -> list[Fact]:
         """The other facts."""
         shown = {key for keys in _CERTIFICATE.values() for key in keys}
+        shown |= {fact.key for fact in self.sheet.declaration if self.sheet.kind == "codec"}
         return [fact for fact in self.sheet.facts if fact.key not in shown]
 
     def brief(self, text: str, most: int = _MOST_LETTERS) -> str:

@@ -133,6 +133,11 @@ def test_the_other_cases_are_not_implemented_and_the_run_is_partial(small: Repor
     gaps = {gap.omission: gap for gap in sheet.gaps}
     assert gaps[Omission.NOT_IMPLEMENTED].cases == len(others)
     facts = {fact.key: fact.value for fact in sheet.facts}
+    assert [fact.key for fact in sheet.declaration] == [
+        "speaks",
+        "operations",
+        f"implements_{NAME}",
+    ]
     assert str(facts[f"implements_{NAME}"]).startswith("8 of 165: HW_GET_INFO, HW_REQ_INFO, ")
 
 
