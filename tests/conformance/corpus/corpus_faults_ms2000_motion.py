@@ -109,7 +109,7 @@ class VectorAtHalfSpeed(Ms2000):
         super().set_vector(axis, um_s // 2)
 
 
-@FAULTS.moves("vector-speed-ramp")
+@FAULTS.moves("vector-speed-ramp", "ramp-time-acceleration")
 class VectorWithoutARamp(Ms2000):
     """A vector move does not ramp."""
 

@@ -46,7 +46,7 @@ class StatusFieldsSwapped(Stepper):
         return status[:2] + status[6:10] + status[2:6] + status[10:]
 
 
-@FAULTS.breaks("move-completed-status", "move-stopped-status", "format-sizes")
+@FAULTS.breaks("move-completed-status", "move-stopped-status", "format-sizes", "data-length-bytes")
 class EndWithTwelveBytes(Stepper):
     """The packets of MOVE_COMPLETED and MOVE_STOPPED have twelve bytes."""
 
@@ -110,7 +110,7 @@ class EncoderOfThreeBytes(Stepper):
         super().set_encoder(frame[:11] + bytes(1))
 
 
-@FAULTS.breaks(*ANSWERED)
+@FAULTS.breaks(*ANSWERED, "velocity-parameters")
 class AnswersOneBehind(Stepper):
     """MOT_GET_VELPARAMS contains the values before the last change."""
 
@@ -131,9 +131,7 @@ class AnswersOneBehind(Stepper):
         return super().setting_packet(name)
 
 
-@FAULTS.breaks(
-    "header-only-meaning", "length-in-header", "frames", "request-answered", "get-answers-request"
-)
+@FAULTS.breaks("header-only-meaning", "length-in-header", "request-answered", "get-answers-request")
 class ZeroBeforeEveryReply(Stepper):
     """A byte of zero precedes each MOT_GET_STATUSBITS."""
 
@@ -156,15 +154,6 @@ class SerialNumberOfAnotherProduct(Stepper):
     SERIAL = 83801234
 
 
-@FAULTS.breaks("request-answered")
-class StuckAfterATruncatedFrame(Stepper):
-    """An incomplete frame is never dropped: the bytes of later messages complete it."""
-
-    def write(self, data: bytes) -> None:
-        self.arrived_at = self.clock()
-        super().write(data)
-
-
 @FAULTS.breaks("get-messages-to-host", "reply-addresses-swapped")
 class UpdatesToTheMotherboard(Stepper):
     """Status updates are addressed to 0x11."""
@@ -173,14 +162,14 @@ class UpdatesToTheMotherboard(Stepper):
         self.send_status(self.STATUS, self.status_packet(), 0x11)
 
 
-@FAULTS.breaks("updates-until-stop", "updates-periodic", "keep-alive-usb-only")
+@FAULTS.breaks("updates-until-stop", "status-updates-periodic", "keep-alive-usb-only")
 class KeepAliveOnRs232(Stepper):
     """Over RS-232, status messages end after 50 without a keep-alive."""
 
     KEEP_ALIVE = True
 
 
-@FAULTS.breaks("status-updates-every-100-ms", "updates-periodic")
+@FAULTS.breaks("status-updates-every-100-ms", "status-updates-periodic")
 class UpdatesTwiceAsOften(Stepper):
     """Status updates come twenty times a second."""
 
@@ -189,7 +178,7 @@ class UpdatesTwiceAsOften(Stepper):
         super().start_updates(frame)
 
 
-@FAULTS.breaks("updates-periodic", "status-updates-every-100-ms")
+@FAULTS.breaks("status-updates-periodic", "status-updates-every-100-ms")
 class UpdatesIrregular(Stepper):
     """Every fifth status update is missing."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import struct
 
 from corpus_faults import Faults
@@ -269,20 +268,3 @@ class SmallMovesNotCompleted(Stepper):
     def report_completed(self) -> None:
         if not self.small:
             super().report_completed()
-
-
-@FAULTS.moves("position-counter-absolute", "status-position")
-class DriftsAfterEveryMove(Stepper):
-    """After a move has ended, the position drifts by 300 microsteps per second."""
-
-    rested_at = math.inf
-
-    def arrive(self) -> None:
-        super().arrive()
-        self.rested_at = self.now
-
-    def position(self) -> int:
-        drift = 0.0
-        if not self.axis.motion and self.now > self.rested_at:
-            drift = 300 * min(3.0, self.now - self.rested_at)
-        return round(super().position() + drift)

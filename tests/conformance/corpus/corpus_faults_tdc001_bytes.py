@@ -155,7 +155,7 @@ class AnswersWithASet(Tdc001):
             super().request(name, frame)
 
 
-@FAULTS.breaks("command-without-acknowledgement")
+@FAULTS.breaks("command-without-acknowledgement", "get-answers-request")
 class SetAcknowledged(Tdc001):
     """MOT_SET_VELPARAMS is answered with a GET."""
 
@@ -266,7 +266,10 @@ class ErrorAfterAnUnknownMessage(Tdc001):
 
 
 @FAULTS.breaks(
-    "data-follows-flag", "length-in-header", "data-flag", "data-length-bytes", "wrong-length"
+    "data-follows-flag",
+    "length-in-header",
+    "data-flag",
+    "data-length-bytes",
 )
 class UnknownPacketNotSkipped(Tdc001):
     """The packet of an unknown message is read as the next header."""

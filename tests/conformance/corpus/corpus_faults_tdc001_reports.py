@@ -153,7 +153,7 @@ class StatusBitsOfTheLastUpdate(Tdc001):
         self.send_packet(0x042A, bits, frame[5])
 
 
-@FAULTS.moves(*ANY_STATUS, "pmd-settled-bit", "settled-conditions")
+@FAULTS.moves(*ANY_STATUS, "settled-at-rest")
 class SettledInMotion(Tdc001):
     """The status reports the axis as settled during motion."""
 
@@ -216,7 +216,7 @@ class LimitSwitchNotReported(Tdc001):
         return 0
 
 
-@FAULTS.moves("dc-status-position")
+@FAULTS.moves("dc-status-position", "position-counter-absolute")
 class StatusShowsTheTarget(Tdc001):
     """During a move, the status reports the target as the position."""
 
@@ -241,7 +241,7 @@ class UpdatesFrozenInMotion(Tdc001):
         self.send_status(self.STATUS, status[:2] + self.before + status[6:])
 
 
-@FAULTS.moves("updates-periodic", "updates-until-stop")
+@FAULTS.moves("status-updates-periodic", "updates-until-stop")
 class UpdatesPauseInMotion(Tdc001):
     """Status updates pause during motion."""
 
@@ -250,7 +250,7 @@ class UpdatesPauseInMotion(Tdc001):
             super().send_update()
 
 
-@FAULTS.breaks("status-updates-every-100-ms", "updates-periodic")
+@FAULTS.breaks("status-updates-every-100-ms", "status-updates-periodic")
 class UpdatesSlow(Tdc001):
     """Status updates come once a second, whatever the rate."""
 
@@ -259,7 +259,7 @@ class UpdatesSlow(Tdc001):
         self.updates_every = 1.0
 
 
-@FAULTS.breaks("updates-until-stop", "updates-periodic")
+@FAULTS.breaks("updates-until-stop", "status-updates-periodic")
 class UpdatesEnd(Tdc001):
     """Status updates end after ten messages."""
 
@@ -284,7 +284,7 @@ class UpdatesNotStopped(Tdc001):
         pass
 
 
-@FAULTS.breaks("updates-start", "updates-stop", "updates-requestable")
+@FAULTS.breaks("updates-start", "updates-stop", "updates-requestable", "status-updates-periodic")
 class OneUpdateOnly(Tdc001):
     """HW_START_UPDATEMSGS sends one status message and no more."""
 

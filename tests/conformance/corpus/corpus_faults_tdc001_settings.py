@@ -60,7 +60,7 @@ class EnableStateInverted(Tdc001):
         self.send_header(0x0212, 1, 2 if self.axis.enabled else 1, frame[5])
 
 
-@FAULTS.breaks("enable-states", "enable-state-read-back")
+@FAULTS.breaks("enable-states", "enable-state-read-back", "channel-enable")
 class EnableStateZero(Tdc001):
     """GET_CHANENABLESTATE reports 0 for a disabled channel."""
 
@@ -122,7 +122,7 @@ class JogMinimumVelocity(Tdc001):
         return packet[:8] + b"\x64" + packet[9:] if name == "jog" else packet
 
 
-@FAULTS.breaks("jog-mode-values")
+@FAULTS.breaks("jog-mode-values", "jog-parameters")
 class JogModeFromZero(Tdc001):
     """The jog parameters report the modes as 0 and 1."""
 

@@ -22,6 +22,8 @@ from corpus_faults_tdc001_motion import FAULTS as TDC001_MOTION
 from corpus_faults_tdc001_reports import FAULTS as TDC001_REPORTS
 from corpus_faults_tdc001_settings import FAULTS as TDC001_SETTINGS
 
+import stagewire_apt
+import stagewire_ms2000
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 
@@ -34,33 +36,152 @@ FAULTS = {
 EVERY = [(name, fault) for name, faults in FAULTS.items() for fault in faults]
 WRONG = (Result.FAIL, Result.NON_STRICT)
 
-NOT_FOUND_YET = {
+NOT_FOUND_YET: set[str] = {
     "CapIgnoredByAbsoluteMoves",
     "CapIgnoredByVelocityMoves",
     "ContinuousJogIgnored",
     "CounterNotUsedByMoves",
-    "EndsTooFar",
-    "ErrorAfterEveryMove",
+    "ErrorAfterAnUnknownMessage",
     "HomeVelocityIgnored",
+    "HomedAtOnce",
+    "HomedOnChannelZero",
     "HomesAtMoveVelocity",
     "HomesOnPaper",
     "JogAccelerationIgnored",
+    "JogChangesVelocity",
     "JogHalfAsFast",
+    "JogStepIgnored",
+    "JoystickWithoutASize",
     "MoveAcknowledged",
     "MovesWhileDisabled",
-    "ParameterNotZero",
     "PositionOfTheTarget",
+    "RampTimeNotAnswered",
+    "RelativeChangesAbsolute",
+    "SavingAnswered",
+    "SilentAfterTen",
+    "SingleStepRunsOn",
     "SmallMovesNotCompleted",
+    "StartIgnored",
     "StatusBitsOfTheLastUpdate",
-    "StatusShowsTheTarget",
+    "StopDoesNotEndHoming",
+    "StoppedBeforeRest",
     "SuspendHidesOnlyCompleted",
     "TopSpeedDoubled",
+    "TopSpeedPassed",
+    "UnknownPacketNotSkipped",
     "UpdatesFrozenInMotion",
     "UpdatesPauseInMotion",
     "UpdatesToTheMotherboard",
-    "VelocityAlwaysZero",
 }
 """Faults that the suite does not find yet, or not by the right rule."""
+
+SEVERAL_FINDINGS_YET: set[str] = {
+    "AbsoluteFromHere",
+    "AbsolutePositionOfSixteenBits",
+    "AccelerationIgnored",
+    "AnswersOneBehind",
+    "AnswersWithASet",
+    "AnySizeAccepted",
+    "BacklashNeverNegative",
+    "BacklashNotTakenUp",
+    "BusyTooLong",
+    "BusyWhileDisabled",
+    "ButtonPositionsSwapped",
+    "BytesBeforeTheColonRefused",
+    "ColonInDataEnds",
+    "CompletedAtOnce",
+    "CompletedEarly",
+    "CompletedWithTheStart",
+    "CounterBigEndian",
+    "EnableStateInverted",
+    "EnableStateZero",
+    "EndWithTwelveBytes",
+    "EndsShort",
+    "EndsTooFar",
+    "ErrorsReported",
+    "EveryFortiethReplyTruncated",
+    "EveryReplyFromABay",
+    "HomedWithoutAPosition",
+    "IdentificationWrong",
+    "IncrementDownGoesUp",
+    "IncrementFromTheTarget",
+    "IncrementNeverNegative",
+    "IncrementOfBothAxes",
+    "IncrementUnsigned",
+    "JogAtMoveVelocity",
+    "JogMinimumVelocity",
+    "JogModeFromZero",
+    "JoystickNotDisabled",
+    "KeepAliveAnswered",
+    "KeepAliveIgnored",
+    "KeepAliveOnRs232",
+    "LimitBitsSwapped",
+    "LineFeedAfterStatus",
+    "MinimumVelocity",
+    "MotionBitsStay",
+    "MotionBitsSwapped",
+    "MovingBitMissing",
+    "NeverBusy",
+    "NeverDisabled",
+    "NewTargetIgnoredInMotion",
+    "NoRamp",
+    "NotBusyWhileRampingDown",
+    "OneAxisAtATime",
+    "OneMessageAtATime",
+    "PositionBigEndian",
+    "PositionLags",
+    "PositionMovesTheStage",
+    "PositionNeverNegative",
+    "PositionOfFourBytes",
+    "PotVelocitiesOfTwelveBits",
+    "ProfiledStopIgnored",
+    "RampIgnored",
+    "RampIndependentOfTopSpeed",
+    "RampTimeAcknowledged",
+    "RampTimeNotKept",
+    "RampTwiceAsLong",
+    "RampingBitMissing",
+    "RampingDirectionInverted",
+    "RelativeAlwaysForward",
+    "ReplyOfAnotherMessage",
+    "SavingRestoresTheFactory",
+    "ServoBitMissing",
+    "SoftLimitNotKept",
+    "SpeedAlwaysZero",
+    "SpeedNeverNegative",
+    "StatusBigEndian",
+    "StatusBitsBigEndian",
+    "StatusFieldsSwapped",
+    "StatusOfChannelZero",
+    "StatusShowsTheTarget",
+    "StopIgnored",
+    "StopOnlyPauses",
+    "StopsShort",
+    "StuckAfterAnError",
+    "SuspendIgnored",
+    "SuspendSilencesStatus",
+    "TargetAcknowledged",
+    "TargetAnsweredTwice",
+    "TargetIsThePosition",
+    "TopSpeedChangesRamp",
+    "TopSpeedOfOneByte",
+    "TopSpeedOfTheFactory",
+    "UnknownAxisAnswered",
+    "UpdatesEnd",
+    "UpdatesNotStopped",
+    "UpdatesSlow",
+    "VectorAtHalfSpeed",
+    "VectorEnds",
+    "VectorNeverNegative",
+    "VectorWithoutARamp",
+    "VelocityFieldsSwapped",
+    "VelocityInverted",
+    "VelocityMoveEnds",
+    "VelocityOfChannelTwo",
+    "VelocityOfSixteenBits",
+    "ZeroBeforeEveryReply",
+}
+"""Faults that the suite reports in several findings, although they have one cause."""
 
 
 def runs() -> Iterator[Any]:
@@ -71,18 +192,14 @@ def runs() -> Iterator[Any]:
         yield pytest.param(BENCHES[name], fault, id=f"{name}-{fault.name}", marks=marks)
 
 
-def rules_named(report: Report) -> set[str]:
-    """Return the rules that the findings of a report name.
-
-    A finding that names no rule stands for all rules of its check.
-    """
-    return {
-        rule
+def rules_named(report: Report) -> list[set[str]]:
+    """Return the rules that each finding names; those of its check if it names none."""
+    return [
+        {finding.rule} if finding.rule else set(outcome.check.rules)
         for outcome in report.outcomes
         for finding in outcome.findings
         if finding.result in WRONG
-        for rule in ([finding.rule] if finding.rule else outcome.check.rules)
-    }
+    ]
 
 
 def test_there_are_enough_faults() -> None:
@@ -94,7 +211,7 @@ def test_there_are_enough_faults() -> None:
 
 
 def test_the_list_of_faults_not_found_yet_is_current() -> None:
-    assert {fault.name for _, fault in EVERY} >= NOT_FOUND_YET
+    assert {fault.name for _, fault in EVERY} >= NOT_FOUND_YET | SEVERAL_FINDINGS_YET
 
 
 @pytest.mark.parametrize(("bench", "fault"), list(runs()))
@@ -104,4 +221,15 @@ def test_a_fault_is_found(bench: CorpusBench, fault: Fault) -> None:
     if fault.name in NOT_FOUND_YET:
         return
     named = rules_named(report)
-    assert named & fault.rules, f"{fault.text} The findings name {sorted(named) or 'no rule'}."
+    assert any(rules & fault.rules for rules in named), f"{fault.text} The findings name {named}."
+    if fault.name not in SEVERAL_FINDINGS_YET:
+        assert len(named) == 1, f"{fault.text} One cause has {len(named)} findings."
+
+
+def test_the_rules_of_faults_exist() -> None:
+    known = {
+        rule["id"]
+        for protocol in (stagewire_apt.PROTOCOL, stagewire_ms2000.PROTOCOL)
+        for rule in protocol.registry()["rules"]
+    }
+    assert {rule for _, fault in EVERY for rule in fault.rules} <= known
