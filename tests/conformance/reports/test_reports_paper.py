@@ -16,13 +16,6 @@ from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.reports import Fact, Omission, Sheet, Verdict, as_html
 from stagewire_conformance.reports.device_sheet import sheet_of_execution
 
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # it warns of missing libraries that only PDF files need
-    try:
-        import weasyprint
-    except OSError as error:  # Pango is missing
-        pytest.skip(f"WeasyPrint cannot be loaded: {error}", allow_module_level=True)
-
 pytestmark = pytest.mark.matrix
 
 CERTIFICATE = """
@@ -72,6 +65,12 @@ RUNS: Mapping[str, tuple[str, str, str, int]] = {
 
 def pages_of(made: Sheet) -> tuple[int, dict[str, int]]:
     """Return the number of pages, and the page on which each section begins."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns of missing libraries that only PDF files need
+        try:
+            import weasyprint
+        except OSError as error:  # Pango is missing
+            pytest.skip(f"WeasyPrint cannot be loaded: {error}")
     pages = weasyprint.HTML(string=as_html(made)).render().pages
     begins = {anchor: number for number, page in enumerate(pages, 1) for anchor in page.anchors}
     width, height = pages[0].width, pages[0].height  # in CSS pixels
