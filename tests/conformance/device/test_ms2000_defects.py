@@ -7,6 +7,7 @@ from broken_ms2000_errors import WRONG
 from broken_ms2000_motion import MOTION
 from broken_ms2000_reading import READING, STATUS
 from broken_ms2000_settings import SETTINGS
+from declared_rules import wrongly_named
 from ms2000_defects import Defect
 from ms2000_runs import WIDE, controller_of, declared_with, found, run_suite, state_of
 
@@ -33,5 +34,6 @@ def test_a_defect_is_found_by_its_check(defect: Defect) -> None:
     [(check, result, text)] = found(report, *Result)
     assert (check, result) == (defect.check, defect.result), text
     assert defect.says in text
+    assert not wrongly_named("asi_ms2000", report.outcomes)
     controller.advance(5)
     assert state_of(controller) == before or "not restored" in text or defect.hides

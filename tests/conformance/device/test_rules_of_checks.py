@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 from collections import Counter
@@ -9,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from declared_rules import unknown_common_rules
 
 from checkout import ROOT
 from stagewire.protocols import load_protocol
@@ -86,6 +88,25 @@ def test_every_check_tests_a_rule_of_its_kind() -> None:
             assert check.rules, f"{name}: {check.id} tests no rule"
             beyond = set(check.rules) - set(check.kind.rules)
             assert not beyond, f"{name}: {check.id} tests {beyond}, which its kind does not name"
+
+
+def test_every_finding_names_a_rule() -> None:
+    """A call without a rule is about a promise of the PICS, or about a change that could not be undone."""
+    folder = ROOT / "conformance" / "stagewire_conformance" / "device" / "checks"
+    calls = [
+        f"{path.stem}: {ast.unparse(node)}"
+        for path in sorted(folder.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and node.func.attr in ("must", "should", "need")
+        and all(word.arg != "rule" for word in node.keywords)
+    ]
+    assert not [call for call in calls if "not restored" not in call and "promises" not in call]
+
+
+def test_common_rules_are_rules_of_the_protocol(protocol: str) -> None:
+    assert not unknown_common_rules(protocol, registry_of(load_protocol(protocol)))
 
 
 def test_a_check_tests_the_rules_of_its_messages() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from apt_runs import Bench, bench, complaints, faulty_link, run_on
+from declared_rules import wrongly_named
 from faulty_apt_link import (
     Change,
     LinkFault,
@@ -230,7 +231,7 @@ SETTINGS = [
            told("MOT_SET_JOGPARAMS", followed_by(bytes.fromhex("3a04 0600 d001 0100 09000000")))),
     Broken("readback", "TDC001", ("not restored", "send MOT_SET_HOMEPARAMS"),
            lambda: LinkFault(to_controller=of("MOT_SET_HOMEPARAMS", from_the(3, dropped)))),
-    Broken("readback", "TDC001", ("MOT_GET_VELPARAMS returned min_velocity = 1", "always zero"),
+    Broken("readback", "TDC001", ("MOT_GET_VELPARAMS: min_velocity is 1", "always zero"),
            said("MOT_GET_VELPARAMS", byte(8, 1))),
     Broken("readback", "TDC001", ("after MOT_SET_AVMODES", "MOT_GET_AVMODES", "not requested"),
            told("MOT_SET_AVMODES", followed_by(frame("MOT_REQ_AVMODES", 1, 0, 0x50, 1)))),
@@ -436,6 +437,7 @@ def test_the_right_kind_finds_and_names_the_defect(broken: Broken) -> None:
         assert words in text
     grave = "FAIL: " in text
     assert grave is broken.strict, text
+    assert not wrongly_named("thorlabs_apt", report.outcomes)
 
 
 STILL = [

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import pytest
 from broken_apt import BROKEN, ENABLED
+from declared_rules import wrongly_named
 from faulty_apt_link import FaultyAptLink, LinkFault, dropped, frame, name_of, of, plus
 from watched_links import WatchedLink, controller_of, declared_as
 
@@ -193,6 +194,7 @@ def test_a_broken_rule_is_found_and_named(what: str) -> None:
     (outcome,) = outcomes(link, declared, [where], Permissions(settings=True))
     assert outcome.result is result, words_of(outcome)
     assert words in words_of(outcome)
+    assert not wrongly_named("thorlabs_apt", [outcome])
 
 
 def test_every_kind_fails_for_some_defect() -> None:

@@ -21,29 +21,6 @@ LENGTH: Final = "data-length-bytes"
 SIZES: Final = "format-sizes"
 UNUSED: Final = "unused-parameters-zero"
 
-COMMON: Final = (
-    ANSWERED,
-    ADDRESSES,
-    LENGTH,
-    SIZES,
-    UNUSED,
-    "get-answers-request",
-    "slot-source",
-    "data-flag",
-    "header-only-meaning",
-    "never-set-or-request-to-host",
-    "no-error-in-normal-operation",
-    "unit-messages",
-    "command-without-acknowledgement",
-    "channel-enable",
-    "dc-status-bits-motion",
-    "status-bits-motion",
-    "absolute-move",
-    "absolute-move-completed",
-    "velocity-parameters",
-)
-"""Rules that any check may find broken, because every check exchanges messages."""
-
 _FIELDS: Final[Mapping[str, str]] = {
     "HW_GET_INFO.type": "info-type",
     "RACK_GET_BAYUSED.bay_ident": "bay-idents",
@@ -211,6 +188,41 @@ _COMMANDS: Final[Mapping[str, str]] = {
     "MOT_MOVE_STOP": "stop-any-move",
 }
 """Command -> the rule about its effect."""
+
+
+COMMON: Final = (
+    ANSWERED,
+    ADDRESSES,
+    LENGTH,
+    SIZES,
+    UNUSED,
+    "get-answers-request",
+    "slot-source",
+    "data-flag",
+    "header-only-meaning",
+    "never-set-or-request-to-host",
+    "no-error-in-normal-operation",
+    "unit-messages",
+    "command-without-acknowledgement",
+    "status-bits-motion",
+    "status-bits-same",
+    "status-position",
+    "dc-status-bits-motion",
+    "dc-status-position",
+    "dc-status-velocity",
+    "move-completed-status",
+    "move-stopped-status",
+    "move-complete-when-settled",
+    "settled-at-rest",
+    *_CHANNELS_OF.values(),
+    *_SETS.values(),
+    *_COMMANDS.values(),
+    *_ENDS.values(),
+)
+"""Rules that any check may find broken.
+
+Every check exchanges messages, many change a setting for a moment, and every check of motion moves and stops.
+"""
 
 
 def rule_of_command(told: str) -> str:

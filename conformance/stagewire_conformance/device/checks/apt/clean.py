@@ -81,6 +81,7 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
                 f"{after}, {request.about} was answered only at attempt {attempt}; the "
                 "controller had a second of silence to recover, so it should answer the first",
                 cause=_recovery(trial),
+                rule=ANSWERED,
             )
             return True
     came = trial.line.drain()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState
+from stagewire_conformance.device.causes import EFFECT, Cause
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -47,6 +48,8 @@ def switch(trial: Trial, place: Target, channel: int, state: int) -> None:
         now == state,
         f"{place.name} channel {channel}: MOD_SET_CHANENABLESTATE set "
         f"{EnableState(state).name}, but MOD_GET_CHANENABLESTATE then returned {now}",
+        rule="channel-enable",
+        cause=Cause("MOD_SET_CHANENABLESTATE", EFFECT),
     )
 
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 from typing import Final
 
 from stagewire.protocols import Command, Reply
+from stagewire_conformance.device.causes import DELIVERY, UNSOLICITED, Cause
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_reply, rule_of_silence
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.command_line import QUIET, CommandLine
 from stagewire_conformance.device.targets import Target
@@ -66,18 +68,30 @@ class Axis:
         assert kind is not None  # every request has a reply
         due = kind.layout.length
         behind = f"{after}, " if after else ""
+        cause = _cause_of(request, came, due)
+        if len(came) > due and not after:  # bursts leave this request out
+            known = self.trial.causes.check_of(cause) or self.trial.check
+            self.trial.causes.report(Cause(request.layout.message, DELIVERY), known)
         self.trial.need(
             len(came) == due,
             f"{behind}the reply to {request.layout.message} of axis {self.name} has "
             f"{_bytes(len(came))}; it should have exactly {_bytes(due)}",
             came=came,
+            rule=rule_of_reply(request, came, due),
+            cause=Cause(after, DELIVERY) if after.startswith("sent ") else cause,
         )
         return kind.unpack(came)
 
     def nothing_unasked(self) -> None:
         """Report bytes that came without a request, such as bytes after a reply that was read before."""
         came, self.line.unasked = self.line.unasked, b""
-        self.trial.must(not came, f"{_bytes(len(came))} came without a request", came=came)
+        self.trial.must(
+            not came,
+            f"{_bytes(len(came))} came without a request",
+            came=came,
+            rule="no-blanks-in-replies",
+            cause=Cause("the line", UNSOLICITED),
+        )
 
     def tell(self, command: Command, *, sized: bool | None = None, quiet: float = QUIET) -> None:
         """Send a command that has no reply, and check that none comes."""
@@ -93,6 +107,8 @@ class Axis:
             f"{_bytes(len(came))}; it should get no reply",
             wanted=b"",
             came=came,
+            rule=rule_of_silence(command.layout.message),
+            cause=Cause(command.layout.message, UNSOLICITED),
         )
 
     # Values of the axis, read quickly enough to follow a move
@@ -132,8 +148,18 @@ class Axis:
             f"READ_STATUS of axis {self.name} was answered with {letter:#04x}; it should be "
             "B (0x42) or b (0x62)",
             came=bytes((letter,)),
+            rule="status-answered",
+            cause=Cause("READ_STATUS", "letter"),
         )
         return letter == Busy.BUSY
+
+
+def _cause_of(request: Command, came: bytes, due: int) -> Cause:
+    """Return the cause of a reply with a wrong length. Surplus bytes may follow every reply."""
+    surplus = came[due:]
+    if surplus:
+        return Cause("every reply", f"followed by {surplus.hex(' ')}")
+    return Cause(request.layout.message, DELIVERY)
 
 
 def _bytes(count: int) -> str:
@@ -165,6 +191,8 @@ class Clean:
             f"{after}, {self._request.layout.message} was answered with other bytes than before",
             wanted=self._answer.pack(),
             came=reply.pack(),
+            rule="errors-ignored",
+            cause=Cause(self._axis.trial.check.partition("/")[0], "recovery"),
         )
 
 

@@ -9,7 +9,9 @@ from random import Random
 from typing import Final
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.ms2000.axis import Axis
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_value
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import PROTOCOL
@@ -111,6 +113,8 @@ def keep(axis: Axis, stored: Stored) -> int:
         f"axis {axis.name} has the value {value}, which {stored.name} could not restore; "
         "nothing was written",
         came=raw,
+        rule=rule_of_value(stored.read.layout.message),
+        cause=Cause(stored.read.layout.message, "range"),
     )
     if any(first == prefix and second in PROTOCOL.marks.setup for first, second in pairwise(raw)):
         trial.inconclusive(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, SolenoidState
 from stagewire_apt.flags import BpcStatusBits, DcStatusBits
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.enable_state import (
     ENABLED_SETS,
@@ -102,6 +103,8 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
             f"{what}: MOD_SET_CHANENABLESTATE wrote {int(state)} ({name}), but "
             f"MOD_GET_CHANENABLESTATE then returned {now}",
             came=reply.raw,
+            rule="channel-enable",
+            cause=Cause("MOD_SET_CHANENABLESTATE", EFFECT),
         )
         for heard in trial.line.listen(0):
             judge_unasked(trial, heard, f"after MOD_SET_CHANENABLESTATE to {what}")
@@ -144,6 +147,8 @@ def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> N
         f"{place.name} channel {channel} is {'enabled' if enabled else 'disabled'}, but "
         f"{heard.name} reports channel_enabled = {int(says)}",
         came=heard.raw,
+        rule=_rule_of_bit(heard.name),
+        cause=Cause(heard.name, "channel_enabled"),
     )
 
 
@@ -197,3 +202,8 @@ def _look_at_loops(trial: Trial, placed: PlacedSet) -> None:
     neighbours = Neighbours.of(trial, placed)
     trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
     write_and_read(trial, placed, care, before, neighbours)
+
+
+def _rule_of_bit(message: str) -> str:
+    """Return the rule about the bit of an enabled channel in a status."""
+    return "piezo-status-bits-meaning" if message.startswith("PZ_") else "dc-status-bit-enabled"

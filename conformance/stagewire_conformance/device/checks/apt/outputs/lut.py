@@ -15,6 +15,7 @@ from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import LutValueType
 from stagewire_apt.flags import LutOutputMode
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.outputs.output_check import lacks_volts, output_check
 from stagewire_conformance.device.checks.apt.outputs.piezo import OPEN, Piezo
@@ -112,6 +113,8 @@ class _Waveform:
             max(volts) - min(volts) <= self.near,
             f"{self.piezo.text}: after {after}, the output still changed between "
             f"{min(volts)} and {max(volts)}; it should stay the same",
+            rule="lut-stop",
+            cause=Cause("PZ_STOP_LUTOUTPUT", EFFECT),
         )
 
 
@@ -163,6 +166,7 @@ def _run(trial: Trial, place: Target, channel: int) -> None:
         f"{piezo.text}: a waveform was loaded but not started, and {first.heard.name} reports a "
         f"voltage of {first.voltage}; it should stay {present} until PZ_START_LUTOUTPUT",
         came=first.heard.raw,
+        rule="lut-waits-for-start",
     )
     if _continuous(wave):
         _fixed(wave)
@@ -179,6 +183,8 @@ def _continuous(wave: _Waveform) -> bool:
         not missing,
         f"{piezo.text}: after PZ_START_LUTOUTPUT, the output never reached "
         f"{' and '.join(missing)} of the samples {wave.samples[0]} and {wave.samples[1]}",
+        rule="lut-start",
+        cause=Cause("PZ_START_LUTOUTPUT", EFFECT),
     )
     told = [phase for phase in phases if phase.sample]
     if started:
@@ -188,6 +194,7 @@ def _continuous(wave: _Waveform) -> bool:
             f"{piezo.text}: a continuous waveform of two samples, each held for {_HOLD:g} s, "
             f"changed {count} times in {_PATIENCE:g} s; it should continue until "
             "PZ_STOP_LUTOUTPUT",
+            rule="lut-continuous",
         )
     if len(told) >= _CHANGES:
         held = (told[-1].began - told[1].began) / (len(told) - 2)
@@ -195,6 +202,7 @@ def _continuous(wave: _Waveform) -> bool:
             abs(held - _HOLD) <= _HOLD * 0.4,
             f"{piezo.text}: each sample of a waveform was output for {held:.2f} s; with its "
             f"delay it should be {_HOLD:g} s",
+            rule="lut-delay",
         )
     piezo.send(m.PzStopLutOutput(piezo.channel))
     wave.judge_still("PZ_STOP_LUTOUTPUT")
@@ -213,6 +221,7 @@ def _fixed(wave: _Waveform) -> None:
         order == list(wave.samples),
         f"{piezo.text}: one cycle of the samples {wave.samples[0]} and {wave.samples[1]} was "
         f"started, but the output was {', '.join(map(str, order)) or 'neither'}",
+        rule="lut-fixed",
     ):
         return
     due = _REST + _HOLD
@@ -221,6 +230,7 @@ def _fixed(wave: _Waveform) -> None:
         abs(lasted - due) <= _OFF,
         f"{piezo.text}: the first sample of a cycle was output for {lasted:.1f} s; a rest of "
         f"{_REST:g} s and a sample of {_HOLD:g} s make {due:g} s",
+        rule="lut-rests",
     )
     piezo.trial.line.listen(due + _OFF)
     wave.judge_still("one cycle of a waveform")
@@ -261,6 +271,8 @@ def _set(piezo: Piezo, mode: int, rest: float = 0.0) -> None:
         now.values() == parameters.values(),
         f"{piezo.text}: PZ_SET_OUTPUTLUTPARAMS wrote {parameters!r}, but PZ_GET_OUTPUTLUTPARAMS "
         f"then returned {now!r}; no waveform was started",
+        rule="lut-parameters",
+        cause=Cause("PZ_SET_OUTPUTLUTPARAMS", EFFECT),
     )
 
 

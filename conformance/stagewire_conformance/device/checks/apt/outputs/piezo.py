@@ -15,6 +15,7 @@ from stagewire.errors import UnknownScaleError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, PositionControlMode
 from stagewire_apt.flags import BpcStatusBits
+from stagewire_conformance.device.causes import DELIVERY, Cause
 from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.streams import stream_of
 from stagewire_conformance.device.permissions import COUNTS, RangeError
@@ -121,6 +122,8 @@ class Piezo:
         self.trial.need(
             bool(came) and self._is_mine(came[-1]),
             f"{self.text} sent no status message within {_REPORT:g} s after they were started",
+            rule="request-answered",
+            cause=Cause("PZ_GET_PZSTATUSUPDATE", DELIVERY),
         )
         message = came[-1].message
         bits = BpcStatusBits(message.status_bits)
@@ -146,6 +149,8 @@ class Piezo:
             f"{self.text}: after {after}, {status.heard.name} still reports a {field} of "
             f"{value}; it should have reached {wanted}",
             came=status.heard.raw,
+            rule="piezo-update-position" if field == "position" else "piezo-update-voltage",
+            cause=Cause(status.heard.name, field),
         )
 
     # Limits of the output
@@ -196,6 +201,7 @@ class Piezo:
             f"{self.text} has an output of {present} counts, outside of the allowed "
             f"{low}..{high} counts, so its output was not changed; set it to a value within "
             "this range, or allow a range that includes it",
+            rule="piezo-update-voltage",
         )
         up = high - present >= present - low
         room = min((high - present if up else present - low) // steps, _STEP)

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import PositionControlMode
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.outputs.output_check import (
     lacks_unit,
     lacks_volts,
@@ -130,6 +132,8 @@ def _judge_told(piezo: Piezo, told: str, wanted: int, says: int, before: int) ->
         says == wanted,
         f"{piezo.text}: after {told}, the controller reports a set value of {says} (before: "
         f"{before})",
+        rule=rule_of_set(told.partition(" ")[0]),
+        cause=Cause(told.partition(" ")[0], EFFECT),
     )
 
 
@@ -150,6 +154,9 @@ def _judge_ignored(
         abs(after - wanted) > abs(after - before) or wanted == before,
         f"{piezo.text}: after {told}, the controller reports a set value of {after}; it should "
         f"ignore the message and keep {before}",
+        rule="output-position-closed-loop-only"
+        if told.startswith("PZ_SET_OUTPUTPOS")
+        else "output-volts-open-loop-only",
     )
     piezo.judge_seen(field, output, f"{told}, which should be ignored")
 
@@ -170,6 +177,7 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
             span[0] <= value <= span[1],
             f"{piezo.text} {what} {value} counts in closed loop, outside of the allowed "
             f"{span[0]}..{span[1]} counts, so its loop was not closed",
+            rule="output-position",
         )
     before = piezo.mode
     if before not in CLOSED:
@@ -184,6 +192,8 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
             now == PositionControlMode.CLOSED_LOOP,
             f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(PositionControlMode.CLOSED_LOOP)}, "
             f"but PZ_GET_POSCONTROLMODE then returned {now}",
+            rule="control-mode",
+            cause=Cause("PZ_SET_POSCONTROLMODE", EFFECT),
         )
     return span
 
@@ -258,6 +268,8 @@ def _judge_mode(piezo: Piezo, mode: PositionControlMode) -> None:
         now == mode,
         f"{piezo.text}: PZ_SET_POSCONTROLMODE wrote {int(mode)} ({mode.name}), but "
         f"PZ_GET_POSCONTROLMODE then returned {now}",
+        rule="control-mode",
+        cause=Cause("PZ_SET_POSCONTROLMODE", EFFECT),
     )
     status = piezo.status()
     if bits_are_printed(piezo.place):
@@ -266,6 +278,8 @@ def _judge_mode(piezo: Piezo, mode: PositionControlMode) -> None:
             f"{piezo.text} is in mode {mode.name}, but {status.heard.name} reports closed_loop "
             f"= {int(status.bits.closed_loop)}",
             came=status.heard.raw,
+            rule="piezo-status-bits-meaning",
+            cause=Cause(status.heard.name, "closed_loop"),
         )
 
 
@@ -341,5 +355,6 @@ def _run(trial: Trial, place: Target, channel: int) -> None:
         f"{seconds:.2f} s; the whole change should take {abs(target - before) / per_second:.2f} "
         "s",
         came=status.heard.raw,
+        rule="slew-rate-limits",
     )
     piezo.judge_seen("voltage", target, f"PZ_SET_OUTPUTVOLTS {target}")

@@ -18,7 +18,9 @@ from stagewire_apt.enumerations import (
     SolenoidState,
 )
 from stagewire_apt.flags import RackDigitalOutputs
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.outputs.output_check import output_check
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, parameter_sets
 from stagewire_conformance.device.permissions import Need
@@ -68,6 +70,8 @@ def _run(trial: Trial, placed: PlacedSet) -> None:
             f"{value:#04x}, but {placed.set.get} then returned {told:#04x}",
             wanted=placed.expected(trial, {field: value}, came),
             came=came.raw,
+            rule=rule_of_set(placed.set.set),
+            cause=Cause(placed.set.set, EFFECT),
         )
 
 
@@ -103,6 +107,8 @@ class _Switch:
             f"{placed.set.get} then returned {told}{hint}",
             wanted=placed.expected(self._trial, {self._field: value}, came),
             came=came.raw,
+            rule=rule_of_set(placed.set.set),
+            cause=Cause(placed.set.set, EFFECT),
         )
 
 

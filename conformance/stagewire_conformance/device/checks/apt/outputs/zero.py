@@ -95,6 +95,7 @@ def _zero(trial: Trial, place: Target, channel: int) -> None:
                 f"{piezo.text}: {_PATIENCE:g} s after PZ_SET_ZERO, {status.heard.name} still "
                 "does not report zeroed",
                 came=status.heard.raw,
+                rule="zero-sets-reference",
             )
             return
         status = piezo.status()
@@ -104,6 +105,7 @@ def _zero(trial: Trial, place: Target, channel: int) -> None:
             f"{piezo.text} reports that it has been zeroed, but {status.heard.name} has a "
             f"{what} of {value}; it should be 0",
             came=status.heard.raw,
+            rule="zero-applies-zero-volts" if "volt" in what else "zero-sets-reference",
         )
 
 
@@ -130,6 +132,7 @@ def _zero_reading(trial: Trial, place: Target, channel: int) -> None:
                 f"{place.name} channel {channel}: after PZ_SET_ZERO, {heard.name} still reports "
                 f"{heard.message.reading}; it should report 0",
                 came=heard.raw,
+                rule="zero-sets-reference",
             )
             return
         trial.line.listen(0.1)

@@ -31,10 +31,12 @@ class Difference(NamedTuple):
     """Two values that should agree and do not.
 
     :param text: a sentence.
+    :param aspect: what differs.
     :param came: the bytes of the message at fault.
     """
 
     text: str
+    aspect: str
     came: bytes
 
 
@@ -89,6 +91,7 @@ def _other_position(before: Incoming, told: Incoming, after: Incoming) -> Differ
     return Difference(
         f"{_which(told, after)} has the position {position}, but {after.name}, read before and "
         f"after it, has {as_well}; they should be the same count",
+        "position",
         told.raw,
     )
 
@@ -104,6 +107,7 @@ def _other_bits(
     return Difference(
         f"{_which(told, after)} has the status bits {bits:#010x}, but {after.name}, read before "
         f"and after it, has {due:#010x}; they differ in {', '.join(names)} and should be the same",
+        "status_bits",
         told.raw,
     )
 
@@ -142,6 +146,7 @@ def _bit(
     return Difference(
         f"{status.name} has the status bits {bits:#010x}; bit {bit} ({mask:#010x}) should be "
         f"{'set' if due else '0'}, because {reason}",
+        bit,
         status.raw,
     )
 
@@ -176,12 +181,14 @@ def _motion(trial: Trial, channel: ChannelStatus) -> Difference | None:
         return Difference(
             f"{second.name} reports {names}, but the position stays at {position} for "
             f"{_PAUSE:g} s and no motion was requested",
+            "motion bits at rest",
             second.raw,
         )
     if abs(went) > _CREEP and not bits | more and _is_held(trial, channel):
         return Difference(
             f"{second.name} has the position {position}, {went:+d} counts in {_PAUSE:g} s, but "
             "no motion bit is set and no motion was requested",
+            "motion bits at rest",
             second.raw,
         )
     return None
@@ -196,6 +203,7 @@ def _velocity(trial: Trial, channel: ChannelStatus) -> Difference | None:
     return Difference(
         f"{second.name} has the velocity {speeds[1]}, but the position stays at "
         f"{second.message.position}; at rest the velocity should be 0",
+        "velocity at rest",
         second.raw,
     )
 

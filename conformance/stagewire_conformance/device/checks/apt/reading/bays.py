@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import DELIVERY, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import identity_of
 from stagewire_conformance.device.checks.apt.replies import judge_message
@@ -67,11 +68,18 @@ def _ask_used(trial: Trial, board: Target) -> None:
             False,
             f"{_ANSWER} numbers the first bay 1, as printed in the table on page 23; the "
             "example on that page numbers it 0",
+            rule="bay-idents",
+            cause=Cause(_ANSWER, "bay_ident"),
         )
         return
     whole = declared.unit.kind == "rack"
     for ident in range(len(declared.unit.bays)) if whole else sorted(occupied):
-        trial.must(ident in states, f"{_ASK} for bay ident {ident} was not answered")
+        trial.must(
+            ident in states,
+            f"{_ASK} for bay ident {ident} was not answered",
+            rule="bay-used",
+            cause=Cause(_ANSWER, DELIVERY),
+        )
     for ident, state in states.items():
         due = table["OCCUPIED" if ident in occupied else "EMPTY"]
         if state in table.values() and (whole or ident in occupied):
@@ -80,6 +88,8 @@ def _ask_used(trial: Trial, board: Target) -> None:
                 f"{_ANSWER} has the state {state} for bay ident {ident}; the PICS declares that "
                 f"bay {'occupied' if ident in occupied else 'empty'}, so the state should be "
                 f"{due}",
+                rule="bay-states",
+                cause=Cause(_ANSWER, "bay_state"),
             )
 
 
@@ -92,6 +102,8 @@ def _state(trial: Trial, board: Target, ident: int) -> int | None:
         len(replies) <= 1 and len(heard) == len(replies),
         f"{_ASK} for bay ident {ident}: expected one {_ANSWER}, received {described(trial, heard)}",
         came=raw_of(heard),
+        rule="bay-used",
+        cause=Cause(_ANSWER, DELIVERY),
     )
     if not replies:
         return None
@@ -101,6 +113,8 @@ def _state(trial: Trial, board: Target, ident: int) -> int | None:
         reply.message.bay_ident == ident,
         f"{_ANSWER} is for bay ident {reply.message.bay_ident}; {ident} was requested",
         came=reply.raw,
+        rule="bay-idents",
+        cause=Cause(_ANSWER, "bay_ident"),
     )
     state: int = reply.message.bay_state
     return state
@@ -137,4 +151,5 @@ def _ask_empty(trial: Trial) -> None:
             f"{name} to {address:#04x}, {what}, was answered with {described(trial, came)}; nothing "
             "should reply",
             came=raw_of(came),
+            rule="slot-addressed-by-destination",
         )

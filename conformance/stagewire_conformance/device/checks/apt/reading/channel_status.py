@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from stagewire_conformance.device.causes import DELIVERY, Cause, silence
 from stagewire_conformance.device.checks.apt.replies import Request, requests_of
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
@@ -125,6 +126,8 @@ class ChannelStatus:
             f"{self.stream.status} for channel {self.number} within a second, received "
             f"{described(trial, came)}",
             came=raw_of(came),
+            rule="request-answered",
+            cause=trial.likely(Cause(self.stream.status, DELIVERY), silence(self.place.name)),
         )
         return came[-1]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean, identity_of
 from stagewire_conformance.device.checks.apt.replies import (
@@ -84,6 +85,8 @@ def _identify_twice(trial: Trial, request: Request) -> None:
         "a unit does not change",
         wanted=first.raw,
         came=again.raw,
+        rule="info-answer",
+        cause=Cause(first.name, "values"),
     )
 
 
@@ -96,6 +99,7 @@ def _judge_serial_number(trial: Trial, place: Target, heard: Incoming) -> None:
         f"{heard.name}: the serial number is {number}; it should have {_DIGITS} digits, and the "
         "first two give the type of the controller",
         came=heard.raw,
+        rule="info-serial-number",
     ):
         return
     trial.should(
@@ -103,6 +107,7 @@ def _judge_serial_number(trial: Trial, place: Target, heard: Incoming) -> None:
         f"{heard.name}: the serial number {number} has {len(digits)} digits; the document "
         f"states {_DIGITS}",
         came=heard.raw,
+        rule="serial-number-eight-digits",
     )
     unit = place.unit
     prefix = unit.card_usb_prefix if place.bay else unit.usb_prefix
@@ -112,6 +117,7 @@ def _judge_serial_number(trial: Trial, place: Target, heard: Incoming) -> None:
             f"{heard.name}: the serial number {number} begins with {digits[:2]}; the serial "
             f"number of a {unit.name}{' card' if place.bay else ''} should begin with {prefix}",
             came=heard.raw,
+            rule="serial-number-prefix",
         )
 
 
@@ -122,11 +128,13 @@ def _judge_texts(trial: Trial, heard: Incoming) -> None:
         is_readable(model) and bool(model.partition("\0")[0].strip()),
         f"{heard.name}: the model number is {model!r}; it should be letters and digits",
         came=heard.raw,
+        rule="info-model",
     )
     trial.must(
         is_readable(notes),
         f"{heard.name}: the notes are {notes!r}; they should be text",
         came=heard.raw,
+        rule="info-notes",
     )
 
 
@@ -140,6 +148,7 @@ def _judge_hardware(trial: Trial, place: Target, heard: Incoming) -> None:
         f"{'is' if place.is_motherboard else 'is not'} a motherboard, which has the type "
         f"{motherboard}",
         came=heard.raw,
+        rule="info-type",
     )
     version = message.software_version
     trial.should(
@@ -147,6 +156,7 @@ def _judge_hardware(trial: Trial, place: Target, heard: Incoming) -> None:
         f"{heard.name}: the last byte of the software version is {version[-1]:#04x}; it is "
         "unused and should be 0",
         came=heard.raw,
+        rule="info-version-unused",
     )
     if not place.is_motherboard:  # the document does not define the channels of a motherboard
         channels = len(place.channels)
@@ -156,6 +166,7 @@ def _judge_hardware(trial: Trial, place: Target, heard: Incoming) -> None:
             f"{f'in bay {place.bay} ' if place.bay else ''}should have {channels}",
             wanted=with_value(heard, "nchs", channels),
             came=heard.raw,
+            rule="info-channels",
         )
 
 
@@ -194,5 +205,6 @@ def _flash(trial: Trial, place: Target) -> None:
         f"{_IDENTIFY} to {place.name} was answered with {described(trial, came)}; it should be "
         "carried out without acknowledgement",
         came=raw_of(came),
+        rule="command-without-acknowledgement",
     )
     clean(trial, f"after {_IDENTIFY}", place)

@@ -234,9 +234,12 @@ def _judge_return(trial: Trial, streams: Sequence[Stream], rate: float) -> None:
         if trial.must(
             stream not in dead,
             f"{text}, nor after {start} was sent again; it should resume",
+            rule=_rule(stream, "counts-status"),
         ):
             trial.should(
-                False, f"{text}, only after {start} was sent again; {name} alone should be enough"
+                False,
+                f"{text}, only after {start} was sent again; {name} alone should be enough",
+                rule=_rule(stream, "counts-status"),
             )
 
 

@@ -276,6 +276,7 @@ def _short_settings_are_ignored(trial: Trial, of_place: Sequence[PlacedSet]) -> 
             f"{about} changed {', '.join(name for name in now if now[name] != before[name])}; "
             "an incomplete message should change nothing",
             came=raw,
+            rule="data-length-bytes",
         )
 
 

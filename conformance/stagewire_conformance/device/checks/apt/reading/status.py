@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.reading.agreement import (
     CLOSED_LOOP,
     ENABLED,
@@ -123,12 +125,16 @@ def _judge_contradictions(trial: Trial, channel: ChannelStatus, status: Incoming
             f"{status.name}: the status bits {bits:#010x} report {' and '.join(pair)} at "
             "the same time; they exclude each other",
             came=status.raw,
+            rule="settled-at-rest" if "settled" in pair else _rule(channel, "bits-motion"),
+            cause=Cause(status.name, "exclusive bits"),
         )
     trial.should(
         not all(bits & channel.masks.get(name, 0) for name in _SWITCHES),
         f"{status.name}: the status bits {bits:#010x} report both limit switches as active; a "
         "stage cannot be at both ends (ignore this if no stage is connected)",
         came=status.raw,
+        rule=_rule(channel, "bits-limits"),
+        cause=Cause(status.name, "limit switches"),
     )
 
 
@@ -140,4 +146,31 @@ def _agree(trial: Trial, channel: ChannelStatus, look: Look) -> None:
         if found is None:
             return
     assert found is not None
-    trial.must(False, f"{found.text} (seen {_TRIES} times in a row)", came=found.came)
+    trial.must(
+        False,
+        f"{found.text} (seen {_TRIES} times in a row)",
+        came=found.came,
+        rule=_rule_of_difference(channel, found.aspect),
+        cause=Cause(found.text.removeprefix("periodic ").partition(" ")[0], found.aspect),
+    )
+
+
+def _rule(channel: ChannelStatus, what: str) -> str:
+    """Return a rule about the status of motors or of piezo actuators."""
+    if channel.stream.status.startswith("PZ_"):
+        return "piezo-status-bits-meaning"
+    return rule_of_status(channel.place, what)
+
+
+def _rule_of_difference(channel: ChannelStatus, aspect: str) -> str:
+    """Return the rule about a difference between the status and another reply."""
+    is_piezo = channel.stream.status.startswith("PZ_")
+    rules = {
+        "position": _rule(channel, "position"),
+        "status_bits": "piezo-status-bits-meaning" if is_piezo else "status-bits-same",
+        "channel_enabled": "dc-status-bit-enabled",
+        "closed_loop": "piezo-status-bits-meaning",
+        "motion bits at rest": _rule(channel, "bits-motion"),
+        "velocity at rest": "dc-status-velocity",
+    }
+    return rules[aspect]

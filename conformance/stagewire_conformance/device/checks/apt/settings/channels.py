@@ -10,6 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
 from stagewire_conformance.device.checks.apt.settings.readback import ELSEWHERE, NEEDS
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
@@ -156,6 +157,7 @@ def _run_common(trial: Trial, first: PlacedSet, last: PlacedSet, field: str) -> 
         f"{first.text} then returned {told}; the value applies to all channels, whichever one "
         "the message names",
         came=came.raw,
+        rule="low-pass-for-all-channels",
     )
 
 
@@ -173,4 +175,7 @@ def _judge(trial: Trial, other: PlacedSet, theirs: Values, after: str) -> None:
         "unchanged",
         wanted=other.expected(trial, theirs, came),
         came=came.raw,
+        rule="slot-addressed-by-destination"
+        if BAYS_APART.name in trial.check
+        else rule_of_channel(trial, other.set.get),
     )

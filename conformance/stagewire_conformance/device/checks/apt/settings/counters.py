@@ -11,7 +11,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set, rule_of_status
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
 from stagewire_conformance.device.permissions import Need
 
@@ -78,6 +80,8 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
             f"then returned {told} (before: {before})",
             wanted=placed.expected(trial, {field: value}, came),
             came=came.raw,
+            rule=rule_of_set(placed.set.set),
+            cause=Cause(placed.set.set, EFFECT),
         ):
             return  # more attempts would not help
         if field == "position":
@@ -97,6 +101,8 @@ def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
         f"{placed.text}: {placed.set.set} wrote position = {value}, but {came.name} then "
         f"returned {position}",
         came=came.raw,
+        rule=rule_of_status(placed.place, "position"),
+        cause=Cause(came.name, "position"),
     )
 
 

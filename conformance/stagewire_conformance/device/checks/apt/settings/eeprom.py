@@ -90,5 +90,6 @@ def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
         "should stay the same",
         wanted=placed.expected(trial, before, came),
         came=came.raw,
+        rule="piezo-eeprom-message-id" if saving.startswith("PZ_") else "eeprom-message-id",
     )
     others.judge(trial, f"{saving} was sent")

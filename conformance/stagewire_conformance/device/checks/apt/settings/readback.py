@@ -11,7 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_field, rule_of_set
 from stagewire_conformance.device.checks.apt.replies import judge_message
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, How, When
 from stagewire_conformance.device.checks.apt.settings.sets import (
@@ -162,6 +164,8 @@ def _run(trial: Trial, placed: PlacedSet, care: Care) -> None:
         trial.must(
             before[name] == 0,
             f"{placed.text}: {placed.set.get} returned {name} = {before[name]}; it is always zero",
+            rule=rule_of_field(placed.set.get, name),
+            cause=Cause(placed.set.get, name),
         )
     neighbours = Neighbours.of(trial, placed)
     trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
@@ -197,6 +201,8 @@ def _write_same(trial: Trial, placed: PlacedSet, care: Care, before: Values) -> 
         f"returned {_differences(placed.values(came), before)}",
         wanted=placed.expected(trial, before, came),
         came=came.raw,
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, "current values"),
     )
 
 
@@ -218,9 +224,22 @@ def _write(
     wanted = placed.expected(trial, written, came)
     is_number = care.fields[field].how in (How.NEAR, How.LOWER, How.HIGHER, How.WIDE)
     if told != value and is_number and 2 * abs(told - value) <= abs(value - was):
-        trial.should(False, f"{text}: the value was rounded", wanted=wanted, came=came.raw)
+        trial.should(
+            False,
+            f"{text}: the value was rounded",
+            wanted=wanted,
+            came=came.raw,
+            rule=rule_of_set(placed.set.set),
+        )
     else:
-        strict(told in (value, was), text, wanted=wanted, came=came.raw)
+        strict(
+            told in (value, was),
+            text,
+            wanted=wanted,
+            came=came.raw,
+            rule=rule_of_set(placed.set.set),
+            cause=Cause(placed.set.set, field),
+        )
     rest = {name: each for name, each in says.items() if name != field}
     strict(
         all(each == before[name] for name, each in rest.items()),
@@ -228,6 +247,8 @@ def _write(
         f"returned {_differences(rest, before)}",
         wanted=wanted,
         came=came.raw,
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, EFFECT),
     )
     return _Written(value, taken=told != was)
 
@@ -251,6 +272,8 @@ def _judge_refusals(
         f"{placed.text}: {placed.set.set} did not set {field}: it wrote {', '.join(refused)}, "
         f"but {placed.set.get} still returned {was}"
         + (f"; {care.doubtful}" if care.doubtful else ""),
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, EFFECT),
     )
 
 

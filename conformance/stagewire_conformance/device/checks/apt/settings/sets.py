@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from stagewire.errors import StagewireError
+from stagewire_conformance.device.causes import DELIVERY, Cause
 from stagewire_conformance.device.check import Case
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
 from stagewire_conformance.registry import Json
@@ -156,6 +158,10 @@ class PlacedSet:
                 False,
                 f"{self.text}: the controller sent no {name} after {self.set.set}; it should "
                 "send one unsolicited",
+                rule="max-travel-announced"
+                if name == "PZ_GET_MAXTRAVEL"
+                else "max-voltage-answered",
+                cause=Cause(name, DELIVERY),
             )
 
     def _message(self, trial: Trial, name: str, values: Values) -> Any:
@@ -254,6 +260,8 @@ class Neighbours:
                         for name, value in changed.items()
                     )
                     + "; a SET should change its own parameters only",
+                    rule=rule_of_set(after.partition(" ")[0]),
+                    cause=Cause(after.partition(" ")[0], "another set"),
                 )
 
 

@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_increment
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, motion_check
@@ -112,6 +114,8 @@ def _judge_target(mover: Mover, command: Command, begin: int, way: int, state: s
         abs(target - (begin + way)) <= DITHER,
         f"{command.layout.message} of axis {mover.name} at {begin}{state}, with the increment {increment}, "
         f"set the target {target}; it should be {begin + way}",
+        rule=rule_of_increment(command.layout.message),
+        cause=Cause(command.layout.message, EFFECT),
     )
     return target
 
@@ -184,6 +188,8 @@ def _renumber(mover: Mover) -> None:
         f"axis {mover.name} is busy after its position counter was set; nothing should move",
         wanted=b"b",
         came=b"B",
+        rule="position-written",
+        cause=Cause("WRITE_MOTOR_POSITION", "motion"),
     ):
         far = harmless_value(mover.trial.random, *_FAR, 3)
         place.write(far)
@@ -215,4 +221,6 @@ def _is_at(mover: Mover, count: int, after: str) -> bool:
         + " and ".join(
             f"{name} of axis {mover.name} returned {told}" for name, told in wrong.items()
         ),
+        rule="position-written",
+        cause=Cause("WRITE_MOTOR_POSITION", EFFECT),
     )

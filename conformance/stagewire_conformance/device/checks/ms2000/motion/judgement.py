@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Final
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover, Sample
 from stagewire_ms2000.flags import StatusBits
 
@@ -36,6 +37,8 @@ def judge_course(mover: Mover, goal: int, samples: list[Sample]) -> None:
                 f"{way} moved from {before.position} to {after.position}, but its status byte "
                 f"is {int(after.status):#04x}, without bit 0, which means motion",
                 came=bytes((int(after.status),)),
+                rule="status-moving-bit",
+                cause=Cause("status byte", "motion"),
             )
     if mover.top_speed > _TELLABLE:
         trial.info(f"{way} may be faster than {_TELLABLE} µm/s, which a reply cannot represent")
@@ -49,12 +52,16 @@ def _judge_speed(mover: Mover, way: str, upwards: bool, samples: list[Sample]) -
     trial.must(
         abs(fastest) <= mover.top_speed * _SPARE + 1,
         f"{way} reported a speed of {fastest} µm/s; its maximum is {mover.top_speed}",
+        rule="current-speed-reply",
+        cause=Cause("READ_CURRENT_SPEED", "speed"),
     )
     if len(samples) > _LOOKS:
         trial.must(
             fastest > 0 if upwards else fastest < 0,
             f"{way} reported speeds up to {fastest} µm/s; the sign of the speed should be "
             "that of the direction",
+            rule="current-speed-reply",
+            cause=Cause("READ_CURRENT_SPEED", "sign"),
         )
 
 
@@ -79,6 +86,8 @@ def _judge_ramps(mover: Mover, way: str, samples: list[Sample]) -> None:
             any(bits.ramping_down is down for bits in ramping),
             f"{way} did not report {which}; the status bytes were {_hex(half)}",
             came=bytes(map(int, half)),
+            rule="status-ramping-bits",
+            cause=Cause("status byte", which),
         )
 
 
@@ -95,7 +104,12 @@ def judge_rest(mover: Mover, goal: int) -> None:
         mover.line.listen(_PAUSE)
         sample = mover.sample()
     over = f"axis {name} is no longer busy, but"
-    trial.must(not sample.busy, f"axis {name} is busy again after it was not, without a command")
+    trial.must(
+        not sample.busy,
+        f"axis {name} is busy again after it was not, without a command",
+        rule="status-not-busy",
+        cause=Cause("READ_STATUS", "busy at rest"),
+    )
     ends = first.status.upper_limit or first.status.lower_limit
     trial.must(
         abs(first.position - goal) <= ARRIVED,
@@ -105,15 +119,36 @@ def judge_rest(mover: Mover, goal: int) -> None:
             if ends
             else ""
         ),
+        rule="target-moves",
+        cause=Cause("motion", "target"),
     )
     told = f"{over} its status byte is {int(sample.status):#04x}"
     byte = bytes((int(sample.status),))
-    trial.must(not sample.status.motor_signal, f"{told}, with bit 0, which means motion", came=byte)
-    trial.must(not sample.status.ramping, f"{told}, with bit 4, which means ramping", came=byte)
-    trial.must(sample.speed == 0, f"{over} READ_CURRENT_SPEED returned {sample.speed} µm/s")
+    trial.must(
+        not sample.status.motor_signal,
+        f"{told}, with bit 0, which means motion",
+        came=byte,
+        rule="status-moving-bit",
+        cause=Cause("status byte", "motion at rest"),
+    )
+    trial.must(
+        not sample.status.ramping,
+        f"{told}, with bit 4, which means ramping",
+        came=byte,
+        rule="status-ramping-bits",
+        cause=Cause("status byte", "ramping at rest"),
+    )
+    trial.must(
+        sample.speed == 0,
+        f"{over} READ_CURRENT_SPEED returned {sample.speed} µm/s",
+        rule="current-speed-reply",
+        cause=Cause("READ_CURRENT_SPEED", "speed at rest"),
+    )
     trial.must(
         mover.target == goal,
         f"{over} READ_TARGET_POSITION returned {mover.target} instead of {goal}",
+        rule="target-reply",
+        cause=Cause("READ_TARGET_POSITION", "target"),
     )
 
 

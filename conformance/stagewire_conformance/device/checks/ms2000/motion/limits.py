@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, lacks_of, motion_check
@@ -85,10 +86,24 @@ def _end(mover: Mover, upper: bool) -> None:
             False,
             f"{told}, with the bit of the other end, as in the example and unlike the table",
             came=byte,
+            rule="status-limit-bits",
+            cause=Cause("status byte", "limit bits"),
         )
     else:
-        trial.must(bool(own), f"{told}, without the bit of the {which} switch", came=byte)
-        trial.must(not other, f"{told}, with the bit of the other end", came=byte)
+        trial.must(
+            bool(own),
+            f"{told}, without the bit of the {which} switch",
+            came=byte,
+            rule="status-limit-bits",
+            cause=Cause("status byte", "limit bits"),
+        )
+        trial.must(
+            not other,
+            f"{told}, with the bit of the other end",
+            came=byte,
+            rule="status-limit-bits",
+            cause=Cause("status byte", "limit bits"),
+        )
     if abs(mover.start - end) > 1 and not _at_an_end(begin):
         mover.go(mover.start)
         away = mover.status
@@ -96,6 +111,8 @@ def _end(mover: Mover, upper: bool) -> None:
             not _at_an_end(away),
             f"axis {mover.name} is away from both ends, but its status byte is {int(away):#04x}",
             came=bytes((int(away),)),
+            rule="status-limit-bits",
+            cause=Cause("status byte", "limit bits at rest"),
         )
 
 

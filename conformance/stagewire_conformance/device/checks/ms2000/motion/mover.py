@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, Final, NamedTuple, TypeVar
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, every_axis
@@ -86,15 +87,21 @@ class Mover(Axis):
         self.trial.need(
             self.low - ARRIVED <= target <= self.high + ARRIVED,
             f"axis {self.name} has the target {target}, outside of {allowed}; nothing was moved",
+            rule="target-reply",
+            cause=Cause("READ_TARGET_POSITION", "target"),
         )
         self.trial.need(
             not self.is_busy,
             f"axis {self.name} is busy before a move was started: the joystick is in use, or "
             "the axis is disabled away from its target; nothing was moved",
+            rule="status-not-busy",
+            cause=Cause("READ_STATUS", "busy at rest"),
         )
         self.trial.need(
             self.top_speed > 0,
             f"the maximum speed of axis {self.name} is 0, so it cannot move",
+            rule="maximum-speed-reply",
+            cause=Cause("READ_MAXIMUM_SPEED", "value"),
         )
         self.start = self.sendable(max(self.low, min(self.start, self.high)))
         where = f"axis {self.name} at {self.start}, enabled"
@@ -160,6 +167,8 @@ class Mover(Axis):
             "returned b; a host would assume that the move is over",
             wanted=b"B",
             came=b"b",
+            rule="status-busy",
+            cause=Cause("READ_STATUS", "busy"),
         )
         return began
 
@@ -193,12 +202,16 @@ class Mover(Axis):
                 self.low - ARRIVED <= sample.position <= self.high + ARRIVED,
                 f"{what}, axis {self.name} left {self.low}..{self.high}; it is at "
                 f"{sample.position}",
+                rule="target-moves",
+                cause=Cause("motion", "target"),
             )
             gone = abs(sample.position - samples[0].position)
             self.trial.need(
                 gone <= counts + counts // 2 + self.counts_in(self.ramp_time / 1000) + _LEAST,
                 f"{what}, axis {self.name} went {gone} counts from {samples[0].position}; it should have "
                 f"moved {counts}, and was stopped",
+                rule="target-moves",
+                cause=Cause("motion", "distance"),
             )
             if not sample.busy:
                 self.line.moving.discard(self.address)
@@ -208,6 +221,8 @@ class Mover(Axis):
                 self.line.now < end,
                 f"{what}, axis {self.name} was still busy after {self.patience(counts):.1f} s; "
                 f"it is at {sample.position}",
+                rule="status-not-busy",
+                cause=Cause("READ_STATUS", "busy at rest"),
             )
             self.line.listen(_PAUSE)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
@@ -52,6 +53,8 @@ def _obeys(mover: Mover) -> None:
         took >= least,
         f"axis {mover.name}, with a top speed of {speed} µm/s, moved {far} counts in {took:.3f} "
         f"s; at this speed it should take {least / _SPARE:.3f} s",
+        rule="top-speed-limits-travel",
+        cause=Cause("WRITE_TOP_SPEED", EFFECT),
     )
     judge_course(mover, goal, samples)
     judge_rest(mover, goal)
@@ -172,4 +175,6 @@ def _judge(mover: Mover, began: float, samples: list[Sample], speed: int) -> Non
             f"{1000 * _RAMP * passed:.0f} ms after the start of the move, axis {mover.name} "
             f"moves at {sample.speed} µm/s; with a ramp of {1000 * _RAMP:.0f} ms to a top speed "
             f"of {top} µm/s, it should be {due}",
+            rule="ramp-time-acceleration" if speed == top else "vector-speed-ramp",
+            cause=Cause("WRITE_RAMPING_TIME", EFFECT),
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_rest
@@ -42,6 +43,8 @@ def stop(mover: Mover) -> int:
             line.now < end,
             f"axis {mover.name} was stopped, but {_STANDS:g} s later it moved from {before} to "
             f"{place} at {speed} µm/s",
+            rule="stop-disables",
+            cause=Cause("STOP_MOTOR", EFFECT),
         )
     line.moving.discard(mover.address)
     status = mover.status
@@ -50,6 +53,8 @@ def stop(mover: Mover) -> int:
         f"axis {mover.name} was stopped and is at rest, but its status byte is "
         f"{int(status):#04x}, with bit 0, which means motion",
         came=bytes((int(status),)),
+        rule="status-moving-bit",
+        cause=Cause("status byte", "motion at rest"),
     )
     return place
 
@@ -93,6 +98,8 @@ def _stop_and_start(mover: Mover) -> None:
     trial.must(
         abs(stood - goal) > ARRIVED,
         f"axis {mover.name} was stopped on its way, but went on to its target {goal}",
+        rule="stop-disables",
+        cause=Cause("STOP_MOTOR", EFFECT),
     )
     _judge_letter(mover, stood)
     line.send(m.WriteTargetPosition(mover.start), mover.address)
@@ -101,6 +108,8 @@ def _stop_and_start(mover: Mover) -> None:
         abs(mover.position - stood) <= DITHER,
         f"axis {mover.name} was stopped, which disables it, but moved from {stood} to "
         f"{mover.position} for a new target",
+        rule="stop-disables",
+        cause=Cause("STOP_MOTOR", "disables"),
     )
     _start(mover, stood)
     mover.begin(m.WriteTargetPosition(goal))
@@ -129,10 +138,22 @@ def _judge_letter(mover: Mover, stood: int) -> None:
         "READ_STATUS returned"
     )
     if not away:
-        trial.must(not busy, f"{told} B", wanted=b"b", came=b"B")
+        trial.must(
+            not busy,
+            f"{told} B",
+            wanted=b"b",
+            came=b"B",
+            rule="status-not-busy",
+            cause=Cause("READ_STATUS", "busy at rest"),
+        )
     elif firmware is not None and _version(firmware) >= _NOT_BUSY_FROM:
         trial.must(
-            not busy, f"{told} B; since firmware 3.3 it should return b", wanted=b"b", came=b"B"
+            not busy,
+            f"{told} B; since firmware 3.3 it should return b",
+            wanted=b"b",
+            came=b"B",
+            rule="disabled-not-busy",
+            cause=Cause("READ_STATUS", "busy when disabled"),
         )
     else:
         trial.info(f"{told} {'B, as before firmware 3.3' if busy else 'b, as since firmware 3.3'}")
@@ -153,6 +174,8 @@ def _start(mover: Mover, stood: int) -> None:
         min(abs(found - mover.start), abs(found - stood)) <= ARRIVED,
         f"axis {mover.name}, disabled at {stood} with the target {mover.start}, is at "
         f"{found} after START_MOTOR; it should be at one of the two",
+        rule="start-enables",
+        cause=Cause("START_MOTOR", EFFECT),
     ):
         stays = abs(found - stood) < abs(found - mover.start)
         mover.trial.info(

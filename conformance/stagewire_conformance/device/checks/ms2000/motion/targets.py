@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Final
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
@@ -59,6 +60,8 @@ def _there_and_back(mover: Mover) -> None:
             mover.target == place,
             f"WRITE_TARGET_POSITION of axis {mover.name} wrote {place}, but "
             f"READ_TARGET_POSITION returned {mover.target}",
+            rule="target-written",
+            cause=Cause("READ_TARGET_POSITION", "target"),
         )
         samples = mover.follow(f"on its way to {place}", abs(place - began))
         judge_course(mover, place, samples)
@@ -70,6 +73,8 @@ def _there_and_back(mover: Mover) -> None:
                 abs(found - was) <= DITHER,
                 f"axis {mover.name} was moved, and axis {axis.name} also moved, from {was} "
                 f"to {found}",
+                rule="target-moves",
+                cause=Cause("motion", "another axis"),
             )
 
 
@@ -117,6 +122,8 @@ def _status_byte(mover: Mover) -> None:
         f"READ_MOTOR_POSITION_AND_STATUS returned {int(after.status):#04x}",
         wanted=bytes((int(after.status),)),
         came=bytes((int(byte),)),
+        rule="status-moving-bit",
+        cause=Cause("READ_STATUS_BYTE", "motion"),
     )
     mover.follow(f"on its way to {goal}", far)
     judge_rest(mover, goal)
@@ -126,6 +133,8 @@ def _status_byte(mover: Mover) -> None:
         f"axis {mover.name} is no longer busy, but READ_STATUS_BYTE returned "
         f"{int(byte):#04x}, which reports motion",
         came=bytes((int(byte),)),
+        rule="status-moving-bit",
+        cause=Cause("READ_STATUS_BYTE", "motion at rest"),
     )
 
 
@@ -173,6 +182,8 @@ def _both(first: Mover, other: Target) -> None:
             f"{first.name} arrived",
             wanted=b"B",
             came=b"b",
+            rule="status-busy",
+            cause=Cause("READ_STATUS", "busy with another axis"),
         )
     second.follow(f"on its way to {far}", abs(far - second.start))
     judge_rest(first, near)

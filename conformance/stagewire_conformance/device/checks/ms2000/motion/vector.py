@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample, motion_check
 from stagewire_conformance.device.checks.ms2000.motion.stops import stop
@@ -67,11 +68,15 @@ def _runs(mover: Mover) -> None:
         trial.need(
             reached.busy,
             f"{what}, is not busy at {reached.position}; it should keep moving until the next command",
+            rule="vector-speed-runs",
+            cause=Cause("WRITE_VECTOR_SPEED", EFFECT),
         )
         trial.need(
             _is(reached.speed, speed),
             f"{what}, moves at {reached.speed} µm/s after "
             f"{line.now - end + 2 * ramp + _CRUISE:.2f} s; it should have reached its speed",
+            rule="vector-speed-runs",
+            cause=Cause("WRITE_VECTOR_SPEED", EFFECT),
         )
         end = line.now + _CRUISE
         last = mover.follow(what, room, until=lambda at: at.time > end or at.position > brake)[-1]
@@ -92,17 +97,23 @@ def _judge_cruise(mover: Mover, what: str, speed: int, first: Sample, last: Samp
     trial.must(
         last.busy,
         f"{what}, is not busy at {last.position}; it should keep moving until the next command",
+        rule="status-busy",
+        cause=Cause("READ_STATUS", "busy"),
     )
     seconds = last.time - first.time
     way, due = last.position - first.position, mover.counts_in(seconds, speed)
     trial.must(
         due / 2 <= way <= 2 * due,
         f"{what}, moved {way} counts in {seconds:.3f} s; it should move about {due}",
+        rule="vector-speed-runs",
+        cause=Cause("WRITE_VECTOR_SPEED", EFFECT),
     )
     trial.must(
         bool(last.status.motor_signal),
         f"{what}, has the status byte {int(last.status):#04x}, without bit 0, which means motion",
         came=bytes((int(last.status),)),
+        rule="vector-speed-runs",
+        cause=Cause("status byte", "motion"),
     )
 
 
@@ -157,6 +168,8 @@ def _sign(mover: Mover) -> None:
             seen[-1].speed > 2 * slow,
             f"axis {mover.name}, at a vector speed of {-slow % 0x10000}, moves up at {seen[-1].speed} "
             f"µm/s; it should move down at {slow} µm/s if the speed is signed, and otherwise up much faster",
+            rule="vector-speed-runs",
+            cause=Cause("WRITE_VECTOR_SPEED", "sign"),
         )
         trial.info("a vector speed is unsigned: 32768 or more moves up")
     else:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, asked
 from stagewire_conformance.device.checks.ms2000.axis_check import requests_of
@@ -46,6 +47,8 @@ def _same(axis: Axis, plain: bytes, request: Command, rest: bytes, about: str) -
         "without; these bytes should be ignored",
         wanted=plain,
         came=came,
+        rule="ignored-before-colon",
+        cause=Cause("colon", "bytes before it"),
     )
 
 
@@ -76,6 +79,8 @@ def _paused(axis: Axis, request: Command, begun: bytes, pause: float, what: str)
         "commands have no time-out",
         wanted=plain.pack(),
         came=came,
+        rule="no-timeout",
+        cause=Cause("colon", "completion"),
     )
 
 
@@ -90,6 +95,8 @@ def _unheard(axis: Axis, request: Command, begun: bytes, pause: float, what: str
         "after its colon",
         wanted=b"",
         came=came,
+        rule="not-recognised-before-colon",
+        cause=Cause("colon", "without it"),
     )
 
 
@@ -107,6 +114,8 @@ def _behind_garbage(axis: Axis, request: Command) -> None:
         "colon, was not answered as usual; a colon should clear the buffers",
         wanted=plain.pack(),
         came=came,
+        rule="clears-on-colon",
+        cause=Cause("colon", "buffers"),
     )
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from stagewire.protocols import Command, Reply
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import (
@@ -17,6 +18,7 @@ from stagewire_conformance.device.checks.ms2000.axis_check import (
     axis_check,
     requests_of,
 )
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_value
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
@@ -54,6 +56,8 @@ def _identification(axis: Axis) -> None:
         f"axis {axis.name} identifies itself as {came!r}; it should be EMOT and a blank",
         wanted=_MOTOR + _LAST[:1],
         came=came,
+        rule="identification-reply",
+        cause=Cause("READ_IDENTIFICATION", "text"),
     )
     axis.trial.must(
         came[5] in _LAST,
@@ -61,6 +65,8 @@ def _identification(axis: Axis) -> None:
         "with a colon or a blank",
         wanted=_MOTOR + _LAST[:1],
         came=came,
+        rule="identification-blanks",
+        cause=Cause("READ_IDENTIFICATION", "end"),
     )
     if came[5:] == b" ":
         axis.trial.info("the sixth byte is the blank of the text, not the colon of the example")
@@ -116,6 +122,8 @@ def _reads(axis: Axis, request: Command) -> None:
             "though nothing was set in between",
             wanted=first.pack(),
             came=second.pack(),
+            rule=rule_of_value(name),
+            cause=Cause(name, "values"),
         )
 
 
@@ -130,6 +138,8 @@ def _values_are_known(axis: Axis, reply: Reply) -> None:
                 value in entry["enum"].values(),
                 f"{name} of axis {axis.name} returned {value:#04x}; it should be one of {known}",
                 came=reply.pack(),
+                rule=rule_of_value(name),
+                cause=Cause(name, "letter"),
             )
         elif isinstance(value, int):
             axis.trial.must(
@@ -137,4 +147,6 @@ def _values_are_known(axis: Axis, reply: Reply) -> None:
                 f"{name} of axis {axis.name} returned {field} {value}; it should be from "
                 f"{entry['minimum']} to {entry['maximum']}",
                 came=reply.pack(),
+                rule=rule_of_value(name),
+                cause=Cause(name, "range"),
             )

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from random import Random
 from typing import Final
 
+from stagewire_conformance.device.causes import UNSOLICITED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Clean, asked, line_of
 from stagewire_conformance.device.checks.ms2000.harmless import END, HARMLESS, harmless_bytes
@@ -34,6 +35,8 @@ def _quiet(trial: Trial) -> None:
         not came,
         f"{len(came)} bytes came within {_SECONDS:g} s without a request; nothing should come",
         came=came,
+        rule="no-blanks-in-replies",
+        cause=Cause("the line", UNSOLICITED),
     )
 
 
@@ -186,6 +189,8 @@ def _silence(trial: Trial, about: str, make: Make) -> None:
             f"{about} ({_shortly(raw)}) was answered; commands with errors should be ignored",
             wanted=b"",
             came=came,
+            rule="errors-ignored",
+            cause=Cause(trial.check.partition("/")[0], "answered"),
         )
         clean.again(f"after {about} ({_shortly(raw)})")
 

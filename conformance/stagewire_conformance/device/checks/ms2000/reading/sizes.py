@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean
 from stagewire_conformance.device.checks.ms2000.axis_check import (
@@ -129,6 +130,8 @@ def _wrong_size(axis: Axis, request: Command) -> None:
                 len(came) in (0, due),
                 f"{about} was answered with {len(came)} bytes; the reply should have {due}",
                 came=came,
+                rule="size-of-data",
+                cause=Cause("wrong sizes", "answered"),
             )
         elif len(came) == due:
             trial.should(
@@ -136,6 +139,8 @@ def _wrong_size(axis: Axis, request: Command) -> None:
                 f"{about} was answered; a command with an error should be ignored",
                 wanted=b"",
                 came=came,
+                rule="errors-ignored",
+                cause=Cause("wrong sizes", "accepted"),
             )
         else:
             trial.must(
@@ -143,5 +148,7 @@ def _wrong_size(axis: Axis, request: Command) -> None:
                 f"{about} was answered with {len(came)} bytes; a command with an error "
                 "should be ignored",
                 came=came,
+                rule="errors-ignored",
+                cause=Cause("wrong sizes", "answered"),
             )
         clean.again(f"after {about}")

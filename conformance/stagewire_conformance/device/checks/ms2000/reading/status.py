@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import axis_check
@@ -80,16 +81,39 @@ def _bits(axis: Axis, samples: list[_Sample]) -> None:
     ):
         last = all_bits[-1]
         told = f"axis {axis.name} at rest: {name} returned {int(last):#04x}"
-        for holds, what in (
-            (all(bits.servo for bits in all_bits), "without bit 1, which is always set"),
-            (not all(bits.motor_signal for bits in all_bits), "with bit 0, which means motion"),
-            (not all(bits.ramping for bits in all_bits), "with bit 4, which means ramping"),
+        for holds, what, rule, about in (
+            (
+                all(bits.servo for bits in all_bits),
+                "without bit 1, which is always set",
+                "status-servo-bit",
+                "servo bit",
+            ),
+            (
+                not all(bits.motor_signal for bits in all_bits),
+                "with bit 0, which means motion",
+                "status-moving-bit",
+                "motion at rest",
+            ),
+            (
+                not all(bits.ramping for bits in all_bits),
+                "with bit 4, which means ramping",
+                "status-ramping-bits",
+                "ramping at rest",
+            ),
             (
                 not all(bits.upper_limit and bits.lower_limit for bits in all_bits),
                 "with bits 6 and 7, which mean both ends",
+                "status-limit-bits",
+                "both limit bits",
             ),
         ):
-            axis.trial.must(holds, f"{told}, {what}", came=bytes((int(last),)))
+            axis.trial.must(
+                holds,
+                f"{told}, {what}",
+                came=bytes((int(last),)),
+                rule=rule,
+                cause=Cause("status byte", about),
+            )
 
 
 def _speed(axis: Axis, samples: list[_Sample]) -> None:
@@ -97,6 +121,8 @@ def _speed(axis: Axis, samples: list[_Sample]) -> None:
         not all(sample.speed for sample in samples),
         f"axis {axis.name} is at rest at {samples[-1].position}, but READ_CURRENT_SPEED "
         f"returned {samples[-1].speed} µm/s",
+        rule="current-speed-reply",
+        cause=Cause("READ_CURRENT_SPEED", "speed at rest"),
     )
 
 
@@ -109,11 +135,15 @@ def _agree(axis: Axis, sample: _Sample) -> None:
         "byte should be the same",
         wanted=bytes((int(sample.status),)),
         came=bytes((int(sample.status_with_position),)),
+        rule="position-and-status-reply",
+        cause=Cause("READ_MOTOR_POSITION_AND_STATUS", "status"),
     )
     axis.trial.must(
         abs(sample.position - sample.position_with_status) <= DITHER,
         f"axis {axis.name} at rest: READ_MOTOR_POSITION returned {sample.position}, but "
         f"READ_MOTOR_POSITION_AND_STATUS {sample.position_with_status}",
+        rule="position-and-status-reply",
+        cause=Cause("READ_MOTOR_POSITION_AND_STATUS", "position"),
     )
 
 
@@ -131,5 +161,7 @@ def _letter(axis: Axis, samples: list[_Sample]) -> None:
         f"{told}, but READ_STATUS returned B",
         wanted=b"b",
         came=b"B",
+        rule="status-not-busy",
+        cause=Cause("READ_STATUS", "busy at rest"),
     ):
         axis.trial.info(f"{told}, and is busy: disabled, with firmware before 3.3")

@@ -10,6 +10,7 @@ from itertools import cycle, islice
 from typing import Final
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.causes import DELIVERY, UNSOLICITED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean, line_of
 from stagewire_conformance.device.checks.ms2000.axis_check import (
@@ -84,6 +85,15 @@ _BURSTS: Final = 10
 _BURST: Final = 8
 
 
+def _sound(trial: Trial) -> list[tuple[Target, Command]]:
+    """Return the claimed requests without those whose reply has a reported defect, unless all have one."""
+    every = _claimed(trial.declared)
+    found = [
+        each for each in every if not trial.causes.check_of(Cause(each[1].layout.message, DELIVERY))
+    ]
+    return found or every
+
+
 def _claimed(declared: Declaration) -> list[tuple[Target, Command]]:
     """Return the claimed requests with their axes: each request to all axes, then the next."""
     return [
@@ -113,7 +123,7 @@ def _all(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 )
 def _one_by_one(trial: Trial) -> None:
     first: dict[tuple[int, str], bytes] = {}
-    for number, (place, request) in enumerate(islice(cycle(_claimed(trial.declared)), _SENT), 1):
+    for number, (place, request) in enumerate(islice(cycle(_sound(trial)), _SENT), 1):
         axis, name = Axis(trial, place), request.layout.message
         came = axis.ask(request, quiet=0.0, after=f"request {number} of {_SENT}").pack()
         if name in SETTINGS_READ:
@@ -124,9 +134,17 @@ def _one_by_one(trial: Trial) -> None:
                 "other bytes than before, though nothing was set in between",
                 wanted=was,
                 came=came,
+                rule="commands-processed-at-colon",
+                cause=Cause(name, "values"),
             )
     behind = line_of(trial).listen(QUIET)
-    trial.must(not behind, f"{len(behind)} bytes came after the last reply", came=behind)
+    trial.must(
+        not behind,
+        f"{len(behind)} bytes came after the last reply",
+        came=behind,
+        rule="no-blanks-in-replies",
+        cause=Cause("the line", UNSOLICITED),
+    )
 
 
 @BACK_TO_BACK.check(
@@ -138,7 +156,7 @@ def _one_by_one(trial: Trial) -> None:
 def _bursts(trial: Trial) -> None:
     """Send several requests sent without pauses. Some may be lost, because a colon clears the buffers."""
     line, clean = line_of(trial), Clean(trial)
-    requests = cycle(_claimed(trial.declared))
+    requests = cycle(_sound(trial))
     missing = 0
     for _ in range(_BURSTS):
         due = 0
@@ -151,6 +169,7 @@ def _bursts(trial: Trial) -> None:
             len(came) <= due,
             f"{_BURST} requests sent without pauses should get {due} bytes; {len(came)} came",
             came=came,
+            rule="commands-processed-at-colon",
         )
         missing += max(0, due - len(came))
     trial.info(

@@ -11,8 +11,10 @@ from functools import partial
 from typing import Final
 
 from stagewire.protocols import SetupCommand
+from stagewire_conformance.device.causes import UNSOLICITED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean, asked, line_of
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_silence
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.trial import Trial
@@ -42,6 +44,7 @@ def _high_level(trial: Trial) -> None:
         f"after 255 65, which leaves the low-level format, {request.layout.message} was "
         "answered as in that format",
         came=came,
+        rule="high-level-switch",
     )
     line.send(m.SwitchToLowLevel())
     line.listen(_WAIT)  # it may have answered text with anything
@@ -55,7 +58,12 @@ def _capital(trial: Trial) -> None:
     small = bytes((PROTOCOL.marks.prefix, ord("a"), PROTOCOL.marks.terminator))
     line.send_bytes(small, "255 and a lower-case a")
     came = line.listen(_WAIT)
-    trial.must(not came, "255 97 was answered; the letter should be upper-case", came=came)
+    trial.must(
+        not came,
+        "255 97 was answered; the letter should be upper-case",
+        came=came,
+        rule="high-level-switch",
+    )
     clean.again("after 255 97, whose letter is lower-case")
 
 
@@ -64,7 +72,14 @@ def _switch(trial: Trial, command: SetupCommand) -> None:
     line.send(command)
     came = line.listen(_WAIT)
     name = command.layout.message
-    trial.must(not came, f"{name} was answered; it should get no reply", wanted=b"", came=came)
+    trial.must(
+        not came,
+        f"{name} was answered; it should get no reply",
+        wanted=b"",
+        came=came,
+        rule=rule_of_silence(name),
+        cause=Cause(name, UNSOLICITED),
+    )
 
 
 _CASES: Final[

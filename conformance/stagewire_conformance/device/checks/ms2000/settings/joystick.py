@@ -6,6 +6,7 @@ from functools import partial
 from typing import Final
 
 from stagewire.protocols import Command
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import axis_check
@@ -59,6 +60,8 @@ def _look(axis: Axis) -> None:
             each.status.joystick_enabled is enabled,
             f"the joystick of axis {axis.name} was switched, and bit 3 of axis {each.name} changed; "
             "it should not change",
+            rule="status-joystick-bit",
+            cause=Cause("joystick", "another axis"),
         )
 
 
@@ -88,4 +91,6 @@ def _switch(axis: Axis, command: Command, sized: bool | None) -> None:
         f"after {name}{form}, the status byte of axis {axis.name} is {int(status):#04x}; bit 3 "
         f"should be {int(wanted)}",
         came=bytes((int(status),)),
+        rule="joystick-enabled" if wanted else "joystick-disabled",
+        cause=Cause(name, f"effect{form}"),
     )

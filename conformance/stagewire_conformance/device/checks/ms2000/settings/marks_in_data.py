@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
@@ -94,6 +95,8 @@ def _try(axis: Axis, data: bytes, taken: str, not_taken: str) -> None:
         f"to {found}; it should write {value}, or nothing",
         wanted=data,
         came=(found % 256**_SIZE).to_bytes(_SIZE, "little"),
+        rule="colon-found-behind-data",
+        cause=Cause("marks in data", EFFECT),
     ):
         trial.info(
             "of two interpretations of the document, the controller follows: "

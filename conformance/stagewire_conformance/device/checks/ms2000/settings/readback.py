@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from stagewire_conformance.device.causes import EFFECT, UNSOLICITED, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis, Clean
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, first_place
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_silence, rule_of_write
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
 from stagewire_conformance.device.checks.ms2000.stored import (
     STORED,
@@ -71,6 +73,8 @@ def _readback(axis: Axis, stored: Stored) -> None:
                 found == was,
                 f"{stored.name} of axis {axis.name} changed {each.read.layout.message} of axis "
                 f"{other.name} from {was} to {found}; it should change only its own setting",
+                rule=rule_of_write(stored.name),
+                cause=Cause(stored.name, "another setting"),
             ):
                 each.put_back(other, was)
 
@@ -92,9 +96,23 @@ def _is_there(axis: Axis, stored: Stored, value: int) -> None:
     text = f"{stored.name} of axis {axis.name} wrote {value}, but {read} then returned {found}"
     raw, came = ((each % 256**size).to_bytes(size, "little") for each in (value, found))
     if stored is TOP_SPEED and abs(found - value) <= max(1, _ROUNDING * value):
-        axis.trial.should(found == value, f"{text}: the value was rounded", wanted=raw, came=came)
+        axis.trial.should(
+            found == value,
+            f"{text}: the value was rounded",
+            wanted=raw,
+            came=came,
+            rule=rule_of_write(stored.name),
+            cause=Cause(stored.name, EFFECT),
+        )
     else:
-        axis.trial.must(found == value, text, wanted=raw, came=came)
+        axis.trial.must(
+            found == value,
+            text,
+            wanted=raw,
+            came=came,
+            rule=rule_of_write(stored.name),
+            cause=Cause(stored.name, EFFECT),
+        )
 
 
 _LARGE: Final = 7
@@ -153,12 +171,16 @@ def _is_ignored(axis: Axis, stored: Stored, present: int, raw: bytes, about: str
         f"{stored.name} {about} was answered; it should get no reply",
         wanted=b"",
         came=came,
+        rule=rule_of_silence(stored.name),
+        cause=Cause(stored.name, UNSOLICITED),
     )
     found = stored.of(axis)
     trial.should(
         found == present,
         f"{stored.name} of axis {axis.name} {about} ({raw.hex(' ')}) changed {present} to "
         f"{found}; a command with an error should be ignored",
+        rule="errors-ignored",
+        cause=Cause("wrong sizes", "written"),
     )
     if found != present:
         axis.line.settle()
