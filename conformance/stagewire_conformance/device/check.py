@@ -54,7 +54,7 @@ class Check:
     needs: frozenset[Need] = frozenset()
     does: str = ""
     bound: str = ""
-    seconds: float = 0.1
+    seconds: float = 0.08
     rules: tuple[str, ...] = ()
     skip: str = ""
     lacks: str = ""
@@ -138,7 +138,7 @@ class Kind:
         needs: Iterable[Need] = (),
         does: str = "",
         bound: str = "",
-        seconds: float = 0.1,
+        seconds: float = 0.08,
         rules: tuple[str, ...] = (),
         name: str = "",
         each: Callable[[Declaration, Permissions], Iterable[Case]] = once,

@@ -87,7 +87,7 @@ KIND = Kind(
     "returns to its previous position",
     bound=f"homing ends within {_LONGEST:g} s and after at most 1.1 times the travel, or is stopped; "
     f"without a declared travel within {_UNKNOWN:g} s",
-    seconds=10.0,
+    seconds=6.0,
     lacks=_lacks,
     also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
 )

@@ -129,7 +129,7 @@ KIND = Kind(
     does="runs all motors together slowly into the limit switch at an end of the travel that is "
     "within {range}, and returns",
     settings=True,
-    seconds=8.0,
+    seconds=6.0,
     lacks=_lacks,
     also=("MOT_REQ_HOMEPARAMS", "MOT_GET_HOMEPARAMS"),
     only=_PARAMETERS,

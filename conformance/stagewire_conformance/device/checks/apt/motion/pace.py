@@ -20,6 +20,8 @@ _PATIENCE: Final = 5.0
 """Seconds that a move may take beyond twice its expected time."""
 LONGEST: Final = 30.0
 """The most seconds that a motion may take; homing has its own bound."""
+_LEAST: Final = 10.0
+"""The least velocity in counts/s of a motion that is started: a slower one looks like rest."""
 _EXPECTED: Final = 20.0
 """The most seconds that a motion is expected to take. A longer one is not started."""
 
@@ -83,6 +85,10 @@ class Pace:
 
         End the check if the move would take too long.
         """
+        if self.known and self.velocity < _LEAST:
+            raise NotRunError(
+                f"at {self.velocity:.1f} counts/s, a motion is too slow to be observed; set a higher velocity"
+            )
         needed = abs(distance) / self.measured if self.measured else self.seconds(distance)
         if (self.known or self.measured) and needed > _EXPECTED:
             raise NotRunError(

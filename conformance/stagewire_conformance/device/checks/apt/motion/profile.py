@@ -162,7 +162,7 @@ KIND = Kind(
     does="lowers velocity and acceleration with MOT_SET_VELPARAMS step by step, moves all motors "
     "together back and forth within {range}, and restores the parameters",
     settings=True,
-    seconds=8.0,
+    seconds=5.4,
     name="moves",
 )
 def _moves(axes: Sequence[Axis]) -> None:
@@ -189,7 +189,7 @@ def _moves(axes: Sequence[Axis]) -> None:
     does="lowers velocity and acceleration with MOT_SET_JOGPARAMS step by step, jogs all motors "
     "together back and forth within {range}, and restores the parameters",
     settings=True,
-    seconds=10.0,
+    seconds=5.6,
     name="jogs",
 )
 def _jogs(axes: Sequence[Axis]) -> None:

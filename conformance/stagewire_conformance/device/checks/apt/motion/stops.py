@@ -61,7 +61,7 @@ KIND = Kind(
     messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", COMPLETED),
     does="starts moves of all motors within {range} and stops them on their way, once immediately "
     "and once with a profile",
-    seconds=3.0,
+    seconds=3.5,
 )
 def _run(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)

@@ -168,6 +168,7 @@ JOG = Kind(
     does="sets small single steps with MOT_SET_JOGPARAMS, jogs all motors together forward and in "
     "reverse within {range}, and restores the parameters",
     settings=True,
+    seconds=2.6,
 )
 def _jog_steps(axes: Sequence[Axis]) -> None:
     steps: dict[Axis, int] = {}

@@ -129,6 +129,7 @@ KIND = Kind(
     "together forward and in reverse for less than a second, stops them, and restores the "
     "velocity",
     settings=True,
+    seconds=5.0,
 )
 def _run(axes: Sequence[Axis]) -> None:
     rooms = {axis: _room(axis) for axis in axes}

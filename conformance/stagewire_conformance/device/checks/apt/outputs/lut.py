@@ -147,7 +147,7 @@ KIND = Kind(
     "within {range}",
     settings=True,
     lacks=lacks_volts,
-    seconds=5.0,
+    seconds=4.3,
 )
 def _run(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)

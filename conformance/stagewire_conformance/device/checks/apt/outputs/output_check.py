@@ -27,7 +27,7 @@ def output_check(
     messages: tuple[str, ...],
     does: str,
     settings: bool = False,
-    seconds: float = 1.0,
+    seconds: float = 0.3,
     lacks: Callable[[Declaration, Permissions, Target], str] = lambda declared, allowed, place: "",
     also: Callable[[Target], tuple[str, ...]] = lambda place: (),
     skip: Callable[[Declaration, Target], str] = lambda declared, place: "",

@@ -206,7 +206,7 @@ def _enter_closed_loop(piezo: Piezo) -> tuple[int, int]:
     does="closes the loop of each piezo, changes its position by less than 5 % within {range}, and "
     "restores both",
     lacks=_lacks_positions,
-    seconds=2.0,
+    seconds=0.5,
 )
 def _position(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
@@ -317,7 +317,7 @@ SLEW = Kind(
     "within {range}, and restores both",
     settings=True,
     lacks=lacks_volts,
-    seconds=1.5,
+    seconds=1.0,
 )
 def _run(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)

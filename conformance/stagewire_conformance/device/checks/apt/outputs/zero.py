@@ -65,7 +65,7 @@ KIND = Kind(
 
 
 @output_check(
-    KIND, _TITLE, messages=("PZ_SET_ZERO", *_VOLTS, *_STATUS), does=_DOES, lacks=_lacks, seconds=3.0
+    KIND, _TITLE, messages=("PZ_SET_ZERO", *_VOLTS, *_STATUS), does=_DOES, lacks=_lacks, seconds=1.0
 )
 def _zero(trial: Trial, place: Target, channel: int) -> None:
     piezo = Piezo(trial, place, channel)
@@ -110,7 +110,7 @@ def _zero(trial: Trial, place: Target, channel: int) -> None:
 
 
 @output_check(
-    KIND, _TITLE, messages=("PZ_SET_ZERO", *_READING), does=_DOES, lacks=_lacks, seconds=3.0
+    KIND, _TITLE, messages=("PZ_SET_ZERO", *_READING), does=_DOES, lacks=_lacks, seconds=1.0
 )
 def _zero_reading(trial: Trial, place: Target, channel: int) -> None:
     mode = trial.reply(m.PzReqTsgIoSettings(channel), place.address).message.display_mode

@@ -54,7 +54,7 @@ def _boards(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     "The motherboard reports each bay as occupied or empty, as declared",
     messages=(_ASK, _ANSWER),
     name="used",
-    seconds=1.0,
+    seconds=0.6,
     each=_boards,
 )
 def _ask_used(trial: Trial, board: Target) -> None:
@@ -134,7 +134,7 @@ def _rack(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         yield Case(messages=identity_of(declared))
 
 
-@KIND.check("Empty bays do not reply", name="empty", seconds=1.5, each=_rack)
+@KIND.check("Empty bays do not reply", name="empty", seconds=0.8, each=_rack)
 def _ask_empty(trial: Trial) -> None:
     """Request the identity of every bay that is declared empty, and of a motherboard declared missing."""
     declared = trial.declared

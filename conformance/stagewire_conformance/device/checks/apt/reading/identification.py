@@ -194,7 +194,7 @@ def _flashing_places(declared: Declaration, allowed: Permissions) -> Iterator[Ca
 @IDENTIFY.check(
     "{place.name} accepts the command to flash its front panel, and sends nothing",
     messages=(_IDENTIFY,),
-    seconds=0.3,
+    seconds=0.15,
     each=_flashing_places,
 )
 def _flash(trial: Trial, place: Target) -> None:

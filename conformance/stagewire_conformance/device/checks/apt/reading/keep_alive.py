@@ -88,7 +88,7 @@ def _on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 @KIND.check(
     "Status messages stop about 50 after the last keep-alive message, and resume with the next one",
-    seconds=8.0,
+    seconds=6.4,
     each=_on_usb,
 )
 def _run(trial: Trial, streams: Sequence[Stream]) -> None:

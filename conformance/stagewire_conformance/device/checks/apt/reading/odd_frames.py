@@ -84,7 +84,7 @@ def _odd(kind: Kind, name: str, title: str) -> Callable[[_Send], _Send]:
     """Declare a function that sends an odd frame to a random target as a check; a decorator."""
 
     def declare(send: _Send) -> _Send:
-        kind.check(title, name=name, seconds=0.5, each=before_clean_request)(
+        kind.check(title, name=name, seconds=0.25, each=before_clean_request)(
             partial(_run, send=send)
         )
         return send
@@ -247,7 +247,7 @@ def _is_fit(declared: Declaration, placed: PlacedSet) -> bool:
     "A SET message to {place} whose packet is too short changes nothing",
     needs={Need.SETTINGS},
     does="sends a SET message that is a byte too short and should change nothing, and restores the setting",
-    seconds=0.5,
+    seconds=0.25,
     each=_settings,
 )
 def _short_settings_are_ignored(trial: Trial, of_place: Sequence[PlacedSet]) -> None:

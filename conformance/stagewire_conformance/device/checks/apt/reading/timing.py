@@ -60,7 +60,7 @@ def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 
 @BURSTS.check(
     f"{_SENT} requests in bursts of {_BURST} are all answered, in order",
-    seconds=2.0,
+    seconds=0.5,
     each=_claimed,
 )
 def _bursts(trial: Trial, requests: Sequence[Request]) -> None:
@@ -184,7 +184,7 @@ def _places(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         yield Case(
             arguments={"requests": requests},
             messages=[name for each in requests for name in each.messages],
-            seconds=1.0 + len(requests),
+            seconds=0.2 + 0.2 * len(requests),
         )
 
 

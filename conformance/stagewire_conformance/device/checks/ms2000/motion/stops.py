@@ -82,7 +82,7 @@ KIND: Final = Kind(
         "START_MOTOR",
         "READ_STATUS_BYTE",
     ),
-    seconds=2.5,
+    seconds=3.1,
 )
 def _stop_and_start(mover: Mover) -> None:
     mover.ready()

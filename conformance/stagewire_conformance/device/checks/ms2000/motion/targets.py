@@ -47,7 +47,7 @@ TARGETS: Final = Kind(
 )
 
 
-@motion_check(TARGETS, "{axis} moves to a target and back, and reports busy meanwhile", seconds=1.5)
+@motion_check(TARGETS, "{axis} moves to a target and back, and reports busy meanwhile", seconds=2.0)
 def _there_and_back(mover: Mover) -> None:
     """Move to a target and back; the other axes must not move."""
     mover.ready()
@@ -83,7 +83,7 @@ def _others(mover: Mover) -> dict[Axis, int]:
     return {axis: axis.position for axis in axes if axis.address != mover.address}
 
 
-@motion_check(TARGETS, "{axis} accepts another target on its way", seconds=1.0, name="turned-round")
+@motion_check(TARGETS, "{axis} accepts another target on its way", seconds=1.5, name="turned-round")
 def _turned_round(mover: Mover) -> None:
     """Set another target on the way."""
     mover.ready()
@@ -102,7 +102,7 @@ def _turned_round(mover: Mover) -> None:
     TARGETS,
     "The status byte of {axis} reports motion while it moves, and not afterwards",
     messages=("READ_STATUS_BYTE",),
-    seconds=1.0,
+    seconds=1.4,
     name="status-byte",
 )
 def _status_byte(mover: Mover) -> None:
@@ -163,7 +163,7 @@ def _pairs(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
 @motion_check(
     TOGETHER,
     "{axis} and axis {other.name} move to their own targets at the same time",
-    seconds=1.5,
+    seconds=2.8,
     each=_pairs,
 )
 def _both(first: Mover, other: Target) -> None:

@@ -42,7 +42,7 @@ _MESSAGES: Final = ("WRITE_VECTOR_SPEED", "STOP_MOTOR", "START_MOTOR")
     KIND,
     "{axis} moves at the commanded speed until the next command",
     messages=_MESSAGES,
-    seconds=2.0,
+    seconds=2.9,
 )
 def _runs(mover: Mover) -> None:
     """Move up at a speed, check that it is kept, set the speed 0, and stop."""

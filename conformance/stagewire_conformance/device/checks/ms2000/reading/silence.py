@@ -178,7 +178,7 @@ def _cases(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
         )
 
 
-@SILENCE.check("{title}", seconds=0.8, each=_cases)
+@SILENCE.check("{title}", seconds=0.6, each=_cases)
 def _silence(trial: Trial, about: str, make: Make) -> None:
     line, clean = line_of(trial), Clean(trial)
     for raw in make(trial.declared, trial.random):

@@ -54,7 +54,7 @@ def _requests_in_both_forms(declared: Declaration, allowed: Permissions) -> Iter
 @axis_check(
     SIZES,
     "{request.layout.message} {form} is answered with its reply, or ignored",
-    seconds=0.4,
+    seconds=0.25,
     each=_requests_in_both_forms,
 )
 def _sizes(axis: Axis, request: Command) -> None:
