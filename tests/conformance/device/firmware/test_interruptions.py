@@ -7,6 +7,7 @@ points, spread over these kinds.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from random import Random
 from typing import Any
@@ -22,6 +23,7 @@ from firmware_line import FaultyLink
 from interruptions import (
     Firmware,
     Interruption,
+    commanded,
     correct,
     draws,
     judge,
@@ -31,6 +33,9 @@ from interruptions import (
 from runaways import RUNAWAYS, with_runaway, with_runaway_axis
 
 from stagewire.links import Link
+from stagewire_cli.conformance.sheets import show_end
+from stagewire_conformance.reports import as_html, as_json, as_junit
+from stagewire_conformance.reports.device_sheet import sheet_of
 
 FAMILIES = {
     "DC servo": "TDC001",
@@ -129,3 +134,26 @@ def test_an_interrupted_faulty_controller_is_safe(
     each = max(1, count // len(kinds))
     for kind in kinds[:count]:
         interrupt(unit, kind, make, each, f"{defect.name}/{kind}")
+
+
+def test_the_last_line_and_every_report_say_that_a_motor_still_moves(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    on = bench("TDC001")
+
+    def firmware(link: Link) -> Link:
+        return with_runaway("obeys nothing", link, on.status)
+
+    whole = run_kind(on, "move-velocity", Interruption(), firmware)
+    at = (whole.link.began + whole.link.operations) // 2
+    ended = run_kind(on, "move-velocity", Interruption(at, "SIGINT"), firmware)
+    assert any(commanded(ended.controller).values())
+    [text] = ended.report.adrift
+    sheet = sheet_of(ended.report, on.checks, 1.0, lambda only: f"repeat {only}")
+    show_end(sheet, [])
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("NOT AT REST: 0x50 channel 1 still moves at about ")
+    assert "after MOT_MOVE_STOP, an immediate MOT_MOVE_STOP, MOD_SET_CHANENABLESTATE" in last
+    assert json.loads(as_json(sheet))["adrift"] == [text]
+    assert text in as_html(sheet)
+    assert text in as_junit(sheet)
