@@ -35,7 +35,7 @@ OUTPUTS = (
 )  # fmt: skip
 MOVES = (
     "move-absolute", "move-relative", "move-stored", "move-jog", "move-velocity", "move-stop", "suspend",
-    "move-updates", "limits", "move-alone",
+    "move-updates", "limits", "move-alone", "profile", "backlash", "in-motion", "disabled",
 )  # fmt: skip
 EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
 

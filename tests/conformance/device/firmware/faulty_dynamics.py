@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from firmware_defects import Defect, Draw, of
+from firmware_defects import Defect, Draw, Takes, named, of
 from firmware_frames import HOST, ID, Frame
 from firmware_line import Firmware
 
@@ -148,6 +148,7 @@ def _dynamic(
     *,
     needs: Callable[[Draw], None] = _motor,
     claims: tuple[str, ...] = (),
+    units: tuple[str, ...] = (),
     result: Result = Result.FAIL,
 ) -> Defect:
     def made(draw: Draw) -> tuple[Firmware, str]:
@@ -155,7 +156,7 @@ def _dynamic(
         draw.claims(*claims)
         return make(), about
 
-    return Defect(name, of(found_by), made, result=result)
+    return Defect(name, of(found_by), made, units, result)
 
 
 class OldTarget(Knows):
@@ -308,6 +309,87 @@ class StaleCounter(Knows):
         self.say(frame.raw)
 
 
+class Unmuted(Firmware):
+    """Suspends only some of the end messages.
+
+    :param muted: the messages that it suspends.
+    """
+
+    def __init__(self, *muted: str) -> None:
+        self._muted = muted
+        self._is_on = False
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name in ("MOT_SUSPEND_ENDOFMOVEMSGS", "MOT_RESUME_ENDOFMOVEMSGS"):
+            self._is_on = "SUSPEND" in frame.name
+        else:
+            self.pass_on(frame.raw)
+
+    def says(self, frame: Frame) -> None:
+        if not (self._is_on and frame.name in self._muted):
+            self.say(frame.raw)
+
+
+class RunsTooFast(Firmware):
+    """Runs at constant velocity with a multiple of the maximum velocity.
+
+    :param command: the command that runs.
+    """
+
+    def __init__(self, times: int) -> None:
+        self._times = times
+        self._told: dict[tuple[int, int | None], Frame] = {}
+
+    def takes(self, frame: Frame) -> None:
+        told = self._told.get((frame.dest, frame.channel))
+        if frame.name == "MOT_SET_VELPARAMS":
+            self._told[frame.dest, frame.channel] = frame
+        if frame.name == _VELOCITY and told is not None:
+            fast = told.with_("max_velocity", told["max_velocity"] * self._times)
+            self.pass_on(fast.raw)
+            self.pass_on(frame.raw)
+            self.pass_on(told.raw)
+        else:
+            self.pass_on(frame.raw)
+
+
+class HomedTooSoon(Knows):
+    """Reports homed as soon as homing has begun."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._begun: set[tuple[int, int | None]] = set()
+
+    def takes(self, frame: Frame) -> None:
+        if frame.name == _HOME:
+            self._begun.add((frame.dest, frame.channel))
+        self.pass_on(frame.raw)
+
+    def tells(self, frame: Frame) -> None:
+        if (frame.source, frame.channel) in self._begun and "status_bits" in frame.fields:
+            frame = frame.with_("status_bits", _bits(frame) | 0x400)
+        self.say(frame.raw)
+
+
+class EarlyStop(Knows):
+    """Reports a stop when it begins."""
+
+    def takes(self, frame: Frame) -> None:
+        self.pass_on(frame.raw)
+        known = self.last.get((frame.dest, frame.channel))
+        if frame.name == _STOP and known is not None:
+            still = known.with_("status_bits", _bits(known) & ~_MOVING)
+            self.say(still.renamed(_STOPPED).raw)
+
+    def tells(self, frame: Frame) -> None:
+        if frame.name != _STOPPED:
+            self.say(frame.raw)
+
+
+def _takes(name: str, change: Callable[[Frame], Frame]) -> Callable[[], Firmware]:
+    return lambda: Takes(named(name), lambda frame: [change(frame)])
+
+
 DYNAMICS = (
     _dynamic("The velocity of moves is ignored", "profile",
              lambda: Ignores("MOT_SET_VELPARAMS", "max_velocity")),
@@ -341,4 +423,29 @@ DYNAMICS = (
              claims=("MOT_REQ_STATUSBITS",)),
     _dynamic("The position counter stays during a move", "in-motion", StaleCounter,
              claims=("MOT_REQ_POSCOUNTER",)),
+    _dynamic("The continuous jog mode is ignored", "move-jog",
+             lambda: Pretends("MOT_SET_JOGPARAMS", lambda f: f.with_("jog_mode", 2))),
+    _dynamic("A jog by a step never ends", "move-jog",
+             lambda: Pretends("MOT_SET_JOGPARAMS", lambda f: f.with_("jog_mode", 1))),
+    _dynamic("A run is twelve times too fast", "move-velocity", lambda: RunsTooFast(12)),
+    _dynamic("A run is twice too fast", "move-velocity", lambda: RunsTooFast(2)),
+    _dynamic("Suspension hides completed moves only", "suspend", lambda: Unmuted(_COMPLETED)),
+    _dynamic("Suspension does not hide homing", "home-again", lambda: Unmuted(_COMPLETED, _STOPPED)),
+    _dynamic("The backlash distance is ignored", "backlash",
+             lambda: Ignores("MOT_SET_GENMOVEPARAMS", "backlash_distance"),
+             claims=("MOT_SET_GENMOVEPARAMS",)),
+    _dynamic("The sign of the backlash distance is ignored", "backlash",
+             lambda: Pretends("MOT_SET_GENMOVEPARAMS",
+                              lambda f: f.with_("backlash_distance", abs(f["backlash_distance"]))),
+             claims=("MOT_SET_GENMOVEPARAMS",)),
+    _dynamic("The homing velocity is ignored", "home-again",
+             lambda: Ignores("MOT_SET_HOMEPARAMS", "home_velocity"), claims=("MOT_SET_HOMEPARAMS",)),
+    _dynamic("Homing counts as done when it begins", "home", HomedTooSoon),
+    _dynamic("The stop modes are swapped", "move-stop",
+             _takes(_STOP, lambda f: f.with_("stop_mode", 3 - f["stop_mode"])), units=("TDC001",)),
+    _dynamic("Every stop is immediate", "move-stop",
+             _takes(_STOP, lambda f: f.with_("stop_mode", 1)), units=("TDC001",)),
+    _dynamic("Every stop has a profile", "move-stop",
+             _takes(_STOP, lambda f: f.with_("stop_mode", 2)), units=("TDC001",)),
+    _dynamic("A stop is reported when it begins", "move-stop", EarlyStop),
 )  # fmt: skip

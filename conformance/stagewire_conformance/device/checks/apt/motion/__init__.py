@@ -6,8 +6,12 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion import (
+    backlash,
+    disabled,
     home,
+    home_again,
     in_motion,
+    jogs,
     limits,
     messages,
     profile,
@@ -21,14 +25,17 @@ KINDS: Final[tuple[Kind, ...]] = (
     targets.ABSOLUTE,
     targets.RELATIVE,
     targets.STORED,
-    targets.JOG,
+    jogs.KIND,
     profile.KIND,
+    backlash.KIND,
     velocity.KIND,
     stops.KIND,
-    messages.SUSPEND,
     messages.UPDATES,
     in_motion.KIND,
+    disabled.KIND,
     limits.KIND,
+    home_again.KIND,
+    messages.SUSPEND,
     targets.ALONE,
 )
 """The kinds in the order in which they run: homing first, because positions count from home."""

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 POLL: Final = 0.05
 """Seconds between two status requests to a moving motor."""
 
+ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED"})
+"""The messages that report the end of a motion."""
+
 _STILL: Final = 0.3
 """Seconds without motion after which a motor is at rest."""
 
@@ -398,8 +401,10 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 
     :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
-    if not axis.trial.line.come_to_rest():
+    line = axis.trial.line
+    if not line.come_to_rest():
         raise EnoughError
+    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]  # of earlier motions
     placed = _placed_set(axis, setting)
     before = placed.read(axis.trial)
     wanted = {**before, **values}

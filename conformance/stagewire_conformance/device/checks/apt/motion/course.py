@@ -54,16 +54,19 @@ def top_speed(points: Sequence[Point]) -> float:
     return max(speeds(points), default=0.0)
 
 
-def is_steady(points: Sequence[Point]) -> bool:
-    """Return whether the last part of a motion certainly had a constant speed."""
-    last = speeds(points)[-_SURE:]
-    return len(last) == _SURE and max(last) - min(last) <= _STEADY * max(last)
-
-
 def is_speeding_up(points: Sequence[Point]) -> bool:
     """Return whether a motion certainly became faster until its last position."""
     last = speeds(points)[-_SURE:]
     return len(last) == _SURE and last[2] > last[1] > last[0] * (1 + _STEADY)
+
+
+def until_steady(points: Sequence[Point]) -> int:
+    """Return the distance after which a motion had nine tenths of its highest speed."""
+    fast = 0.9 * top_speed(points)
+    for number in range(2, len(points) + 1):
+        if top_speed(points[:number]) >= fast:
+            return abs(points[number - 1].position - points[0].position)
+    return 0
 
 
 def beyond(points: Sequence[Point], start: int, target: int) -> int:

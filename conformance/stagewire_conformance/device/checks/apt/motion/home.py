@@ -49,7 +49,8 @@ _LOOKS: Final = 3
 _HOME: Final = "MOT_MOVE_HOME"
 
 
-def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
+def lacks_home(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
+    """Return why a motor cannot be homed with these permissions; empty if it can."""
     place, channel = motor
     if not place.connected_to(channel).homes:
         return f"the PICS states that channel {channel} of {place.name} does not home"
@@ -72,6 +73,7 @@ KIND = Kind(
         "position-counter-absolute",
         "encoder-counter-after-homing",
         "stop-any-move",
+        "absolute-move",
         *MOTION_BITS,
         *APART,
     ),
@@ -81,27 +83,26 @@ KIND = Kind(
 @motor_check(
     KIND,
     "MOT_MOVE_HOME homes {motors}, and each reports the end once",
-    messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED),
+    messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE"),
     does="starts homing all motors together, stops each once on its way, and homes them again: each "
     "runs to its switch or index mark, which may be outside the range, takes that position as 0, and "
     "returns to its previous position",
     bound=f"homing ends within {_LONGEST:g} s and after at most 1.1 times the travel, or is stopped; "
     f"without a declared travel within {_UNKNOWN:g} s",
     seconds=6.0,
-    lacks=_lacks,
-    also=("MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
+    lacks=lacks_home,
 )
 def _home(axes: Sequence[Axis]) -> None:
     safe = []
     for axis in axes:
-        if why := _unsafe(axis):
+        if why := unsafe(axis):
             axis.trial.inconclusive(f"{axis.text} was not homed: {why}")
         else:
             safe.append(axis)
     if not safe:
         return
     before = {axis: axis.status() for axis in safe}
-    bounds = {axis: _bound(axis) for axis in safe}
+    bounds = {axis: homing_bound(axis) for axis in safe}
     limits = {axis: seconds for axis, (_, seconds) in bounds.items()}
 
     def strays(axis: Axis, status: Status) -> bool:
@@ -127,7 +128,7 @@ def _went_too_far(axis: Axis, seen: Watched) -> bool:
     return True
 
 
-def _bound(axis: Axis) -> tuple[int, float]:
+def homing_bound(axis: Axis) -> tuple[int, float]:
     """Return the most counts and seconds that homing may need; end the check if it would take longer.
 
     A position that is not yet counted from home does not show how far away home is. Without a declared travel
@@ -158,12 +159,12 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
 
     A motor that is already at home has no way to go.
     """
-    began = {axis: axis.status().position for axis in axes}
+    before = {axis: axis.status() for axis in axes}
     looks = dict.fromkeys(axes, 0)
 
     def on_its_way(axis: Axis, status: Status) -> bool:
         looks[axis] += 1
-        return looks[axis] >= _LOOKS and abs(status.position - began[axis]) > _MOVES
+        return looks[axis] >= _LOOKS and abs(status.position - before[axis].position) > _MOVES
 
     for axis in axes:
         axis.send(m.MotMoveHome(axis.channel))
@@ -173,6 +174,7 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         if _went_too_far(axis, each):
             raise EnoughError
         _judge_way(axis, each.statuses)
+        _judge_not_homed(axis, before[axis], each)
         was_over = [end.name for end in each.ends] == [_HOMED, _STOPPED]
         if each.stopped is None or was_over:
             continue
@@ -180,6 +182,20 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         end = judge_end(axis, told, each, _STOPPED)
         if end is not None:
             judge_rest(axis, told, end)
+
+
+def _judge_not_homed(axis: Axis, before: Status, seen: Watched) -> None:
+    """Report a motor that reports homed, although homing was stopped and it was not homed before."""
+    if before.bits.homed or [end.name for end in seen.ends] != [_STOPPED]:
+        return
+    now = axis.status()
+    axis.trial.must(
+        not now.bits.homed or now.moving,
+        f"{axis.text}: MOT_MOVE_STOP ended MOT_MOVE_HOME on its way, but {now.heard.name} reports homed",
+        rule=rule_of_status(axis.place, "bits-motion"),
+        cause=Cause(now.heard.name, "homed"),
+        came=now.heard.raw,
+    )
 
 
 def _judge(axis: Axis, before: Status, seen: Watched) -> None:
@@ -218,7 +234,7 @@ def _judge(axis: Axis, before: Status, seen: Watched) -> None:
         )
 
 
-def _unsafe(axis: Axis) -> str:
+def unsafe(axis: Axis) -> str:
     """Return why the motor might run into a mechanical end while it homes; empty if it should not.
 
     Home parameters of zero have driven stages into their ends. Stages of brushless controllers, which have no

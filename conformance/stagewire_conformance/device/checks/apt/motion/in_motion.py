@@ -8,21 +8,30 @@ from typing import Final
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, distances
+from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute
 from stagewire_conformance.device.checks.apt.motion.replies_together import (
     judge_bits_alone,
     judge_counter,
+    judge_fresh_bits,
 )
+from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
 from stagewire_conformance.device.checks.apt.motion.watch import watch
 
 _SECONDS: Final = 0.5
 """The approximate duration of the move in seconds."""
+_BEGUN: Final = 0.15
+"""Seconds after which a motor that has been commanded to move reports motion."""
 
 
 KIND = Kind(
     name="in-motion",
     title="The replies of a moving motor agree with each other",
-    rules=("status-bits-same", "position-counter-absolute"),
+    rules=(
+        "status-bits-same",
+        "position-counter-absolute",
+        "status-position",
+        "dc-status-position",
+    ),
 )
 
 
@@ -32,10 +41,9 @@ KIND = Kind(
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
     does="moves all motors together within {range} and back, and reads their position counters and status "
     "bits meanwhile",
-    also=("MOT_REQ_STATUSBITS", "MOT_GET_STATUSBITS", "MOT_REQ_POSCOUNTER", "MOT_GET_POSCOUNTER"),
 )
 def _agree(axes: Sequence[Axis]) -> None:
-    ways = distances(axes, _SECONDS)
+    ways = distances_lasting(axes, _SECONDS)
     right = dict.fromkeys(axes, True)
 
     def compare(axis: Axis, status: Status) -> bool:
@@ -48,6 +56,9 @@ def _agree(axes: Sequence[Axis]) -> None:
     limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
     for axis, way in ways.items():
         axis.send(absolute(axis, axis.start + way).message)
+    axes[0].pause(_BEGUN)
+    for axis in axes:
+        judge_fresh_bits(axis, f"{_BEGUN:g} s after MOT_MOVE_ABSOLUTE to {axis.start + ways[axis]}")
     seen = watch(axes, limits, done=compare)
     for axis in axes:
         if not seen[axis].ends:

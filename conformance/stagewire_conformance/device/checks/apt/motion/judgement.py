@@ -38,7 +38,7 @@ _WAYS = {
 
 _FEW = 3
 """The least number of statuses between the first and the last that must show a motion."""
-_FOLLOWS = 0.15
+_FOLLOWS = 0.1
 """Seconds after which the position must have changed."""
 _STILL_SPEED = 3
 """The highest velocity, in units of the status, that a motor at rest may report."""
@@ -130,6 +130,23 @@ def judge_end(
     if ours.name != "MOT_MOVE_HOMED":
         _judge_status_of_end(axis, told, ours)
     return ours
+
+
+def judge_no_reply(axis: Axis, told: str, seen: Watched) -> None:
+    """Report a status message that answers a move. Several may be the updates of another program."""
+    statuses = [
+        other
+        for other in seen.others
+        if hasattr(other.message, "status_bits") and _is_of(axis, other)
+    ]
+    axis.trial.must(
+        len(statuses) != 1,
+        f"{axis.text}: {told} was answered with {statuses[0].name if statuses else ''}, which was not "
+        "requested; a move has no reply before its end",
+        rule="move-no-response",
+        cause=Cause(command_in(told), UNSOLICITED),
+        came=raw_of(statuses),
+    )
 
 
 def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
@@ -270,18 +287,19 @@ def judge_positions(
     axis: Axis, told: str, statuses: Sequence[Status], start: int, target: int
 ) -> None:
     """Report positions that did not follow a motion that has ended at its target, or went beyond it."""
-    seconds = statuses[-1].time - statuses[0].time if statuses else 0.0
-    middle = statuses[1:-1]
-    long_enough = seconds >= _FOLLOWS and abs(target - start) > HELD
-    if len(middle) >= _FEW and long_enough:
-        axis.trial.must(
-            any(abs(each.position - start) > JITTER for each in middle),
-            f"{axis.text}: after {told}, {len(middle)} statuses in {seconds:.2f} s had the position "
-            f"{middle[-1].position}, where the motion began; the position should follow the motion",
-            rule=rule_of_status(axis.place, "position"),
-            cause=Cause(middle[-1].heard.name, "position"),
-            came=middle[-1].heard.raw,
-        )
+    middle = [status for status in statuses[1:-1] if status.moving]
+    seconds = middle[-1].time - middle[0].time if middle else 0.0
+    if len(middle) >= _FEW and seconds >= _FOLLOWS and abs(target - start) > HELD:
+        for end, where in ((start, "where the motion began"), (target, "its target")):
+            axis.trial.must(
+                any(abs(each.position - end) > JITTER for each in middle),
+                f"{axis.text}: after {told}, {len(middle)} statuses of the moving motor in "
+                f"{seconds:.2f} s had the position {middle[-1].position}, {where}; the position should "
+                "follow the motion",
+                rule=rule_of_status(axis.place, "position"),
+                cause=Cause(middle[-1].heard.name, "position"),
+                came=middle[-1].heard.raw,
+            )
     over = beyond(points_of(statuses), start, target)
     place = target + (over if target >= start else -over)
     axis.trial.must(

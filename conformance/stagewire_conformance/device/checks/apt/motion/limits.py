@@ -20,9 +20,9 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
-from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, move
-from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
+from stagewire_conformance.device.checks.apt.motion.runs import slow_down
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 
 if TYPE_CHECKING:
@@ -109,6 +109,7 @@ KIND = Kind(
         "velocity-move-completed",
         "status-bits-limits",
         "dc-status-bits-limits",
+        *MOTION_BITS,
     ),
 )
 

@@ -25,18 +25,23 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
-MOTION_BITS: Final = ("status-bits-motion", "dc-status-bits-motion")
-"""Rules for the status of a motor in motion and at rest."""
+MOTION_BITS: Final = (
+    "status-bits-motion",
+    "dc-status-bits-motion",
+    "dc-status-velocity",
+    "settled-at-rest",
+    "status-bits-same",
+    "no-error-in-normal-operation",
+)
+"""Rules for the messages of a motor in motion and at rest."""
 
 COMPLETION: Final = (
     "move-no-response",
     "move-completed",
     "move-completed-status",
     "move-complete-when-settled",
-    "settled-at-rest",
     "status-position",
     "dc-status-position",
-    "dc-status-velocity",
     *MOTION_BITS,
 )
 """Rules for every move to a target."""
@@ -152,6 +157,7 @@ def _used(declared: Declaration, place: Target, also: tuple[str, ...]) -> list[s
     """Return the claimed messages that are also used: those of the status, and ``also``."""
     query = place.unit.status_query
     names = [query.req.layout.message] if query and query.req else []
+    names += ["MOT_REQ_STATUSBITS", "MOT_REQ_POSCOUNTER"]
     for name in list(names):
         names += declared.registry.messages[name]["exchange"]["answered_by"]
     return [name for name in (*names, *also) if name in place.messages]

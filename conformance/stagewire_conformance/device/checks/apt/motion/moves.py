@@ -14,6 +14,7 @@ from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_early,
     judge_end,
+    judge_no_reply,
     judge_place,
     judge_positions,
     judge_rest,
@@ -167,6 +168,7 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
         jogging=one.jog is not None,
     )
     end = judge_end(axis, one.told, seen, COMPLETED, rule=one.rule)
+    judge_no_reply(axis, one.told, seen)
     if end is None:
         return False
     if end.name == COMPLETED and not judge_early(axis, one.told, end, seen, one.target):

@@ -112,6 +112,15 @@ def jog_pace_of(place: Target, channel: int, told: m.MotGetJogParams) -> Pace:
     return _pace(place, channel, told.jog_max_velocity, told.jog_acceleration)
 
 
+def home_pace_of(trial: Trial, place: Target, channel: int, moves: Pace) -> Pace:
+    """Return the pace of homing (page 37), with the acceleration of moves; that of moves if it is unknown."""
+    if "MOT_REQ_HOMEPARAMS" not in place.messages:
+        return moves
+    told = trial.reply(m.MotReqHomeParams(channel), place.address).message
+    speed = velocity_scale(place, channel) or 1.0
+    return replace(moves, velocity=max(1.0, told.home_velocity * speed))
+
+
 def status_velocity(place: Target, channel: int) -> float | None:
     """Return the counts/s of one unit of velocity in a status (page 79); None if unknown."""
     ratio = _ratio(place, channel, "status_velocity")

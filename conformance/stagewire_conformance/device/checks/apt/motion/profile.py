@@ -7,37 +7,33 @@ scale, the speed is also compared with the setting. Settings are only lowered.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import JogMode, MoveDirection, ProfileMode
+from stagewire_apt.enumerations import JogMode, ProfileMode
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis, change, present
-from stagewire_conformance.device.checks.apt.motion.course import Point, points_of, top_speed
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import (
     COMPLETED,
-    absolute,
     distances,
     make_room,
 )
 from stagewire_conformance.device.checks.apt.motion.pace import jog_pace_of, velocity_scale
 from stagewire_conformance.device.checks.apt.motion.profile_laws import Law, Search, search
-from stagewire_conformance.device.checks.apt.motion.watch import watch
-
-if TYPE_CHECKING:
-    from stagewire import FramedMessage
+from stagewire_conformance.device.checks.apt.motion.shuttle import Course, JogShuttle, Shuttle
 
 _SECONDS: Final = 0.3
 """The approximate duration of the first move in seconds."""
-_LONGEST: Final = 15.0
-"""Seconds after which a slow move is given up; with correct firmware it takes a few."""
 _LEAST: Final = 200
 """Counts of the shortest move that is measured."""
 _OFF: Final = 0.35
 """The relative tolerance of a speed."""
+_EXACT: Final = 0.1
+"""The relative difference up to which a speed is that of the setting in counts/s."""
+_LONGER: Final = 1.5
+"""The ratio of the durations of a jog and a move from which their accelerations differ."""
 _TELLABLE: Final = 40
 """The least velocity in a status whose quarter is precise enough to be compared."""
 _MOST: Final = 0x7FFF
@@ -68,84 +64,6 @@ def _acceleration_law(setting: str, name: str, what: str) -> Law:
         should=f"with a quarter of {name}, it should take twice as long once it only speeds up and "
         "slows down",
     )
-
-
-@dataclass(frozen=True)
-class Course:
-    """A measured move.
-
-    :param seconds: from the command to the end message.
-    :param speed: the highest speed in counts/s.
-    :param reported: the highest velocity in a status, without its sign; None if statuses have none.
-    """
-
-    seconds: float
-    speed: float
-    reported: int | None
-
-
-@dataclass
-class Shuttle:
-    """Moves of motors back and forth over constant distances.
-
-    :param ways: the distance of each motor, with a sign.
-    """
-
-    ways: Mapping[Axis, int]
-    courses: dict[Axis, list[Course]] = field(default_factory=dict)
-    _away: dict[Axis, bool] = field(default_factory=dict)
-
-    def speeds(self, axes: Sequence[Axis]) -> Mapping[Axis, float]:
-        """Move once, and return the highest speed of each motor."""
-        return {axis: course.speed for axis, course in self._go(axes).items()}
-
-    def durations(self, axes: Sequence[Axis]) -> Mapping[Axis, float]:
-        """Move once, and return the seconds that each motor needed."""
-        return {axis: course.seconds for axis, course in self._go(axes).items()}
-
-    def message(self, axis: Axis) -> FramedMessage:
-        """Return the command for the next move of a motor."""
-        place = axis.start if self._away.get(axis) else axis.start + self.ways[axis]
-        return absolute(axis, place).message
-
-    def _go(self, axes: Sequence[Axis]) -> dict[Axis, Course]:
-        starts = {axis: axis.status() for axis in axes}
-        began = {}
-        for axis in axes:
-            axis.send(self.message(axis))
-            began[axis] = axis.trial.line.now
-        seen = watch(axes, dict.fromkeys(axes, _LONGEST))
-        found = {}
-        for axis in axes:
-            each = seen[axis]
-            self._away[axis] = not self._away.get(axis, False)
-            if each.strayed is not None or not each.ends:
-                axis.halt()
-                axis.trial.inconclusive(
-                    f"{axis.text}: a move did not end with {COMPLETED}, so its speed was not measured"
-                )
-                continue
-            end = each.ends[0]
-            points = [Point(began[axis], starts[axis].position), *points_of(each.statuses)]
-            points = [point for point in points if point.time <= end.time]
-            if (position := getattr(end.message, "position", None)) is not None:
-                points.append(Point(end.time, position))
-            velocities = [abs(s.velocity) for s in each.statuses if s.velocity is not None]
-            course = Course(
-                end.time - began[axis], top_speed(points), max(velocities, default=None)
-            )
-            found[axis] = course
-            self.courses.setdefault(axis, []).append(course)
-        return found
-
-
-class JogShuttle(Shuttle):
-    """Jogs of motors forward and in reverse by their steps."""
-
-    def message(self, axis: Axis) -> FramedMessage:
-        """Return the command for the next jog of a motor."""
-        direction = MoveDirection.REVERSE if self._away.get(axis) else MoveDirection.FORWARD
-        return m.MotMoveJog(axis.channel, direction)
 
 
 KIND = Kind(
@@ -185,11 +103,11 @@ def _moves(axes: Sequence[Axis]) -> None:
 @motor_check(
     KIND,
     "MOT_SET_JOGPARAMS sets the velocity and the acceleration of jogs of {motors}",
-    messages=("MOT_MOVE_JOG", *_JOGPARAMS, *_VELPARAMS, COMPLETED),
+    messages=("MOT_MOVE_JOG", "MOT_MOVE_ABSOLUTE", *_JOGPARAMS, *_VELPARAMS, COMPLETED),
     does="lowers velocity and acceleration with MOT_SET_JOGPARAMS step by step, jogs all motors "
     "together back and forth within {range}, and restores the parameters",
     settings=True,
-    seconds=5.6,
+    seconds=10.2,
     name="jogs",
 )
 def _jogs(axes: Sequence[Axis]) -> None:
@@ -209,11 +127,60 @@ def _jogs(axes: Sequence[Axis]) -> None:
     before = {axis: present(axis, "MOT_SET_JOGPARAMS")[name] for axis in steps}
     law = _velocity_law("MOT_SET_JOGPARAMS", name, "a jog")
     found = search(list(steps), law, shuttle.speeds)
+    fast = {axis: present(axis, "MOT_SET_VELPARAMS")["max_velocity"] for axis in found}
+    shuttle_of_moves = _same_moves(steps, found, "max_velocity")
+    moves = shuttle_of_moves.speeds(list(found))
+    shuttle_of_moves.speeds(list(moves))  # back, so that the next jogs have room
     for axis, each in found.items():
         _judge_scale(axis, each, "a jog")
+        if axis in moves:
+            _judge_alike(
+                axis, each, moves[axis], present(axis, "MOT_SET_VELPARAMS")["max_velocity"]
+            )
         change(axis, "MOT_SET_JOGPARAMS", at_most=name, **{name: before[axis]})
+        change(axis, "MOT_SET_VELPARAMS", at_most="max_velocity", max_velocity=fast[axis])
     law = _acceleration_law("MOT_SET_JOGPARAMS", "jog_acceleration", "a jog")
-    search([axis for axis in found if _is_trapezoidal(axis)], law, shuttle.durations)
+    found = search([axis for axis in found if _is_trapezoidal(axis)], law, shuttle.durations)
+    took = _same_moves(steps, found, "acceleration").durations(list(found))
+    for axis, each in found.items():
+        if axis in took:
+            _judge_alike_ramps(axis, each, took[axis])
+
+
+def _same_moves(steps: Mapping[Axis, int], found: Mapping[Axis, Search], name: str) -> Shuttle:
+    """Set a parameter of moves to the last value of jogs; return moves over the steps of the jogs."""
+    begins = {axis: axis.position() for axis in found}
+    for axis, each in found.items():
+        value = min(each.values[-1], present(axis, "MOT_SET_VELPARAMS")[name])
+        change(axis, "MOT_SET_VELPARAMS", at_most=name, **{name: value})
+    return Shuttle({axis: axis.wider(begins[axis]) * steps[axis] for axis in found}, begins)
+
+
+def _judge_alike(axis: Axis, jogs: Search, speed: float, velocity: int) -> None:
+    """Compare the speed of a jog with that of a move: both velocities have the same unit."""
+    due = speed / velocity * jogs.values[-1]
+    # If the jog is as fast as printed, in counts/s, the move is wrong.
+    in_counts = abs(jogs.found[-1] - jogs.values[-1]) <= _EXACT * jogs.values[-1]
+    axis.trial.must(
+        abs(jogs.found[-1] - due) <= _OFF * due,
+        f"{axis.text}: with jog_max_velocity = {jogs.values[-1]}, a jog reached {jogs.found[-1]:.0f} "
+        f"counts/s, but with max_velocity = {velocity}, a move reached {speed:.0f} counts/s; both "
+        "velocities have the same unit",
+        rule="velocity-parameters" if in_counts else "jog-parameters",
+        cause=Cause(f"MOT_SET_{'VEL' if in_counts else 'JOG'}PARAMS", "max_velocity"),
+    )
+
+
+def _judge_alike_ramps(axis: Axis, jogs: Search, took: float) -> None:
+    """Compare the duration of a jog with that of a move over the same distance with the same acceleration."""
+    same = present(axis, "MOT_SET_VELPARAMS")["acceleration"] == jogs.values[-1]
+    axis.trial.must(
+        not same or took / _LONGER <= jogs.found[-1] <= took * _LONGER,
+        f"{axis.text}: with an acceleration of {jogs.values[-1]}, a jog took {jogs.found[-1]:.2f} s, and a "
+        f"move over the same distance took {took:.2f} s; both accelerations have the same unit",
+        rule="jog-parameters",
+        cause=Cause("MOT_SET_JOGPARAMS", "jog_acceleration"),
+    )
 
 
 def _prepared(axes: Sequence[Axis]) -> list[Axis]:
@@ -258,8 +225,8 @@ def _judge_scale(axis: Axis, found: Search, what: str) -> None:
         abs(speed - due) <= _OFF * due,
         f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is {due:.0f} counts/s, "
         f"{what} reached {speed:.0f} counts/s",
-        rule="velocity-parameters",
-        cause=Cause("MOT_SET_VELPARAMS", "max_velocity"),
+        rule="jog-parameters" if "jog" in what else "velocity-parameters",
+        cause=Cause(f"MOT_SET_{'JOG' if 'jog' in what else 'VEL'}PARAMS", "max_velocity"),
     )
 
 

@@ -11,6 +11,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.flags import DcStatusBits
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+from stagewire_conformance.device.lines.motions import reports_motion
 
 _BITS: Final = "MOT_REQ_STATUSBITS"
 _COUNTER: Final = "MOT_REQ_POSCOUNTER"
@@ -39,6 +40,26 @@ def judge_bits_alone(axis: Axis, when: str) -> bool:
         False,
         f"{axis.text}: {when}, {alone.name} has {', '.join(wrong)}, unlike {after.heard.name} before and "
         "after it; both should report the same bits",
+        rule="status-bits-same",
+        cause=Cause(alone.name, "status_bits"),
+        came=alone.raw,
+    )
+
+
+def judge_fresh_bits(axis: Axis, when: str) -> None:
+    """Report MOT_GET_STATUSBITS of a moving motor that still has the bits of its last status, from rest.
+
+    :param when: the situation; the motor must have been commanded to move long enough before.
+    """
+    if _BITS not in axis.place.messages:
+        return
+    alone = axis.ask(m.MotReqStatusBits(axis.channel))
+    after = axis.status()
+    bits = int(alone.message.status_bits)
+    axis.trial.must(
+        not after.moving or reports_motion(DcStatusBits(bits)),
+        f"{axis.text}: {when}, {alone.name} reports no motion, but {after.heard.name} after it does; both "
+        "should report the same bits",
         rule="status-bits-same",
         cause=Cause(alone.name, "status_bits"),
         came=alone.raw,

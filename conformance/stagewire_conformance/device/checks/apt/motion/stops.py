@@ -22,7 +22,7 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.velocity import slow_down
+from stagewire_conformance.device.checks.apt.motion.runs import slow_down
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 from stagewire_conformance.device.lines.strays import cause_of_stray
 

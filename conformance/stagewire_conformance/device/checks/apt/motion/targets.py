@@ -1,8 +1,6 @@
-"""Moves to a target: to a position, by a distance, to a stored target, by one jog, and of one motor alone.
+"""Moves to a target: to a position, by a distance, to a stored target, and of one motor alone.
 
 - ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46).
-- ``move-jog``: one jog is one step of the set size, forward and in reverse (pages 32 and 47). No page states
-  in which direction positions rise, so each motor first goes to a position with room both up and down.
 - ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
   only by the address in their messages, channels of a module only by the channel.
 """
@@ -13,13 +11,11 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import JogMode, MoveDirection
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import JITTER, Axis, change
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     COMPLETION,
-    MOTION_BITS,
     Moving,
     motor_check,
 )
@@ -28,15 +24,16 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     Move,
     absolute,
     distances,
-    jog,
-    make_room,
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of
 
 _SECONDS: Final = 0.3
 """The approximate duration of a move in seconds."""
+_LONGER: Final = 0.5
+"""That of the moves whose accuracy matters most."""
+_LITTLE: Final = 64
+"""Counts of a move that is much shorter than the others."""
 
 
 ABSOLUTE = Kind(
@@ -71,7 +68,7 @@ RELATIVE = Kind(
     does="moves all motors together to positions within {range}, and back",
 )
 def _absolute(axes: Sequence[Axis]) -> None:
-    ways = distances(axes, _SECONDS)
+    ways = distances(axes, _LONGER)
     if move([absolute(axis, axis.start + way) for axis, way in ways.items()]):
         move([absolute(axis, axis.start) for axis in axes])
 
@@ -85,7 +82,11 @@ def _absolute(axes: Sequence[Axis]) -> None:
 def _relative(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _SECONDS)
     if move([relative(axis, way) for axis, way in ways.items()]):
-        move([relative(axis, -way) for axis, way in ways.items()])
+        little = {
+            axis: min(_LITTLE, abs(way)) * (1 if way < 0 else -1) for axis, way in ways.items()
+        }
+        if move([relative(axis, way) for axis, way in little.items()]):
+            move([relative(axis, -way - little[axis]) for axis, way in ways.items()])
 
 
 STORED = Kind(
@@ -133,58 +134,6 @@ def _stored_relative(axes: Sequence[Axis]) -> None:
         told = f"MOT_MOVE_RELATIVE without a distance, with {way} stored"
         moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
     move(moves)
-
-
-_SECONDS_OF_JOG: Final = 0.3
-"""The approximate duration of a step in seconds."""
-_LESS: Final = 0.75
-"""The ratio of the steps of successive motors."""
-
-
-JOG = Kind(
-    name="move-jog",
-    title="A jog moves one step in the commanded direction, and its end is reported once",
-    rules=(
-        "jog-move",
-        "jog-direction-values",
-        "jog-move-completed",
-        "jog-single-step",
-        "move-completed-status",
-        *MOTION_BITS,
-    ),
-)
-
-
-@motor_check(
-    JOG,
-    "MOT_MOVE_JOG moves {motors} by one step, and each reports the end once",
-    messages=(
-        "MOT_MOVE_JOG",
-        "MOT_SET_JOGPARAMS",
-        "MOT_REQ_JOGPARAMS",
-        "MOT_GET_JOGPARAMS",
-        COMPLETED,
-    ),
-    does="sets small single steps with MOT_SET_JOGPARAMS, jogs all motors together forward and in "
-    "reverse within {range}, and restores the parameters",
-    settings=True,
-    seconds=2.6,
-)
-def _jog_steps(axes: Sequence[Axis]) -> None:
-    steps: dict[Axis, int] = {}
-    paces: dict[Axis, Pace] = {}
-    for index, axis in enumerate(axes):
-        told = axis.ask(m.MotReqJogParams(axis.channel)).message
-        paces[axis] = jog_pace_of(axis.place, axis.channel, told)
-        steps[axis] = axis.step(_SECONDS_OF_JOG * _LESS**index, paces[axis])
-    if not make_room(steps):
-        return
-    for axis, step in steps.items():
-        mode = int(JogMode.SINGLE_STEP)
-        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=step)
-    for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
-        if not move([jog(axis, way, step, paces[axis]) for axis, step in steps.items()]):
-            return
 
 
 _SECONDS_ALONE: Final = 0.25

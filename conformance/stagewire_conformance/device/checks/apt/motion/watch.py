@@ -10,15 +10,19 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import StopMode
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import (
+    ENDS,
+    HELD,
+    JITTER,
+    POLL,
+    Axis,
+    Status,
+)
 from stagewire_conformance.device.checks.apt.motion.pace import LONGEST
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
 
-
-ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED"})
-"""The messages that report the end of a motion."""
 
 Decision = Callable[[Axis, Status], bool]
 """Decides something about a motor from its status."""

@@ -1,0 +1,71 @@
+"""``disabled``: a motor that is disabled on its way stops (page 17)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import EnableState
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.enable_state import put_back
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis
+from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import absolute
+from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
+
+_SECONDS: Final = 0.8
+"""The approximate duration of the move in seconds."""
+_BEFORE: Final = 0.25
+"""Seconds after which a motor is disabled at the latest."""
+
+
+KIND = Kind(
+    name="disabled",
+    title="A motor that is disabled on its way stops",
+    rules=("channel-enable",),
+)
+
+
+@motor_check(
+    KIND,
+    "Disabling a channel stops {motors}",
+    messages=(
+        "MOT_MOVE_ABSOLUTE",
+        "MOD_SET_CHANENABLESTATE",
+        "MOD_REQ_CHANENABLESTATE",
+        "MOD_GET_CHANENABLESTATE",
+    ),
+    does="moves all motors together within {range}, disables their channels on the way, enables them again, "
+    "and moves them back",
+    seconds=2.1,
+)
+def _stops(axes: Sequence[Axis]) -> None:
+    ways = distances_lasting(axes, _SECONDS)
+    for axis in axes:
+        what = f"enable state of {axis.text}"
+        axis.trial.undo(
+            what, partial(put_back, axis.trial, axis.place, axis.channel, EnableState.ENABLE)
+        )
+    for axis in axes:
+        axis.send(absolute(axis, axis.start + ways[axis]).message)
+    known = [axis.pace.seconds(way) / 3 for axis, way in ways.items() if axis.pace.known]
+    axes[0].pause(min([_BEFORE, *known]))
+    for axis in axes:
+        axis.send(m.ModSetChanEnableState(axis.channel, EnableState.DISABLE))
+    begun = {axis: axis.position() for axis in axes}
+    for axis in axes:
+        rest = axis.standing()
+        target = axis.start + ways[axis]
+        if abs(target - begun[axis]) <= abs(ways[axis]) // 4:
+            axis.trial.inconclusive(f"{axis.text} had almost arrived when it was disabled")
+            continue
+        axis.trial.should(
+            abs(rest.position - target) > HELD,
+            f"{axis.text}: MOD_SET_CHANENABLESTATE disabled it at {begun[axis]}, but it went on to its "
+            f"target {target}; a disabled motor should not move",
+            rule="channel-enable",
+            came=rest.heard.raw,
+        )
+    axes[0].trial.line.listen(0)

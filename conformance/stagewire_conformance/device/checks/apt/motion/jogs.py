@@ -1,0 +1,116 @@
+"""``move-jog``: jogs by a step, and jogs that only a stop ends (pages 32 and 47).
+
+No page states in which direction positions rise, so each motor first goes to a position with room both up and
+down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import JogMode, MoveDirection
+from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.motion.axis import Axis, change
+from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
+from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, jog, make_room, move
+from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of
+from stagewire_conformance.device.checks.apt.motion.runs import (
+    STOPPED,
+    Run,
+    room_for,
+    run_all,
+    slow_down,
+)
+
+_SECONDS: Final = 0.3
+"""The approximate duration of a step in seconds."""
+_LESS: Final = 0.75
+"""The ratio of the steps of successive motors."""
+_STEPS: Final = 8
+"""The number of steps that a continuous jog covers, so that it is certainly not a single step."""
+
+_PARAMETERS: Final = ("MOT_SET_JOGPARAMS", "MOT_REQ_JOGPARAMS", "MOT_GET_JOGPARAMS")
+
+
+KIND = Kind(
+    name="move-jog",
+    title="A jog moves by one step, or until it is stopped, in the commanded direction",
+    rules=(
+        "jog-move",
+        "jog-direction-values",
+        "jog-move-completed",
+        "jog-single-step",
+        "jog-continuous",
+        "move-completed-status",
+        *MOTION_BITS,
+    ),
+)
+
+
+@motor_check(
+    KIND,
+    "MOT_MOVE_JOG moves {motors} by one step, and each reports the end once",
+    messages=("MOT_MOVE_JOG", *_PARAMETERS, COMPLETED),
+    does="sets small single steps with MOT_SET_JOGPARAMS, jogs all motors together forward and in "
+    "reverse within {range}, and restores the parameters",
+    settings=True,
+    seconds=2.6,
+)
+def _jog_steps(axes: Sequence[Axis]) -> None:
+    steps: dict[Axis, int] = {}
+    paces = _paces(axes)
+    for index, axis in enumerate(axes):
+        steps[axis] = axis.step(_SECONDS * _LESS**index, paces[axis])
+    if not make_room(steps):
+        return
+    for axis, step in steps.items():
+        mode = int(JogMode.SINGLE_STEP)
+        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=step)
+    for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
+        if not move([jog(axis, way, step, paces[axis]) for axis, step in steps.items()]):
+            return
+
+
+@motor_check(
+    KIND,
+    "In continuous mode, MOT_MOVE_JOG runs {motors} until they are stopped",
+    messages=("MOT_MOVE_JOG", *_PARAMETERS, "MOT_MOVE_STOP", STOPPED),
+    does="sets the continuous mode, a small step and a low velocity with MOT_SET_JOGPARAMS, jogs all "
+    "motors together forward and in reverse within {range} for less than a second, stops them, and "
+    "restores the parameters",
+    settings=True,
+    seconds=2.7,
+    name="continuous",
+)
+def _jog_continuously(axes: Sequence[Axis]) -> None:
+    paces = _paces(axes)
+    rooms = {axis: room_for(axis, paces[axis]) for axis in axes}
+    if not make_room(rooms):
+        return
+    velocities = {}
+    for axis, room in rooms.items():
+        pace = paces[axis]
+        velocities[axis] = slow_down(axis, room, pace, "MOT_SET_JOGPARAMS", "jog_max_velocity")
+        step = max(1, int(velocities[axis] * _SECONDS / _STEPS))
+        change(axis, "MOT_SET_JOGPARAMS", jog_mode=int(JogMode.CONTINUOUS), jog_step_size=step)
+    for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
+        runs = [
+            Run(
+                axis, way, m.MotMoveJog(axis.channel, way), velocity, paces[axis].acceleration, True
+            )
+            for axis, velocity in velocities.items()
+        ]
+        if run_all(runs) is None:
+            return
+
+
+def _paces(axes: Sequence[Axis]) -> dict[Axis, Pace]:
+    """Return the paces of jogs."""
+    return {
+        axis: jog_pace_of(
+            axis.place, axis.channel, axis.ask(m.MotReqJogParams(axis.channel)).message
+        )
+        for axis in axes
+    }

@@ -1,0 +1,220 @@
+"""Runs: motions without a target, which only a stop ends. They are started, watched, stopped, and judged.
+
+Before a motor is started, it is made sure that it can be stopped in time: it runs so slowly that it would
+need more than two seconds to the end of the range, and stops within a quarter of the rest. It is stopped as
+soon as it has been seen to run. No page states in which direction positions rise, so it starts at a position
+with room both up and down.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status, change, present
+from stagewire_conformance.device.checks.apt.motion.course import Point, points_of
+from stagewire_conformance.device.checks.apt.motion.judgement import (
+    judge_course,
+    judge_end,
+    judge_rest,
+)
+from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside, watch
+
+if TYPE_CHECKING:
+    from stagewire import FramedMessage
+    from stagewire_apt.enumerations import MoveDirection
+    from stagewire_conformance.device.checks.apt.motion.pace import Pace
+
+STOPPED: Final = "MOT_MOVE_STOPPED"
+_RUNNING: Final = 0.25
+"""The approximate duration of a run in seconds."""
+_LATE: Final = 0.25
+"""Seconds by which a stop may be late; the range leaves room for the motion in that time."""
+LEAST_ROOM: Final = 64
+"""Counts of room required in a direction."""
+
+
+def room_for(axis: Axis, pace: Pace) -> int:
+    """Return the counts of room for a run both up and down; enough to keep the velocity, if possible."""
+    half = axis.half(LEAST_ROOM)
+    enough = 2 * pace.velocity * max(1.0, pace.velocity / pace.acceleration)
+    return max(LEAST_ROOM, int(min(half, math.ceil(enough))))
+
+
+def slow_down(
+    axis: Axis,
+    room: int,
+    pace: Pace | None = None,
+    setting: str = "MOT_SET_VELPARAMS",
+    name: str = "max_velocity",
+) -> float:
+    """Slow a motor down so that it needs at least two seconds for a number of counts.
+
+    Return the velocity in counts/s that it then does not exceed.
+
+    :param pace: the present pace; that of moves by default.
+    :param setting: the message that sets the velocity.
+    :param name: its field.
+    """
+    pace = pace or axis.pace
+    slow = min(pace.velocity, room / 2, math.sqrt(room * pace.acceleration / 2))
+    told: int = present(axis, setting)[name]
+    lower = max(1, int(told * slow / pace.velocity))
+    if lower < told:
+        change(axis, setting, at_most=name, **{name: lower})
+    return slow
+
+
+@dataclass
+class Run:
+    """A run of a motor.
+
+    :param message: the command.
+    :param velocity: the velocity that it does not exceed, in counts/s.
+    :param acceleration: its acceleration in counts/s².
+    :param jogging: whether the status must report a jog.
+    """
+
+    axis: Axis
+    direction: MoveDirection
+    message: FramedMessage
+    velocity: float
+    acceleration: float
+    jogging: bool = False
+    start: int = 0
+
+    @property
+    def told(self) -> str:
+        """The command, for sentences."""
+        return f"{self.message.layout.message} {self.direction.name.lower()}"
+
+    @property
+    def rule(self) -> str:
+        """The rule that it continues until a stop."""
+        return "jog-continuous" if self.jogging else "velocity-move-until-stop"
+
+    @property
+    def rule_of_direction(self) -> str:
+        """The rule about its direction."""
+        return "jog-direction-values" if self.jogging else "velocity-direction-values"
+
+    @property
+    def stopping(self) -> float:
+        """The counts that the motor may need to come to rest."""
+        return self.velocity * (_LATE + self.velocity / self.acceleration / 2)
+
+    @property
+    def free(self) -> float:
+        """The counts after which the motor must be stopped."""
+        up, down = self.axis.high - self.start, self.start - self.axis.low
+        room = {1: up, -1: down, 0: min(up, down)}
+        return room[self.axis.way_of(self.direction)] - self.stopping
+
+    @property
+    def enough(self) -> float:
+        """The counts after which the motor is stopped."""
+        return min(self.velocity * _RUNNING + self.stopping, self.free)
+
+    @property
+    def latest(self) -> float:
+        """The seconds after which the motor must be stopped even if its position is unknown."""
+        ramp = self.velocity / self.acceleration
+        if self.free < self.velocity * ramp / 2:
+            return math.sqrt(2 * self.free / self.acceleration)
+        return self.free / self.velocity + ramp / 2
+
+    def gone(self, status: Status) -> int:
+        """Return how far the motor has gone, as an absolute distance if its direction is unknown."""
+        moved = status.position - self.start
+        return moved * self.axis.way_of(self.direction) if self.axis.clockwise else abs(moved)
+
+
+def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
+    """Run motors together, stop each, and judge the reaction.
+
+    Return the positions of each motor until it was stopped; None if not all followed their commands.
+    """
+    by_axis = {run.axis: run for run in runs}
+    for run in runs:
+        run.start = run.axis.status().position
+    if any(run.free < LEAST_ROOM for run in runs):  # the first run ended where it should not have
+        return None
+
+    def enough(axis: Axis, status: Status) -> bool:
+        run = by_axis[axis]
+        gone = run.gone(status)
+        return gone >= run.enough or -gone > run.stopping
+
+    began = {}
+    for run in runs:
+        run.axis.send(run.message)
+        began[run.axis] = Point(run.axis.trial.line.now, run.start)
+
+    def strays(axis: Axis, status: Status) -> bool:
+        run = by_axis[axis]
+        too_far = run.enough + 2 * run.stopping + HELD
+        return is_outside(axis, status) or abs(run.gone(status)) > too_far
+
+    limits = {run.axis: 10 * _RUNNING + run.axis.pace.limit(int(run.stopping)) for run in runs}
+    latest = {run.axis: run.latest for run in runs}
+    seen = watch(list(by_axis), limits, stop=enough, strays=strays, deadlines=latest)
+    done = [_judge(run, seen[run.axis]) for run in runs]
+    if not all(done):
+        return None
+    return {axis: [began[axis], *points_of(each.statuses)] for axis, each in seen.items()}
+
+
+def _judge(run: Run, seen: Watched) -> bool:
+    """Report what is wrong with a run, and return whether it was right."""
+    axis = run.axis
+    last = seen.strayed or seen.stopped
+    if seen.unheard and last is None and seen.ends:
+        axis.trial.inconclusive(
+            f"{axis.text}: after {run.told}, its status did not come in time, so it was stopped after "
+            f"{run.latest:.1f} s, before it could leave {axis.low}..{axis.high}"
+        )
+        return False
+    if last is None:
+        told = f"{run.told} from {run.start}, away from any limit"
+        if seen.ends:
+            axis.trial.must(
+                False,
+                f"{axis.text}: after {told}, it sent {seen.ends[0].name} without a stop "
+                "command; it should run on",
+                rule=run.rule,
+                cause=Cause(run.message.layout.message, EFFECT),
+                came=seen.ends[0].raw,
+            )
+        else:
+            judge_end(axis, told, seen, STOPPED)
+        return False
+    way = run.direction.name.lower()
+    moved = axis.trial.must(
+        run.gone(last) > 0,
+        f"{axis.text}: after {run.told}, it went from {run.start} to {last.position}; it should "
+        f"have run {way}",
+        rule=run.rule_of_direction if run.gone(last) < 0 else rule_of_command(run.told),
+        cause=Cause(run.message.layout.message, EFFECT),
+        came=last.heard.raw,
+    )
+    if moved:
+        gone = last.position - run.start
+        judge_course(
+            axis,
+            run.told,
+            seen.statuses,
+            run.start,
+            last.position + gone,
+            direction=run.direction,
+            jogging=run.jogging,
+        )
+        axis.learn(1 if gone > 0 else -1, run.direction)
+    told = f"MOT_MOVE_STOP in {run.told}"
+    end = judge_end(axis, told, seen, STOPPED)
+    if end is not None:
+        judge_rest(axis, told, end)
+    return moved and end is not None

@@ -1,0 +1,138 @@
+"""Moves back and forth over the same distance, measured by the positions and times of the messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from stagewire_apt import messages as m
+from stagewire_apt.enumerations import MoveDirection
+from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.course import (
+    Point,
+    beyond,
+    points_of,
+    top_speed,
+    until_steady,
+)
+from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, distances
+from stagewire_conformance.device.checks.apt.motion.watch import watch
+
+if TYPE_CHECKING:
+    from stagewire import FramedMessage
+
+_LONGEST: Final = 15.0
+"""Seconds after which a slow move is given up; with correct firmware it takes a few."""
+_MOST_TIMES: Final = 20.0
+"""The most by which a distance is extended."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """A measured move.
+
+    :param seconds: from the command to the end message.
+    :param speed: the highest speed in counts/s.
+    :param reported: the highest velocity in a status, without its sign; None if statuses have none.
+    :param over: the counts by which it went beyond its last position.
+    :param ramp: the counts after which it had nine tenths of its highest speed.
+    """
+
+    seconds: float
+    speed: float
+    reported: int | None
+    over: int
+    ramp: int
+
+
+@dataclass
+class Shuttle:
+    """Moves of motors back and forth over constant distances.
+
+    :param ways: the distance of each motor, with a sign.
+    :param begins: the positions at which the motors begin, if not at their starts.
+    """
+
+    ways: Mapping[Axis, int]
+    begins: Mapping[Axis, int] = field(default_factory=dict)
+    courses: dict[Axis, list[Course]] = field(default_factory=dict)
+    _away: dict[Axis, bool] = field(default_factory=dict)
+
+    def speeds(self, axes: Sequence[Axis]) -> Mapping[Axis, float]:
+        """Move once, and return the highest speed of each motor."""
+        return {axis: course.speed for axis, course in self._go(axes).items()}
+
+    def durations(self, axes: Sequence[Axis]) -> Mapping[Axis, float]:
+        """Move once, and return the seconds that each motor needed."""
+        return {axis: course.seconds for axis, course in self._go(axes).items()}
+
+    def overshoots(self, axes: Sequence[Axis]) -> Mapping[Axis, int]:
+        """Move once, and return the counts by which each motor went beyond its last position."""
+        return {axis: course.over for axis, course in self._go(axes).items()}
+
+    def message(self, axis: Axis) -> FramedMessage:
+        """Return the command for the next move of a motor."""
+        place = self.begins.get(axis, axis.start)
+        return absolute(axis, place + (0 if self._away.get(axis) else self.ways[axis])).message
+
+    def _go(self, axes: Sequence[Axis]) -> dict[Axis, Course]:
+        if not axes:
+            return {}
+        starts = {axis: axis.status() for axis in axes}
+        began = {}
+        for axis in axes:
+            axis.send(self.message(axis))
+            began[axis] = axis.trial.line.now
+        seen = watch(axes, dict.fromkeys(axes, _LONGEST))
+        found = {}
+        for axis in axes:
+            each = seen[axis]
+            self._away[axis] = not self._away.get(axis, False)
+            if each.strayed is not None or not each.ends:
+                axis.halt()
+                axis.trial.inconclusive(
+                    f"{axis.text}: a move did not end with {COMPLETED}, so its speed was not measured"
+                )
+                continue
+            end = each.ends[0]
+            points = [Point(began[axis], starts[axis].position), *points_of(each.statuses)]
+            points = [point for point in points if point.time <= end.time]
+            if (position := getattr(end.message, "position", None)) is not None:
+                points.append(Point(end.time, position))
+            velocities = [abs(s.velocity) for s in each.statuses if s.velocity is not None]
+            course = Course(
+                seconds=end.time - began[axis],
+                speed=top_speed(points),
+                reported=max(velocities, default=None),
+                over=beyond(points, points[0].position, points[-1].position),
+                ramp=until_steady(points),
+            )
+            found[axis] = course
+            self.courses.setdefault(axis, []).append(course)
+        return found
+
+
+def distances_lasting(axes: Sequence[Axis], seconds: float) -> dict[Axis, int]:
+    """Return a distance for each motor that takes about so many seconds.
+
+    A motor of unknown speed is moved once, there and back, to measure it.
+    """
+    ways = distances(axes, seconds)
+    shuttle = Shuttle({axis: way for axis, way in ways.items() if not axis.pace.known})
+    took = shuttle.durations(list(shuttle.ways))
+    shuttle.durations(list(took))
+    for axis, measured in took.items():
+        way = 1 if ways[axis] > 0 else -1
+        longer = int(abs(ways[axis]) * min(_MOST_TIMES, max(1.0, seconds / max(measured, 0.01))))
+        ways[axis] = way * min(longer, axis.room(axis.start, way))
+    return ways
+
+
+class JogShuttle(Shuttle):
+    """Jogs of motors forward and in reverse by their steps."""
+
+    def message(self, axis: Axis) -> FramedMessage:
+        """Return the command for the next jog of a motor."""
+        direction = MoveDirection.REVERSE if self._away.get(axis) else MoveDirection.FORWARD
+        return m.MotMoveJog(axis.channel, direction)
