@@ -268,6 +268,17 @@ GROUPS: tuple[Group, ...] = (
                 "was changed after it was written, or it was copied incorrectly.",
                 "look at the page, then correct registry, witness or erratum",
             ),
+            "SW048": Code(
+                "a registry that contradicts a decision",
+                "`decisions.yaml` states the facts that the document leaves open, with the reasons. One of "
+                "the two files was changed without the other.",
+                "correct the registry, or the decision and its reason",
+            ),
+            "SW049": Code(
+                "a statement or decision about nothing",
+                "The path under `states` is misspelt, or the entry that it names was renamed or removed.",
+                "correct the path: the keys from the top of the file, separated by /",
+            ),
         },
     ),
     Group(

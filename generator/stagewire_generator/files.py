@@ -71,6 +71,7 @@ _PLACES = {  # first key of a file, or second key of worked examples -> place fo
     b"chapter": "messages/",
     b"errata": "errata/",
     b"rules": "rules.yaml",
+    b"decisions": "decisions.yaml",
     b"examples": "examples.yaml",
     b"captures": "captures.yaml",
 }

@@ -31,6 +31,7 @@ _KINDS = {
     "messages": "messages/*.yaml",
     "errata": "errata/*.yaml",
     "rules": "rules.yaml",
+    "decisions": "decisions.yaml",
     "printed": "printed/*.yaml",
     "examples": "examples.yaml",
     "captures": "captures.yaml",

@@ -33,6 +33,7 @@ KINDS = (
     "messages",
     "errata",
     "rules",
+    "decisions",
     "printed",
     "examples",
     "captures",

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.statements import check_decisions, compare_statements
 from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Erratum, Protocol, errata_of
 from stagewire_generator.strict_yaml import Document
@@ -37,6 +38,9 @@ def check_errata(
         what = "a witness is not allowed, because protocol.yaml has `witness: false`"
         diagnostics.add(document.place(), "SW046", what)
     comparison = compare_witness(protocol, printed if witness else [], overlay)
+    if witness:
+        compare_statements(comparison, files, diagnostics)
+    check_decisions(comparison, files, diagnostics)
     errata = [erratum for erratum in protocol.errata if erratum.overlay == overlay]
     claimed: dict[str, str] = {}
     for erratum in errata:

@@ -5,7 +5,7 @@ All names are known here: ``lint/names.py`` reports those that are not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.model import Factor, Json, Message, Protocol
@@ -28,6 +28,20 @@ def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics
     rules.prefixes()
 
 
+_CAUSED = ("completes_with", "stops_with", "starts")
+
+
+def _replies(message: Message, sets: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """Return the messages that answer a message.
+
+    :param sets: the members of each set of messages, by their part in it.
+    """
+    replies = [*message.exchange.get("answered_by", ()), *message.exchange.get("announces", ())]
+    if message.set and message.set[1] == "req" and "get" in sets[message.set[0]]:
+        replies.append(sets[message.set[0]]["get"])
+    return replies
+
+
 class _Rules:
     """The rules, each a method."""
 
@@ -38,6 +52,16 @@ class _Rules:
         self.units: Json = protocol.units["units"]
         self.families: Json = protocol.units["families"]
         self.of_name = {message.name: message for message in protocol.messages}
+        members = {group.name: group.members for group in protocol.sets}
+        self.replies = {m.name: _replies(m, members) for m in protocol.messages}
+        self.requests: dict[str, list[str]] = {}  # message -> the messages that it answers
+        self.causes: dict[str, set[str]] = {}  # message -> the messages after which it is sent
+        for message in protocol.messages:
+            for reply in self.replies[message.name]:
+                self.requests.setdefault(reply, []).append(message.name)
+            ends = (message.exchange.get(key, ()) for key in _CAUSED)
+            for name in {*self.replies[message.name], *(name for names in ends for name in names)}:
+                self.causes.setdefault(name, set()).add(message.name)
 
     def refuse(self, code: str, path: tuple[str | int, ...], what: str, hint: str = "") -> None:
         """Report an error at a position in the file of the units."""
@@ -74,29 +98,17 @@ class _Rules:
 
     def _missing(self, message: Message, names: set[str]) -> Iterator[tuple[str, str]]:
         """Yield each message that a list lacks although it has another, with the reason."""
-        for reply in self._replies(message):
+        for reply in self.replies[message.name]:
             if reply not in names:
                 yield f"{message.name} is listed, but its reply {reply} is not", reply
-        requests = [m.name for m in self.protocol.messages if message.name in self._replies(m)]
-        causes = {name for name in names if message.name in self._caused(self.of_name[name])}
+        requests = self.requests.get(message.name, [])
+        causes = names & self.causes.get(message.name, set())
         if requests and not causes and not message.exchange.get("unsolicited"):
             what = f"{message.name} is listed, but no request that it answers"
             yield what, " or ".join(requests)
         halts = message.exchange.get("halted_by", [])
         if halts and not names & {*halts}:
             yield f"{message.name} is listed, but no message that halts it", " or ".join(halts)
-
-    def _replies(self, message: Message) -> list[str]:
-        exchange = message.exchange
-        replies = [*exchange.get("answered_by", ()), *exchange.get("announces", ())]
-        if message.set and message.set[1] == "req":
-            members = next(s.members for s in self.protocol.sets if s.name == message.set[0])
-            replies += [members["get"]] if "get" in members else []
-        return replies
-
-    def _caused(self, message: Message) -> list[str]:
-        ends = (message.exchange.get(key, ()) for key in ("completes_with", "stops_with", "starts"))
-        return [*self._replies(message), *(name for names in ends for name in names)]
 
     def statuses(self) -> None:
         """Check the status and the keep-alive message of each unit against its messages."""

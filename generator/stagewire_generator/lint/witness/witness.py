@@ -4,7 +4,8 @@ Every difference has a place name that an erratum can claim, such as ``table/MOT
 kinds of difference have one place for all their occurrences: ``names/blanks`` (underscores lost in the scan)
 and ``headers/bar`` (the ``d|`` of a data frame, scanned as ``d``). A document of commands without a header
 has chapters of other kinds, and places such as ``command/START_MOTOR/hex``; a vocabulary in one of these
-chapters defines the meaning of its words. All other chapters have a section for each message: its heading,
+chapters defines the meaning of its words. The chapter of statements can name any fact; see ``statements.py``.
+All other chapters have a section for each message: its heading,
 byte tables, field tables, lists of values, and ranges.
 """
 
@@ -25,6 +26,7 @@ from stagewire_generator.lint.witness.reading import (
     pair,
     squash,
 )
+from stagewire_generator.lint.witness.statements import CHAPTER
 from stagewire_generator.model import Field, Json, Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -244,6 +246,8 @@ def compare_witness(
     for document in printed:
         comparison.document = document
         chapter = document.data["chapter"]
+        if chapter == CHAPTER:
+            continue
         if witness.sections and chapter not in named:
             for name, entry in document.data["messages"].items():
                 compare_section(comparison, name, entry, witness.tables)

@@ -1,0 +1,128 @@
+"""Compare facts that are stated twice: a statement of the document, or a decision, with the registry.
+
+Lists and tables of the document have chapters of their own. A fact that stands in a sentence is transcribed as
+a statement: its line, the printed words, and the value of the registry that they mean. A fact that the document
+does not state is a decision, with a reason. Both name facts by their path in the files of the registry, such as
+``units/TDC001/channels``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from fnmatch import fnmatchcase
+from typing import Any
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
+from stagewire_generator.model import Json
+from stagewire_generator.strict_yaml import Document
+
+CHAPTER = "statements"
+OF_REGISTRY = ("protocol", "messages", "units", "quantities", "stages")
+"""The kinds of files with facts that a statement can name."""
+
+Found = tuple[str, Json]  # the path of the holder of a fact, and the holder
+
+
+def compare_statements(
+    comparison: Comparison, files: Mapping[str, list[Document]], diagnostics: Diagnostics
+) -> None:
+    """Compare the statements of the document with the registry, as places ``statements/PATH``."""
+    facts = _Facts(comparison, files)
+    for document in files.get("printed", []):
+        comparison.document = document
+        for index, entry in enumerate(document.data.get(CHAPTER, ())):
+            for pattern, value in entry["states"].items():
+                path = (CHAPTER, index, "states", pattern)
+                for at, key, holder in facts.at(pattern, document, path, diagnostics):
+                    place = f"{CHAPTER}/{at}/{key}"
+                    sides = facts.shown(value), facts.shown(holder.get(key, NOTHING))
+                    comparison.same(place, path, *sides)
+                    if "printed" in holder and key != "printed":
+                        words = entry["words"], holder["printed"]
+                        comparison.same(f"{place}/words", path, *words)
+
+
+def check_decisions(
+    comparison: Comparison, files: Mapping[str, list[Document]], diagnostics: Diagnostics
+) -> None:
+    """Check that the registry has the values that the decisions state."""
+    facts = _Facts(comparison, files)
+    for document in files.get("decisions", []):
+        for slug, entry in document.data["decisions"].items():
+            for pattern, value in entry["states"].items():
+                path = ("decisions", slug, "states", pattern)
+                for at, key, holder in facts.at(pattern, document, path, diagnostics):
+                    decided, encoded = facts.shown(value), facts.shown(holder.get(key, NOTHING))
+                    if decided != encoded:
+                        what = f"{at}/{key}: {slug} decides on {decided}, but the registry has {encoded}"
+                        diagnostics.add(document.place(*path), "SW048", what)
+
+
+class _Facts:
+    """The files of a registry, where facts are found by their paths."""
+
+    def __init__(self, comparison: Comparison, files: Mapping[str, list[Document]]) -> None:
+        self.messages = comparison.protocol.messages
+        self.roots = [document.data for kind in OF_REGISTRY for document in files.get(kind, [])]
+
+    def at(
+        self, pattern: str, document: Document, path: tuple[str | int, ...], diagnostics: Diagnostics
+    ) -> Iterator[tuple[str, str, Json]]:
+        """Yield path, key and holder of each fact that a pattern names; the holder may lack the key.
+
+        In each part of a pattern, ``*`` and ``?`` match as in file names, and ``|`` separates alternatives. An
+        alternative that matches nothing is an error at this path of the document. The last part is a key, which
+        each holder must have.
+        """
+        *parts, last = pattern.split("/")
+        found: list[Found] = [("", root) for root in self.roots]
+        for part in parts:
+            found = list(_below(found, part, document, path, diagnostics))
+        for at, holder in found:
+            for key in last.split("|"):
+                yield at, key, holder
+
+    def shown(self, value: Any) -> str:
+        """Return a value as text, the same for a list in any order and for all spellings of a number."""
+        if isinstance(value, dict):
+            return self.shown(self._on_pages(value))
+        if isinstance(value, list):
+            return ", ".join(sorted(map(self.shown, value))) or "[]"
+        if isinstance(value, bool):
+            return str(value).lower()
+        return str(value)
+
+    def _on_pages(self, stated: Json) -> list[str]:
+        """Return the messages that begin on some pages, and others, except some."""
+        pages = {page for run in stated["pages"] for page in _pages(str(run))}
+        names = {message.name for message in self.messages if message.pages[0] in pages}
+        return sorted((names | {*stated.get("with", ())}) - {*stated.get("without", ())})
+
+
+def _pages(run: str) -> Iterable[int]:
+    """Return the pages of a run such as ``28-39`` or ``41``."""
+    first, _, last = run.partition("-")
+    return range(int(first), int(last or first) + 1)
+
+
+def _below(
+    found: Iterable[Found],
+    part: str,
+    document: Document,
+    path: tuple[str | int, ...],
+    diagnostics: Diagnostics,
+) -> Iterator[Found]:
+    """Yield the mappings one level below others whose names match a part of a pattern."""
+    below = [
+        (f"{at}/{key}".lstrip("/"), key, inner)
+        for at, holder in found
+        for key, inner in holder.items()
+        if isinstance(inner, dict)
+    ]
+    for wanted in part.split("|"):
+        matched = [(at, inner) for at, key, inner in below if fnmatchcase(key, wanted)]
+        if not matched:
+            what = f"{path[-1]}: the registry has nothing that {wanted} names"
+            diagnostics.add(document.place(*path), "SW049", what)
+        yield from matched

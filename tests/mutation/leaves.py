@@ -1,0 +1,230 @@
+"""Every leaf of the registry, with wrong values: each must contradict ``check`` or a worked example.
+
+A leaf is a value in a file of messages, units, quantities, stages or of the protocol itself, apart from
+prose: pages, titles, notes, sources and texts for people. Each leaf is changed once, to a value that is wrong
+but likely, and removed once. ``survivors.yaml`` lists the leaves that may survive, with the reasons. As a
+program, this module tries leaves and prints those that survive:
+
+    python tests/mutation/leaves.py [--seed N] [--number N] [TEXT ...]
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import re
+import subprocess
+import sys
+import tempfile
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+from mutants import PROTOCOLS, Proof, proof_of
+
+from stagewire_generator.diagnostics import Diagnostics
+from stagewire_generator.lint.witness.statements import OF_REGISTRY
+from stagewire_generator.pipeline import check_protocol
+from stagewire_generator.schemas import fits_schema
+from stagewire_generator.strict_yaml import Document, KeyPath
+from stagewire_generator.targets import python
+from stagewire_generator.targets.templates import Templates
+
+SURVIVORS = Path(__file__).with_name("survivors.yaml")
+PROSE = frozenset(
+    {"page", "pages", "more_pages", "title", "summary", "note", "source", "printed", "document", "unknown",
+     "chapter", "order", "reported_as", "misprinted", "open", "cause", "spelling"}
+)  # fmt: skip
+_NUMBER = re.compile(r"(\d+)(/\d+)?\Z")
+_REMOVED = object()
+_EXAMPLES = """
+import sys
+from importlib import import_module
+from stagewire_conformance.examples import run
+sys.exit(any(verdict.failed for verdict in run(import_module(sys.argv[1]).PROTOCOL)))
+"""
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A value in a file of the registry.
+
+    :param kind: kind of the file.
+    """
+
+    document: Document
+    kind: str
+    path: KeyPath
+
+    def __str__(self) -> str:
+        return "/".join(map(str, self.path))
+
+    @property
+    def fact(self) -> str:
+        """The kind of fact: the kind of file, and the key of the value or of the list that holds it."""
+        key = next(step for step in reversed(self.path) if isinstance(step, str))
+        return f"{self.kind}: {'values' if key.isupper() else key}"
+
+    @property
+    def holder(self) -> Any:
+        node = self.document.data
+        for step in self.path[:-1]:
+            node = node[step]
+        return node
+
+    @property
+    def value(self) -> Any:
+        return self.holder[self.path[-1]]
+
+    @contextmanager
+    def mutated(self, value: Any) -> Iterator[None]:
+        """Change or remove the value while the context lasts."""
+        holder, key = self.holder, self.path[-1]
+        before = dict(holder) if isinstance(holder, dict) else list(holder)
+        if value is _REMOVED:
+            del holder[key]
+        else:
+            holder[key] = value
+        try:
+            yield
+        finally:
+            holder.clear()
+            if isinstance(holder, dict):
+                holder.update(before)
+            else:
+                holder.extend(before)
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One wrong value of a leaf, or its removal."""
+
+    leaf: Leaf
+    value: Any
+
+    def __str__(self) -> str:
+        to = "removed" if self.value is _REMOVED else repr(self.value)
+        return f"{self.leaf}: {self.leaf.value!r} -> {to}"
+
+
+def leaves(proof: Proof) -> list[Leaf]:
+    """Return the leaves of a protocol, without its overlays."""
+    return [
+        Leaf(document, kind, path)
+        for kind in OF_REGISTRY
+        for document in proof.files.get(kind, [])
+        for path in _paths(document.data, ())
+    ]
+
+
+def _paths(node: Any, path: KeyPath) -> Iterator[KeyPath]:
+    if isinstance(node, dict):
+        for key, inner in node.items():
+            if key not in PROSE:
+                yield from _paths(inner, (*path, key))
+    elif isinstance(node, list):
+        for index, inner in enumerate(node):
+            yield from _paths(inner, (*path, index))
+    else:
+        yield path
+
+
+def mutations(proof: Proof, seed: int) -> Iterator[Mutation]:
+    """Yield two mutations for each leaf; the seed draws the wrong values."""
+    chance = random.Random(seed)
+    found = leaves(proof)
+    alike: defaultdict[str, set[Any]] = defaultdict(set)
+    for leaf in found:
+        alike[leaf.fact].add(leaf.value)
+    for leaf in found:
+        yield Mutation(leaf, _wrong(leaf.value, alike[leaf.fact], chance))
+        yield Mutation(leaf, _REMOVED)
+
+
+def _wrong(value: Any, alike: set[Any], chance: random.Random) -> Any:
+    """Return another value: a name that stands elsewhere for such a fact, or a number close by."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int):
+        near = {value + 1, value - 1, value + 2, value + 16, 2 * value}
+        return chance.choice(sorted(number for number in near - {value} if (number < 0) == (value < 0)))
+    number = _NUMBER.match(value)
+    if number:
+        return f"{int(number[1]) + chance.choice([1, 2, 10])}{number[2] or ''}"
+    others = sorted(other for other in alike if isinstance(other, str) and other != value)
+    return chance.choice(others) if others else f"{value}x"
+
+
+def survives(proof: Proof, mutation: Mutation) -> bool:
+    """Whether neither ``check`` nor a worked example contradicts a mutation."""
+    leaf = mutation.leaf
+    with leaf.mutated(mutation.value):
+        diagnostics = Diagnostics()
+        if not fits_schema(leaf.document, leaf.kind, diagnostics):
+            return False
+        checked = check_protocol(proof.files, diagnostics, lambda _: None)
+        if diagnostics.found:
+            return False
+        rendered = python.render(checked.protocol, Templates())
+    return rendered == _rendered(proof) or _examples_pass(proof, rendered)
+
+
+@cache
+def _rendered(proof: Proof) -> dict[str, str]:
+    """Return the Python package of the registry as it is."""
+    return python.render(proof.protocol, Templates())
+
+
+def _examples_pass(proof: Proof, rendered: dict[str, str]) -> bool:
+    """Whether all worked examples and captures pass with a generated package."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in rendered.items():
+            path = Path(folder, name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        command = [sys.executable, "-c", _EXAMPLES, proof.protocol.package]
+        here = Path(folder, "python")  # searched before the installed package
+        run = subprocess.run(command, cwd=here, capture_output=True, check=False)
+        return run.returncode == 0
+
+
+def listed(name: str) -> dict[str, str]:
+    """Return the leaves of a protocol that may survive, each with the reason."""
+    groups = yaml.safe_load(SURVIVORS.read_text(encoding="utf-8"))[name]
+    return {leaf: group["reason"] for group in groups for leaf in group["leaves"]}
+
+
+def main() -> int:
+    """Try leaves and print those that survive, with the totals for each kind of fact."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--number", type=int, help="try only so many of them")
+    parser.add_argument("text", nargs="*", help="try only leaves with a text in their path")
+    options = parser.parse_args()
+    for name in PROTOCOLS:
+        proof = proof_of(name)
+        tried = [
+            mutation
+            for mutation in mutations(proof, options.seed)
+            if not options.text or any(text in str(mutation.leaf) for text in options.text)
+        ]
+        if options.number and options.number < len(tried):
+            tried = random.Random(options.seed).sample(tried, options.number)
+        facts = Counter(fact for fact in {m.leaf: m.leaf.fact for m in tried}.values())
+        survivors = [mutation for mutation in tried if survives(proof, mutation)]
+        for mutation in survivors:
+            print(f"survives: {mutation.leaf.fact}: {mutation}")
+        left = Counter(fact for fact in {m.leaf: m.leaf.fact for m in survivors}.values())
+        for fact in sorted(facts):
+            print(f"{name}: {fact}: {facts[fact]} leaves, {left[fact]} survive")
+        print(f"{name}: {len(tried)} mutations, {len(survivors)} survive")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
