@@ -215,11 +215,11 @@ def main() -> int:
         ]
         if options.number and options.number < len(tried):
             tried = random.Random(options.seed).sample(tried, options.number)
-        facts = Counter(fact for fact in {m.leaf: m.leaf.fact for m in tried}.values())
+        facts = Counter(fact for fact in {str(m.leaf): m.leaf.fact for m in tried}.values())
         survivors = [mutation for mutation in tried if survives(proof, mutation)]
         for mutation in survivors:
             print(f"survives: {mutation.leaf.fact}: {mutation}")
-        left = Counter(fact for fact in {m.leaf: m.leaf.fact for m in survivors}.values())
+        left = Counter(fact for fact in {str(m.leaf): m.leaf.fact for m in survivors}.values())
         for fact in sorted(facts):
             print(f"{name}: {fact}: {facts[fact]} leaves, {left[fact]} survive")
         print(f"{name}: {len(tried)} mutations, {len(survivors)} survive")
