@@ -44,7 +44,7 @@ def problem(read: Document, statement: dict[str, Any]) -> str:
 
 
 @pytest.fixture(scope="module", params=PROTOCOLS)
-def protocol(request: pytest.FixtureRequest) -> str:
+def protocol(request: pytest.FixtureRequest) -> Any:
     return request.param
 
 
