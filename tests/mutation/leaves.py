@@ -16,7 +16,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ import yaml
 from mutants import PROTOCOLS, Proof, proof_of
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.lint.witness.statements import OF_REGISTRY
+from stagewire_generator.lint.witness.statements import OF_REGISTRY, Facts
 from stagewire_generator.pipeline import check_protocol
 from stagewire_generator.schemas import fits_schema
 from stagewire_generator.strict_yaml import Document, KeyPath
@@ -152,7 +152,9 @@ def _wrong(value: Any, alike: set[Any], chance: random.Random) -> Any:
         return not value
     if isinstance(value, int):
         near = {value + 1, value - 1, value + 2, value + 16, 2 * value}
-        return chance.choice(sorted(number for number in near - {value} if (number < 0) == (value < 0)))
+        return chance.choice(
+            sorted(number for number in near - {value} if (number < 0) == (value < 0))
+        )
     number = _NUMBER.match(value)
     if number:
         return f"{int(number[1]) + chance.choice([1, 2, 10])}{number[2] or ''}"
@@ -193,6 +195,20 @@ def _examples_pass(proof: Proof, rendered: dict[str, str]) -> bool:
         return run.returncode == 0
 
 
+def decided(proof: Proof) -> set[str]:
+    """Return the leaves that a decision states."""
+    facts = Facts(proof.protocol, proof.files)
+    every = [str(leaf) for leaf in leaves(proof)]
+    found: set[str] = set()
+    for document in proof.files.get("decisions", []):
+        for entry in document.data["decisions"].values():
+            for pattern in entry["states"]:
+                for at, key, _ in facts.at(pattern, document, ("decisions",), Diagnostics()):
+                    path = f"{at}/{key}".lstrip("/")
+                    found.update(leaf for leaf in every if f"{leaf}/".startswith(f"{path}/"))
+    return found
+
+
 def listed(name: str) -> dict[str, str]:
     """Return the leaves of a protocol that may survive, each with the reason."""
     groups = yaml.safe_load(SURVIVORS.read_text(encoding="utf-8"))[name]
@@ -215,13 +231,17 @@ def main() -> int:
         ]
         if options.number and options.number < len(tried):
             tried = random.Random(options.seed).sample(tried, options.number)
-        facts = Counter(fact for fact in {str(m.leaf): m.leaf.fact for m in tried}.values())
+        groups: defaultdict[str, set[str]] = defaultdict(set)
+        for mutation in tried:
+            groups[mutation.leaf.fact].add(str(mutation.leaf))
         survivors = [mutation for mutation in tried if survives(proof, mutation)]
         for mutation in survivors:
-            print(f"survives: {mutation.leaf.fact}: {mutation}")
-        left = Counter(fact for fact in {str(m.leaf): m.leaf.fact for m in survivors}.values())
-        for fact in sorted(facts):
-            print(f"{name}: {fact}: {facts[fact]} leaves, {left[fact]} survive")
+            print(f"survives: {mutation}")
+        left, by_decision = {str(mutation.leaf) for mutation in survivors}, decided(proof)
+        print(f"{name}: kind of fact | leaves | two witnesses | decisions | survivors")
+        for fact, found in sorted(groups.items()):
+            unproved, own = len(found & left), len((found & by_decision) - left)
+            print(f"{fact} | {len(found)} | {len(found) - own - unproved} | {own} | {unproved}")
         print(f"{name}: {len(tried)} mutations, {len(survivors)} survive")
     return 0
 

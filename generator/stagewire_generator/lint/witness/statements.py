@@ -1,20 +1,22 @@
 """Compare facts that are stated twice: a statement of the document, or a decision, with the registry.
 
-Lists and tables of the document have chapters of their own. A fact that stands in a sentence is transcribed as
-a statement: its line, the printed words, and the value of the registry that they mean. A fact that the document
-does not state is a decision, with a reason. Both name facts by their path in the files of the registry, such as
+Lists and tables of the document have chapters of their own. A fact in a sentence is transcribed as a statement:
+its line, the printed words, and the value of the registry that they mean. A fact that the document does not
+state is a decision, with a reason. Both name facts by their path in the files of the registry, such as
 ``units/TDC001/channels``.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
+from itertools import chain
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
-from stagewire_generator.model import Json
+from stagewire_generator.model import Json, Protocol
 from stagewire_generator.strict_yaml import Document
 
 CHAPTER = "statements"
@@ -28,7 +30,7 @@ def compare_statements(
     comparison: Comparison, files: Mapping[str, list[Document]], diagnostics: Diagnostics
 ) -> None:
     """Compare the statements of the document with the registry, as places ``statements/PATH``."""
-    facts = _Facts(comparison, files)
+    facts = Facts(comparison.protocol, files)
     for document in files.get("printed", []):
         comparison.document = document
         for index, entry in enumerate(document.data.get(CHAPTER, ())):
@@ -36,8 +38,7 @@ def compare_statements(
                 path = (CHAPTER, index, "states", pattern)
                 for at, key, holder in facts.at(pattern, document, path, diagnostics):
                     place = f"{CHAPTER}/{at}/{key}"
-                    sides = facts.shown(value), facts.shown(holder.get(key, NOTHING))
-                    comparison.same(place, path, *sides)
+                    comparison.same(place, path, *facts.sides(value, holder.get(key, NOTHING)))
                     if "printed" in holder and key != "printed":
                         words = entry["words"], holder["printed"]
                         comparison.same(f"{place}/words", path, *words)
@@ -47,51 +48,65 @@ def check_decisions(
     comparison: Comparison, files: Mapping[str, list[Document]], diagnostics: Diagnostics
 ) -> None:
     """Check that the registry has the values that the decisions state."""
-    facts = _Facts(comparison, files)
+    facts = Facts(comparison.protocol, files)
     for document in files.get("decisions", []):
         for slug, entry in document.data["decisions"].items():
             for pattern, value in entry["states"].items():
                 path = ("decisions", slug, "states", pattern)
                 for at, key, holder in facts.at(pattern, document, path, diagnostics):
-                    decided, encoded = facts.shown(value), facts.shown(holder.get(key, NOTHING))
+                    decided, encoded = facts.sides(value, holder.get(key, NOTHING))
                     if decided != encoded:
-                        what = f"{at}/{key}: {slug} decides on {decided}, but the registry has {encoded}"
+                        what = (
+                            f"{at}/{key}: {slug} states {decided}, but the registry has {encoded}"
+                        )
                         diagnostics.add(document.place(*path), "SW048", what)
 
 
-class _Facts:
+class Facts:
     """The files of a registry, where facts are found by their paths."""
 
-    def __init__(self, comparison: Comparison, files: Mapping[str, list[Document]]) -> None:
-        self.messages = comparison.protocol.messages
+    def __init__(self, protocol: Protocol, files: Mapping[str, list[Document]]) -> None:
+        self.messages = protocol.messages
         self.roots = [document.data for kind in OF_REGISTRY for document in files.get(kind, [])]
 
     def at(
-        self, pattern: str, document: Document, path: tuple[str | int, ...], diagnostics: Diagnostics
+        self,
+        pattern: str,
+        document: Document,
+        path: tuple[str | int, ...],
+        diagnostics: Diagnostics,
     ) -> Iterator[tuple[str, str, Json]]:
         """Yield path, key and holder of each fact that a pattern names; the holder may lack the key.
 
-        In each part of a pattern, ``*`` and ``?`` match as in file names, and ``|`` separates alternatives. An
-        alternative that matches nothing is an error at this path of the document. The last part is a key, which
-        each holder must have.
+        In each part of a pattern, ``*`` and ``?`` match as in file names, and ``|`` separates alternatives.
+        An alternative that matches nothing is an error at this path of the document. The last part is a key,
+        which each holder must have.
         """
         *parts, last = pattern.split("/")
         found: list[Found] = [("", root) for root in self.roots]
         for part in parts:
-            found = list(_below(found, part, document, path, diagnostics))
+            below, unmatched = _below(found, part)
+            for wanted in unmatched:
+                what = f"{pattern}: the registry has nothing that {wanted} names"
+                diagnostics.add(document.place(*path), "SW049", what)
+            if unmatched:
+                return
+            found = below
         for at, holder in found:
             for key in last.split("|"):
                 yield at, key, holder
 
-    def shown(self, value: Any) -> str:
-        """Return a value as text, the same for a list in any order and for all spellings of a number."""
-        if isinstance(value, dict):
-            return self.shown(self._on_pages(value))
-        if isinstance(value, list):
-            return ", ".join(sorted(map(self.shown, value))) or "[]"
-        if isinstance(value, bool):
-            return str(value).lower()
-        return str(value)
+    def sides(self, stated: Any, encoded: Any) -> tuple[str, str]:
+        """Return a stated and an encoded value as texts, which are equal if the values are.
+
+        Numbers have several spellings, and lists any order. Of two lists, only the differences are shown.
+        """
+        if isinstance(stated, dict):
+            stated = self._on_pages(stated)
+        if isinstance(stated, list) and isinstance(encoded, list):
+            one, other = Counter(map(str, stated)), Counter(map(str, encoded))
+            return _listed(one - other), _listed(other - one)
+        return _text(stated), _text(encoded)
 
     def _on_pages(self, stated: Json) -> list[str]:
         """Return the messages that begin on some pages, and others, except some."""
@@ -106,23 +121,26 @@ def _pages(run: str) -> Iterable[int]:
     return range(int(first), int(last or first) + 1)
 
 
-def _below(
-    found: Iterable[Found],
-    part: str,
-    document: Document,
-    path: tuple[str | int, ...],
-    diagnostics: Diagnostics,
-) -> Iterator[Found]:
-    """Yield the mappings one level below others whose names match a part of a pattern."""
+def _below(found: Iterable[Found], part: str) -> tuple[list[Found], list[str]]:
+    """Return the mappings one level below others whose names match, and the alternatives that match none."""
     below = [
         (f"{at}/{key}".lstrip("/"), key, inner)
         for at, holder in found
         for key, inner in holder.items()
         if isinstance(inner, dict)
     ]
-    for wanted in part.split("|"):
-        matched = [(at, inner) for at, key, inner in below if fnmatchcase(key, wanted)]
-        if not matched:
-            what = f"{path[-1]}: the registry has nothing that {wanted} names"
-            diagnostics.add(document.place(*path), "SW049", what)
-        yield from matched
+    matched = {
+        wanted: [(at, inner) for at, key, inner in below if fnmatchcase(key, wanted)]
+        for wanted in part.split("|")
+    }
+    return list(chain(*matched.values())), [wanted for wanted in matched if not matched[wanted]]
+
+
+def _listed(members: Counter[str]) -> str:
+    return ", ".join(sorted(members.elements())) or NOTHING
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return _listed(Counter(map(str, value)))
+    return str(value).lower() if isinstance(value, bool) else str(value)
