@@ -38,7 +38,7 @@ from stagewire_generator.targets.templates import Templates
 SURVIVORS = Path(__file__).with_name("survivors.yaml")
 PROSE = frozenset(
     {"page", "pages", "more_pages", "title", "summary", "note", "source", "printed", "document", "unknown",
-     "chapter", "order", "reported_as", "misprinted", "open", "cause", "spelling"}
+     "chapter", "order", "reported_as", "misprinted", "open", "cause"}
 )  # fmt: skip
 _NUMBER = re.compile(r"(\d+)(/\d+)?\Z")
 _REMOVED = object()
@@ -135,7 +135,7 @@ def _paths(node: Any, path: KeyPath) -> Iterator[KeyPath]:
 
 
 def mutations(proof: Proof, seed: int) -> Iterator[Mutation]:
-    """Yield two mutations for each leaf; the seed draws the wrong values."""
+    """Yield the mutations of all leaves; the seed draws the wrong values."""
     chance = random.Random(seed)
     found = leaves(proof)
     alike: defaultdict[str, set[Any]] = defaultdict(set)
@@ -143,7 +143,8 @@ def mutations(proof: Proof, seed: int) -> Iterator[Mutation]:
         alike[leaf.fact].add(leaf.value)
     for leaf in found:
         yield Mutation(leaf, _wrong(leaf.value, alike[leaf.fact], chance))
-        yield Mutation(leaf, _REMOVED)
+        if leaf.path[-1] != "spelling":  # without it, the words of a name are those between underscores
+            yield Mutation(leaf, _REMOVED)
 
 
 def _wrong(value: Any, alike: set[Any], chance: random.Random) -> Any:

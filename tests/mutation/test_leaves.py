@@ -1,6 +1,6 @@
 """Every fact of the registry has a second witness: a wrong value contradicts ``check`` or an example.
 
-The facts that may survive are in ``survivors.yaml``, each with the reason why no document could contradict it.
+The facts that may survive are in ``survivors.yaml``, with the reasons why no document could contradict them.
 """
 
 from __future__ import annotations
