@@ -77,6 +77,7 @@ def check_errata(
         what = f"{erratum.id} names no place, and no worked example refers to it"
         diagnostics.add(erratum.place, "SW041", what)
     _known(protocol, errata, diagnostics)
+    _exemplified(protocol, files, diagnostics)
     for at, name in comparison.unknown:
         diagnostics.add(at, "SW044", f"{name} is in the witness but not in the registry")
     for at, part in comparison.misplaced:
@@ -128,6 +129,27 @@ def _known(protocol: Protocol, errata: Iterable[Erratum], diagnostics: Diagnosti
             if name not in fields:
                 what = f"{erratum.id}: unknown field {name}"
                 diagnostics.add(erratum.place, "SW021", what)
+
+
+def _exemplified(
+    protocol: Protocol, files: Mapping[str, list[Document]], diagnostics: Diagnostics
+) -> None:
+    """Check that the messages and fields named by examples and captures exist."""
+    fields = {
+        message.name: {field.name for layout in message.layouts for field in layout.all_fields}
+        for message in protocol.messages
+    }
+    for kind in ("examples", "captures"):
+        for document in files.get(kind, []):
+            for id, entry in document.data[kind].items():
+                message = entry.get("message", "")
+                if message and message not in fields:
+                    what = f"{id}: unknown message {message}"
+                    diagnostics.add(document.place(kind, id, "message"), "SW021", what)
+                for name in entry.get("fields", {}) if message in fields else ():
+                    if name not in fields[message]:
+                        what = f"{id}: {message} has no field {name}"
+                        diagnostics.add(document.place(kind, id, "fields", name), "SW021", what)
 
 
 def _referred(

@@ -2,8 +2,8 @@
 
 Lists and tables of the document have chapters of their own. A fact in a sentence is transcribed as a
 statement: its line, the printed words, and the value of the registry that they mean. A fact that the document
-does not state is a decision, with a reason. Both name facts by their path in the files of the registry, such as
-``units/TDC001/channels``.
+does not state is a decision, with a reason. Both name facts by their path in the files of the registry, such
+as ``units/TDC001/channels``.
 """
 
 from __future__ import annotations
