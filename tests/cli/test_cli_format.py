@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from conftest import Stagewire
 
 GOOD = SMALL_SPECS / "good_spec"
-KINDS = "captures errata examples messages overlay printed protocol quantities rules stages units"
+KINDS = "captures decisions errata examples messages overlay printed protocol quantities rules stages units"
 
 
 @pytest.fixture(scope="module")
@@ -146,8 +146,8 @@ def test_schemas_are_written_and_checked(stagewire: Stagewire, tmp_path: Path) -
     assert written == {f"{kind}.schema.json" for kind in KINDS.split()}
     for name in written:
         assert (out / name).read_bytes() == (ROOT / "spec" / "schema" / name).read_bytes()
-    assert stagewire("schemas", out, "--check").out.endswith("11 schemas, up to date\n")
-    assert stagewire("schemas", out).out == f"{out}: 11 schemas, 0 files written\n"
+    assert stagewire("schemas", out, "--check").out.endswith("12 schemas, up to date\n")
+    assert stagewire("schemas", out).out == f"{out}: 12 schemas, 0 files written\n"
 
 
 def test_only_schemas_are_updated(stagewire: Stagewire, tmp_path: Path) -> None:

@@ -53,6 +53,7 @@ NOT_RUN = {
     "python tests/mutation/facts_at_errata.py": (
         "slow; tests/mutation/test_facts_at_errata.py runs a part"
     ),
+    "python tests/mutation/leaves.py --seed 3": "very slow; tests/mutation/test_leaves.py runs a part",
 }
 """Lines of shell blocks that are not run, each with the reason."""
 

@@ -174,6 +174,8 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/reference/registry.md", "settings:"): schema("quantities"),
     ("docs/reference/registry.md", "errata:"): schema("errata"),
     ("docs/reference/registry.md", "rules:"): schema("rules"),
+    ("docs/reference/registry.md", "chapter: statements"): schema("printed"),
+    ("docs/reference/registry.md", "decisions:"): schema("decisions"),
     ("docs/how-to/virtual.md", "[[unit]]"): bench,
     ("docs/how-to/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,
     ("docs/how-to/virtual.md", "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001"): capture,

@@ -216,6 +216,11 @@ def test_two_overlays_cannot_define_the_same_entry(spec: Path) -> None:
         "{messages: [LAMP]}",
         "{messages: [LAMP], captures: [alive]}",
     )
+    edit(
+        folder / "third" / "captures.yaml",
+        "message: AUX_SET_HEAT\n    form: data\n    dest: 0x50\n    source: 0x01\n    fields: {warmth: 100}",
+        "message: POS_MOVE\n    form: data\n    dest: 0x50\n    source: 0x01\n    fields: {}",
+    )
     check(spec, overlays=["tiny/third"])
     assert said(spec, "tiny/second", "tiny/third") == [
         f"tiny/overlays/third/captures.yaml:{line} SW060 captures.{name} would replace the entry of the "
