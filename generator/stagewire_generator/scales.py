@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import Factor, Json, Protocol, Quantity
+
+FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
+"""The key of a factor, which names its unit and its direction."""
+RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 
 
 @dataclass(frozen=True, slots=True)

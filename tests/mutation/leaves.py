@@ -142,8 +142,11 @@ def mutations(proof: Proof, seed: int) -> Iterator[Mutation]:
     for leaf in found:
         alike[leaf.fact].add(leaf.value)
     for leaf in found:
-        yield Mutation(leaf, _wrong(leaf.value, alike[leaf.fact], chance))
-        if leaf.path[-1] != "spelling":  # without it, the words of a name are those between underscores
+        if " " not in str(leaf.value) or leaf.path[-1] == "spelling":  # otherwise it is prose
+            yield Mutation(leaf, _wrong(leaf.value, alike[leaf.fact], chance))
+        if (
+            leaf.path[-1] != "spelling"
+        ):  # without it, the words of a name are those between underscores
             yield Mutation(leaf, _REMOVED)
 
 

@@ -345,7 +345,7 @@ static inline apt_status apt_to_counts_int32(
 
 /**
  * Share of a full scale of 32767, in percent (page 64): counts_per_percent 32767/100; printed as “0
- * to 32767 for 0 to 100 %”.
+ * to 32767 (0 to 100%)”.
  */
 #define APT_SCALE_SHARE_32767 APT_BRACED(INT64_C(32767), INT64_C(100))
 
@@ -355,7 +355,7 @@ static inline apt_status apt_to_counts_int32(
  */
 #define APT_SCALE_SHARE_65535 APT_BRACED(INT64_C(13107), INT64_C(20))
 
-/** On and off times in steps of 250 µs, in ms (page 87): ms_per_count 1/4; printed as “250 µs”. */
+/** On and off times in steps of 250 µs, in ms (page 87): ms_per_count 1/4; printed as “250 μs”. */
 #define APT_SCALE_SOLENOID_TIME APT_BRACED(INT64_C(4), INT64_C(1))
 
 /*
@@ -753,7 +753,7 @@ static inline apt_status apt_scale_piezo_position(
 
 /**
  * Slew rate; one count is the maximum output voltage divided by 19000, in V/ms (page 123): 19000
- * counts equal the setting maximum_volts, in V; printed as “Value x Max Voltage / 19000”.
+ * counts equal the setting maximum_volts, in V; printed as “10V/ms i.e. 1266 x 150 / 19000”.
  *
  * Has the same errors as apt_scale_of_share().
  */

@@ -32,13 +32,13 @@ MILLISECONDS = Scale.unit_per("ms", 1, 1)
 SERVO_CYCLES = Scale.unit_per("us", 512, 5, printed="102.4")
 """Time in servo cycles of 102.4 µs (page 66)."""
 
-SHARE_32767 = Scale.counts_per("percent", 32767, 100, printed="0 to 32767 for 0 to 100 %")
+SHARE_32767 = Scale.counts_per("percent", 32767, 100, printed="0 to 32767 (0 to 100%)")
 """Share of a full scale of 32767 (page 64)."""
 
 SHARE_65535 = Scale.counts_per("percent", 13107, 20, printed="0 is 0% and 65535 is 100%")
 """Share of a full scale of 65535 (page 62)."""
 
-SOLENOID_TIME = Scale.unit_per("ms", 1, 4, printed="250 µs")
+SOLENOID_TIME = Scale.unit_per("ms", 1, 4, printed="250 μs")
 """On and off times in steps of 250 µs (page 87)."""
 
 TRAVEL = Scale.unit_per("um", 1, 10, printed="steps of 100nm")

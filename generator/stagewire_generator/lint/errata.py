@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import Comparison
+from stagewire_generator.lint.witness.scales import compare_scales
 from stagewire_generator.lint.witness.statements import check_decisions, compare_statements
 from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Erratum, Protocol, errata_of
@@ -41,6 +42,7 @@ def check_errata(
     if witness:
         compare_statements(comparison, files, diagnostics)
     check_decisions(comparison, files, diagnostics)
+    compare_scales(comparison, files)
     errata = [erratum for erratum in protocol.errata if erratum.overlay == overlay]
     claimed: dict[str, str] = {}
     for erratum in errata:

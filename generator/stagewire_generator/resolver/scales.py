@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from fractions import Fraction
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import Controller, Factor, Json, Limit, Quantity, Stage
 from stagewire_generator.resolver.tables import Tables
+from stagewire_generator.scales import FACTOR, RATIONAL
 from stagewire_generator.strict_yaml import Document
 
-_FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 _LIMIT_UNITS = {"mm": "mm", "mm_per_s": "mm/s", "mm_per_s2": "mm/s^2"}
 _WITHOUT_SOURCE = (
     "give the scale a `source` or a `page`; the page of the stage only counts for controllers with "
     "`units` and a `page`"
 )
-_RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 
 
 def define_quantities(tables: Tables) -> None:
@@ -119,13 +117,13 @@ def _factor(tables: Tables, entry: Json, unit: str, place: Place) -> Factor | No
 
     :param unit: the unit that its key must name; empty if unknown.
     """
-    keys = [key for key in entry if _FACTOR.match(key)]
+    keys = [key for key in entry if FACTOR.match(key)]
     if len(keys) != 1:
         what = f"expected one factor, counts_per_UNIT or UNIT_per_count, found {len(keys)}"
         tables.diagnostics.add(place, "SW037", what)
         return None
     text = str(entry[keys[0]])
-    if not _RATIONAL.match(text):
+    if not RATIONAL.match(text):
         what = f"{keys[0]}: {text} is not an exact positive rational"
         tables.diagnostics.add(place, "SW037", what)
         return None

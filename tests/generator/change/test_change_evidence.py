@@ -169,7 +169,7 @@ def test_a_change_is_accepted_only_with_evidence(
         ]),
         ("scale of a stage", "good_spec", [
             "tiny/stages.yaml:6:3: SW050 stage Slide TPx distance: scale, counts_per_mm 20000 -> "
-            "counts_per_mm 20001; no new or changed erratum, page, witness or example for it",
+            "counts_per_mm 40001/2; no new or changed erratum, page, witness or example for it",
         ]),
         ("channels", "good_spec", [
             "tiny/units.yaml:23:50: SW050 unit TP9 channels: unit-channels, 1 -> 2; "

@@ -1155,10 +1155,10 @@ QUANTITIES: dict[str, Rule] = {
     "position": ByStage("mm"),
     "pot_velocity": ByStage("mm/s"),
     "servo_cycles": Scale.unit_per("us", 512, 5, printed="102.4"),
-    "share_32767": Scale.counts_per("percent", 32767, 100, printed="0 to 32767 for 0 to 100 %"),
+    "share_32767": Scale.counts_per("percent", 32767, 100, printed="0 to 32767 (0 to 100%)"),
     "share_65535": Scale.counts_per("percent", 13107, 20, printed="0 is 0% and 65535 is 100%"),
     "slew_rate": BySetting("maximum_volts", 19000, "V/ms"),
-    "solenoid_time": Scale.unit_per("ms", 1, 4, printed="250 µs"),
+    "solenoid_time": Scale.unit_per("ms", 1, 4, printed="250 μs"),
     "status_velocity": ByStage("mm/s"),
     "strain_gauge_reading": ByCase(
         "display_mode",

@@ -37,7 +37,7 @@ def compare_statements(
             for pattern, value in entry["states"].items():
                 path = (CHAPTER, index, "states", pattern)
                 for at, key, holder in facts.at(pattern, document, path, diagnostics):
-                    place = f"{CHAPTER}/{at}/{key}"
+                    place = "/".join(filter(None, (CHAPTER, at, key)))
                     comparison.same(place, path, *facts.sides(value, holder.get(key, NOTHING)))
                     if "printed" in holder and key != "printed":
                         words = entry["words"], holder["printed"]
@@ -56,9 +56,8 @@ def check_decisions(
                 for at, key, holder in facts.at(pattern, document, path, diagnostics):
                     decided, encoded = facts.sides(value, holder.get(key, NOTHING))
                     if decided != encoded:
-                        what = (
-                            f"{at}/{key}: {slug} states {decided}, but the registry has {encoded}"
-                        )
+                        fact = "/".join(filter(None, (at, key)))
+                        what = f"{fact}: {slug} states {decided}, but the registry has {encoded}"
                         diagnostics.add(document.place(*path), "SW048", what)
 
 
@@ -80,10 +79,11 @@ class Facts:
 
         In each part of a pattern, ``*`` and ``?`` match as in file names, and ``|`` separates alternatives.
         An alternative that matches nothing is an error at this path of the document. The last part is a key,
-        which each holder must have.
+        which each holder must have. A pattern of one part names a key at the top of a file.
         """
         *parts, last = pattern.split("/")
-        found: list[Found] = [("", root) for root in self.roots]
+        roots = self.roots if parts else [r for r in self.roots if last in r] or self.roots[:1]
+        found: list[Found] = [("", root) for root in roots]
         for part in parts:
             below, unmatched = _below(found, part)
             for wanted in unmatched:
@@ -99,10 +99,13 @@ class Facts:
     def sides(self, stated: Any, encoded: Any) -> tuple[str, str]:
         """Return a stated and an encoded value as texts, which are equal if the values are.
 
-        Numbers have several spellings, and lists any order. Of two lists, only the differences are shown.
+        Numbers have several spellings, and lists any order. Of two lists, only the differences are shown. A
+        mapping is compared by its keys.
         """
         if isinstance(stated, dict):
             stated = self._on_pages(stated)
+        if isinstance(encoded, dict):
+            encoded = [*encoded]
         if isinstance(stated, list) and isinstance(encoded, list):
             one, other = Counter(map(str, stated)), Counter(map(str, encoded))
             return _listed(one - other), _listed(other - one)
