@@ -143,6 +143,9 @@ def test_texts_are_unchanged_in_json(
         "turtle/protocol.yaml:summary", "carousel/protocol.yaml:formats.s24.note",
         "carousel/protocol.yaml:python.title", "carousel/protocol.yaml:summary",
         "spark/protocol.yaml:summary",
+        "tiny/decisions.yaml:decisions.plain-family.reason",
+        "tiny/decisions.yaml:decisions.plain-family.source",
+        "turtle/decisions.yaml:decisions.longest.reason", "turtle/decisions.yaml:decisions.longest.source",
     }  # fmt: skip
 
 

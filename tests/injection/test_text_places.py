@@ -13,6 +13,7 @@ from text_places import Files, Place, changed, complete_spec, kind_of, locations
 SPEC_SCHEMAS = {kind_of(name) for name in complete_spec()}
 MADE = {
     "changes",
+    "conformance-changes",
     "conformance-report",
     "diagnostics",
     "manifest",

@@ -59,7 +59,11 @@ class Place:
         )
         of_bytes = Path(self.file).stem in ("examples", "captures") and "fields" in self.path
         of_errata = "/errata/" in self.file and "places" in self.path
-        compared = "/printed/" in self.file or of_bytes or of_commands or of_errata
+        of_scales = Path(self.file).stem in ("quantities", "stages") and self.path[-1] == "printed"
+        of_decisions = Path(self.file).stem == "decisions" and "states" in self.path
+        compared = "/printed/" in self.file or any(
+            (of_bytes, of_commands, of_errata, of_scales, of_decisions)
+        )
         return self.free and not compared
 
 
