@@ -51,7 +51,7 @@ def test_each_case_makes_a_check_with_its_changes() -> None:
     assert [one.title, two.title] == ["It looks at 0x11", "It looks at 0x21"]
     assert one.messages == two.messages == ("MOD_IDENTIFY",)
     assert (one.needs, two.needs) == ({Need.MOTION}, {Need.MOTION, Need.SETTINGS})
-    assert (one.seconds, one.skip, one.lacks) == (0.1, "", "")
+    assert (one.seconds, one.skip, one.lacks) == (Check.seconds, "", "")
     assert (two.seconds, two.skip, two.lacks) == (3.0, "not claimed", "out of range")
     assert two.rules == ("velocity-parameters",)
 

@@ -41,7 +41,7 @@ KIND = Kind(
     does="sets a positive and a negative backlash distance with MOT_SET_GENMOVEPARAMS, moves all motors "
     "together back and forth within {range}, and restores the parameters",
     settings=True,
-    seconds=2.2,
+    seconds=3.6,
 )
 def _corrects(axes: Sequence[Axis]) -> None:
     distances = {axis: axis.step(_SECONDS, axis.pace) // 2 for axis in axes}

@@ -39,7 +39,7 @@ KIND = Kind(
     ),
     does="moves all motors together within {range}, disables their channels on the way, enables them again, "
     "and moves them back",
-    seconds=2.1,
+    seconds=2.5,
 )
 def _stops(axes: Sequence[Axis]) -> None:
     ways = distances_lasting(axes, _SECONDS)

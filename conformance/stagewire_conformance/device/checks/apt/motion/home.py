@@ -89,7 +89,7 @@ KIND = Kind(
     "returns to its previous position",
     bound=f"homing ends within {_LONGEST:g} s and after at most 1.1 times the travel, or is stopped; "
     f"without a declared travel within {_UNKNOWN:g} s",
-    seconds=6.0,
+    seconds=5.5,
     lacks=lacks_home,
 )
 def _home(axes: Sequence[Axis]) -> None:

@@ -58,7 +58,7 @@ KIND = Kind(
     does="lowers the homing velocity with MOT_SET_HOMEPARAMS step by step, homes all motors together from "
     "near their homes, and restores the parameters",
     settings=True,
-    seconds=9.9,
+    seconds=6.5,
     lacks=lacks_home,
     name="velocity",
 )
@@ -110,7 +110,7 @@ def _judge_no_time(axis: Axis, place: int, seen: Watched) -> None:
         "MOT_MOVE_ABSOLUTE",
     ),
     does="homes all motors together from near their homes, while their end-of-move messages are suspended",
-    seconds=7.4,
+    seconds=4.0,
     lacks=lacks_home,
     name="suspended",
 )

@@ -41,6 +41,7 @@ KIND = Kind(
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
     does="moves all motors together within {range} and back, and reads their position counters and status "
     "bits meanwhile",
+    seconds=2.2,
 )
 def _agree(axes: Sequence[Axis]) -> None:
     ways = distances_lasting(axes, _SECONDS)

@@ -56,7 +56,7 @@ KIND = Kind(
     does="sets small single steps with MOT_SET_JOGPARAMS, jogs all motors together forward and in "
     "reverse within {range}, and restores the parameters",
     settings=True,
-    seconds=2.6,
+    seconds=2.9,
 )
 def _jog_steps(axes: Sequence[Axis]) -> None:
     steps: dict[Axis, int] = {}
@@ -81,7 +81,7 @@ def _jog_steps(axes: Sequence[Axis]) -> None:
     "motors together forward and in reverse within {range} for less than a second, stops them, and "
     "restores the parameters",
     settings=True,
-    seconds=2.7,
+    seconds=4.8,
     name="continuous",
 )
 def _jog_continuously(axes: Sequence[Axis]) -> None:

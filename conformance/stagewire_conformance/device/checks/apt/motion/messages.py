@@ -65,7 +65,7 @@ SUSPEND = Kind(
     ),
     does="moves all motors together within {range} while their end-of-move messages are suspended, stops "
     "them on their way back, and moves them on after the messages are resumed",
-    seconds=2.5,
+    seconds=2.3,
 )
 def _suspend_and_resume(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial
@@ -169,6 +169,7 @@ UPDATES = Kind(
     "Periodic status messages of {motors} follow their motion",
     messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
     does="moves all motors together within {range} and back while status messages are running",
+    seconds=2.6,
 )
 def _follow_motion(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial

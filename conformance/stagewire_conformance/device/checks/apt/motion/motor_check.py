@@ -70,6 +70,10 @@ _BOUND: Final = (
 
 _MOTOR: Final = "MOT_MOVE_HOME"
 """Units with this message in their list move something. Solenoid drivers have other motor messages."""
+_BRUSHLESS: Final = "MOT_REQ_PMDPROFILEMODEPARAMS"
+"""Units with this message in their list drive brushless motors."""
+_FAST: Final = 0.7
+"""The duration of a check of brushless motors, relative to the same check of other motors."""
 
 
 def motors(declared: Declaration) -> Iterator[Motor]:
@@ -111,6 +115,7 @@ def motor_check(
     :param title: has the motors as ``{motors}``.
     :param does: has the allowed range as ``{range}``.
     :param settings: whether the check also changes settings.
+    :param seconds: the approximate duration with motors that are not brushless.
     :param lacks: returns why the permissions do not suffice.
     :param name: the name of the check within its kind, if the kind has several.
     :param at_least: the number of motors that the check requires.
@@ -132,6 +137,7 @@ def motor_check(
                         )
                     },
                     messages=_used(declared, place, also),
+                    seconds=seconds * (_FAST if _BRUSHLESS in place.listed else 1.0),
                     skip=_skip(place, messages),
                     lacks=lacks_range(declared, allowed, group[0])
                     or lacks(declared, allowed, group[0]),
@@ -144,7 +150,6 @@ def motor_check(
             needs={Need.MOTION, Need.SETTINGS} if settings else {Need.MOTION},
             does=does,
             bound=bound,
-            seconds=seconds,
             name=name,
             each=cases,
         )(partial(_run, moving=moving))

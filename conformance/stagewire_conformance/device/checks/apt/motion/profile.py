@@ -80,7 +80,7 @@ KIND = Kind(
     does="lowers velocity and acceleration with MOT_SET_VELPARAMS step by step, moves all motors "
     "together back and forth within {range}, and restores the parameters",
     settings=True,
-    seconds=5.4,
+    seconds=5.0,
     name="moves",
 )
 def _moves(axes: Sequence[Axis]) -> None:
@@ -107,7 +107,7 @@ def _moves(axes: Sequence[Axis]) -> None:
     does="lowers velocity and acceleration with MOT_SET_JOGPARAMS step by step, jogs all motors "
     "together back and forth within {range}, and restores the parameters",
     settings=True,
-    seconds=10.2,
+    seconds=11.0,
     name="jogs",
 )
 def _jogs(axes: Sequence[Axis]) -> None:

@@ -116,16 +116,24 @@ class Shuttle:
 def distances_lasting(axes: Sequence[Axis], seconds: float) -> dict[Axis, int]:
     """Return a distance for each motor that takes about so many seconds.
 
-    A motor of unknown speed is moved once, there and back, to measure it.
+    A motor of unknown speed is moved once, there and back, to measure it, unless an earlier check has
+    measured it. End the check if a motor is too slow.
     """
     ways = distances(axes, seconds)
-    shuttle = Shuttle({axis: way for axis, way in ways.items() if not axis.pace.known})
+    for axis, way in ways.items():
+        axis.pace.bound(way)
+    unknown = [axis for axis in axes if not axis.pace.known]
+    shuttle = Shuttle({axis: ways[axis] for axis in unknown if axis.pace.measured is None})
     took = shuttle.durations(list(shuttle.ways))
     shuttle.durations(list(took))
-    for axis, measured in took.items():
+    for axis in unknown:
+        longest = abs(ways[axis])
+        if axis.pace.measured is not None:
+            longest = max(longest, int(axis.pace.measured * seconds))
+        elif axis in took:
+            longest = int(longest * min(_MOST_TIMES, max(1.0, seconds / max(took[axis], 0.01))))
         way = 1 if ways[axis] > 0 else -1
-        longer = int(abs(ways[axis]) * min(_MOST_TIMES, max(1.0, seconds / max(measured, 0.01))))
-        ways[axis] = way * min(longer, axis.room(axis.start, way))
+        ways[axis] = way * min(longest, axis.room(axis.start, way))
     return ways
 
 

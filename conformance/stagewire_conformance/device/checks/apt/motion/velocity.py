@@ -66,7 +66,7 @@ KIND = Kind(
     "together forward and in reverse for less than a second, stops them, moves them at the same "
     "velocity, and restores the velocity",
     settings=True,
-    seconds=6.0,
+    seconds=5.5,
 )
 def _run(axes: Sequence[Axis]) -> None:
     rooms = {axis: room_for(axis, axis.pace) for axis in axes}
