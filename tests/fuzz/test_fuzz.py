@@ -221,7 +221,16 @@ def test_every_kind_of_spec_file_is_damaged() -> None:
     assert {name for case in made for name in case.files} >= {f"spec/{n}" for n in spec_cases.FILES}
     schemas = {path.name.partition(".")[0] for path in (HERE.parents[1] / "spec/schema").iterdir()}
     not_of_a_spec = {
-        *("changes", "conformance-changes", "conformance-report", "diagnostics", "manifest", "pics", "registry", "testee"),
+        *(
+            "changes",
+            "conformance-changes",
+            "conformance-report",
+            "diagnostics",
+            "manifest",
+            "pics",
+            "registry",
+            "testee",
+        ),
         "vectors",
     }
     assert {kind for kind in schemas if kind not in not_of_a_spec} == set(spec_cases.KINDS)
