@@ -54,7 +54,7 @@ def _corrects(axes: Sequence[Axis]) -> None:
     distances = {axis: each for axis, each in distances.items() if each >= _LEAST}
     if not distances or not make_room({axis: 2 * each for axis, each in distances.items()}):
         return
-    begins = {axis: axis.position() for axis in distances}
+    begins = {axis: axis.place_with_room(2 * each) for axis, each in distances.items()}
     with_positive = _overshoots(distances, begins, 1)
     with_negative = _overshoots(distances, begins, -1)
     for axis in with_positive.keys() & with_negative.keys():

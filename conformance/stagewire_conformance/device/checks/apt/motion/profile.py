@@ -129,7 +129,7 @@ def _jogs(axes: Sequence[Axis]) -> None:
     found = search(list(steps), law, shuttle.speeds)
     fast = {axis: present(axis, "MOT_SET_VELPARAMS")["max_velocity"] for axis in found}
     shuttle_of_moves = _same_moves(steps, found, "max_velocity")
-    moves = shuttle_of_moves.speeds(list(found))
+    moves = shuttle_of_moves.speeds(list(shuttle_of_moves.ways))
     shuttle_of_moves.speeds(list(moves))  # back, so that the next jogs have room
     for axis, each in found.items():
         _judge_scale(axis, each, "a jog")
@@ -141,19 +141,24 @@ def _jogs(axes: Sequence[Axis]) -> None:
         change(axis, "MOT_SET_VELPARAMS", at_most="max_velocity", max_velocity=fast[axis])
     law = _acceleration_law("MOT_SET_JOGPARAMS", "jog_acceleration", "a jog")
     found = search([axis for axis in found if _is_trapezoidal(axis)], law, shuttle.durations)
-    took = _same_moves(steps, found, "acceleration").durations(list(found))
+    shuttle_of_moves = _same_moves(steps, found, "acceleration")
+    took = shuttle_of_moves.durations(list(shuttle_of_moves.ways))
     for axis, each in found.items():
         if axis in took:
             _judge_alike_ramps(axis, each, took[axis])
 
 
 def _same_moves(steps: Mapping[Axis, int], found: Mapping[Axis, Search], name: str) -> Shuttle:
-    """Set a parameter of moves to the last value of jogs; return moves over the steps of the jogs."""
-    begins = {axis: axis.position() for axis in found}
+    """Set a parameter of moves to the last value of jogs; return moves over the steps of the jogs.
+
+    Motors with a counter outside of the range are left out: the counter is wrong.
+    """
+    places = {axis: axis.position() for axis in found}
+    begins = {axis: at for axis, at in places.items() if axis.low <= at <= axis.high}
     for axis, each in found.items():
         value = min(each.values[-1], present(axis, "MOT_SET_VELPARAMS")[name])
         change(axis, "MOT_SET_VELPARAMS", at_most=name, **{name: value})
-    return Shuttle({axis: axis.wider(begins[axis]) * steps[axis] for axis in found}, begins)
+    return Shuttle({axis: axis.wider(begins[axis]) * steps[axis] for axis in begins}, begins)
 
 
 def _judge_alike(axis: Axis, jogs: Search, speed: float, velocity: int) -> None:

@@ -96,7 +96,8 @@ def _compare(runs: Mapping[Axis, list[Point]]) -> None:
         here = axis.position()
         enough = max(2.5 * until_steady(points), _SECONDS * top_speed(points))
         way = axis.wider(here)
-        if axis.room(here, way) >= enough > HELD:
+        inside = axis.low <= here <= axis.high  # otherwise, its counter is wrong
+        if inside and axis.room(here, way) >= enough > HELD:
             begins[axis], ways[axis] = here, way * int(enough)
     shuttle = Shuttle(ways, begins)
     for axis, speed in shuttle.speeds(list(ways)).items():
