@@ -37,66 +37,50 @@ EVERY = [(name, fault) for name, faults in FAULTS.items() for fault in faults]
 WRONG = (Result.FAIL, Result.NON_STRICT)
 
 NOT_FOUND_YET: set[str] = {
-    "CapIgnoredByAbsoluteMoves",
-    "CapIgnoredByVelocityMoves",
-    "ContinuousJogIgnored",
-    "CounterNotUsedByMoves",
     "ErrorAfterAnUnknownMessage",
-    "HomeVelocityIgnored",
     "HomedAtOnce",
     "HomedOnChannelZero",
-    "HomesAtMoveVelocity",
-    "HomesOnPaper",
-    "JogAccelerationIgnored",
-    "JogHalfAsFast",
     "JogStepIgnored",
     "JoystickWithoutASize",
-    "MoveAcknowledged",
-    "MovesWhileDisabled",
     "PositionOfTheTarget",
     "SavingAnswered",
     "SilentAfterTen",
     "SingleStepRunsOn",
-    "SmallMovesNotCompleted",
     "StartIgnored",
-    "StatusBitsOfTheLastUpdate",
     "StopDoesNotEndHoming",
     "StoppedBeforeRest",
-    "SuspendHidesOnlyCompleted",
-    "TopSpeedDoubled",
     "TopSpeedPassed",
     "UnknownPacketNotSkipped",
-    "UpdatesFrozenInMotion",
-    "UpdatesPauseInMotion",
     "UpdatesToTheMotherboard",
 }
-"""Faults that the suite does not find yet, or not by the right rule."""
+"""Faults that the suite does not find yet, or finds only by another rule."""
 
 SEVERAL_FINDINGS_YET: set[str] = {
     "AbsoluteFromHere",
     "AbsolutePositionOfSixteenBits",
+    "AccelerationIgnored",
     "AnswersWithASet",
+    "BacklashNeverNegative",
     "BacklashNotTakenUp",
     "BusyTooLong",
     "ButtonPositionsSwapped",
     "CompletedAtOnce",
     "CompletedEarly",
+    "CompletedWithTheStart",
     "CounterBigEndian",
     "EnableStateInverted",
     "EndWithTwelveBytes",
     "EndsShort",
     "EndsTooFar",
-    "ErrorAfterAnUnknownMessage",
     "ErrorsReported",
     "EveryFortiethReplyTruncated",
     "EveryReplyFromABay",
-    "HomedAtOnce",
     "HomedWithoutAPosition",
     "HomesOnPaper",
     "IncrementUnsigned",
+    "JogAtMoveVelocity",
     "JogModeFromZero",
     "JoystickNotDisabled",
-    "JoystickWithoutASize",
     "KeepAliveAnswered",
     "KeepAliveIgnored",
     "KeepAliveOnRs232",
@@ -106,12 +90,12 @@ SEVERAL_FINDINGS_YET: set[str] = {
     "MovingBitMissing",
     "NeverBusy",
     "NeverDisabled",
+    "NoRamp",
     "NotBusyWhileRampingDown",
     "OneAxisAtATime",
     "OneMessageAtATime",
     "PositionBigEndian",
     "PositionLags",
-    "PositionOfTheTarget",
     "PotVelocitiesOfTwelveBits",
     "ProfiledStopIgnored",
     "RampIgnored",
@@ -122,25 +106,23 @@ SEVERAL_FINDINGS_YET: set[str] = {
     "ReplyOfAnotherMessage",
     "SavingRestoresTheFactory",
     "SpeedAlwaysZero",
-    "StartIgnored",
     "StatusBigEndian",
     "StatusBitsBigEndian",
     "StatusBitsOfTheLastUpdate",
     "StatusFieldsSwapped",
     "StatusOfChannelZero",
-    "StopDoesNotEndHoming",
+    "StatusShowsTheTarget",
     "StopIgnored",
     "StopOnlyPauses",
-    "StoppedBeforeRest",
     "StopsShort",
     "StuckAfterAnError",
     "SuspendHidesOnlyCompleted",
+    "SuspendIgnored",
     "SuspendSilencesStatus",
     "TargetIsThePosition",
     "TopSpeedChangesRamp",
     "TopSpeedOfOneByte",
     "TopSpeedOfTheFactory",
-    "TopSpeedPassed",
     "UpdatesEnd",
     "UpdatesNotStopped",
     "UpdatesSlow",
@@ -184,17 +166,22 @@ def test_there_are_enough_faults() -> None:
 
 def test_the_list_of_faults_not_found_yet_is_current() -> None:
     assert {fault.name for _, fault in EVERY} >= NOT_FOUND_YET | SEVERAL_FINDINGS_YET
+    assert not NOT_FOUND_YET & SEVERAL_FINDINGS_YET
 
 
 @pytest.mark.parametrize(("bench", "fault"), list(runs()))
 def test_a_fault_is_found(bench: CorpusBench, fault: Fault) -> None:
     report = bench.run(fault.make)
     assert report.defect is None, report.defect
-    if fault.name in NOT_FOUND_YET:
-        return
     named = rules_named(report)
-    assert any(rules & fault.rules for rules in named), f"{fault.text} The findings name {named}."
-    if fault.name not in SEVERAL_FINDINGS_YET:
+    found = any(rules & fault.rules for rules in named)
+    if fault.name in NOT_FOUND_YET:
+        assert not found, f"{fault.name} is found: remove it from NOT_FOUND_YET"
+        return
+    assert found, f"{fault.text} The findings name {named}."
+    if fault.name in SEVERAL_FINDINGS_YET:
+        assert len(named) > 1, f"{fault.name} has one finding: remove it from SEVERAL_FINDINGS_YET"
+    else:
         assert len(named) == 1, f"{fault.text} One cause has {len(named)} findings."
 
 
