@@ -176,10 +176,14 @@ def run_kind(
 
 
 def draws(name: str, began: int, operations: int, count: int) -> Iterator[Interruption]:
-    """Yield seeded interruptions, all ways in turn."""
+    """Yield seeded interruptions, all ways in turn.
+
+    The last operation is left out: after it, the run has nothing more to do, so it ends as usual.
+    """
     random = Random(name)
     for number in range(count):
-        yield Interruption(random.randint(max(1, began), operations), WAYS[number % len(WAYS)])
+        at = min(random.randint(max(1, began), operations), operations - 1)
+        yield Interruption(at, WAYS[number % len(WAYS)])
 
 
 def judge(bench: Bench, ended: Ended) -> None:
