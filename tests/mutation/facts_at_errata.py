@@ -18,6 +18,7 @@ from itertools import chain, count
 from typing import Any
 
 from mutants import OTHER_SIGN, PROTOCOLS, Proof, proof_of
+from registry_values import RegistryValue
 
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.lint.witness.reading import squash
@@ -34,48 +35,31 @@ _OTHER_SIZE = {"byte": "word", "char": "word", "u8": "u16"}
 
 
 @dataclass(frozen=True)
-class Fact:
+class Fact(RegistryValue):
     """A value in a file of the registry, or the name of an entry.
 
-    :param path: path of the value, or of the entry.
+    :param named: whether it is the name.
     :param taken: other values of the same list.
     """
 
-    document: Document
-    path: KeyPath
     named: bool = False
     taken: frozenset[int] = frozenset()
 
     def __str__(self) -> str:
-        what = " (name)" if self.named else ""
-        return f"{'/'.join(map(str, self.path))}{what}"
-
-    @property
-    def holder(self) -> Any:
-        node = self.document.data
-        for step in self.path[:-1]:
-            node = node[step]
-        return node
+        return f"{super().__str__()}{' (name)' if self.named else ''}"
 
     @contextmanager
     def wrong(self) -> Iterator[None]:
         """Change the fact while the context lasts."""
         holder, key = self.holder, self.path[-1]
-        before = dict(holder) if isinstance(holder, dict) else list(holder)
-        if self.named:
-            others = {f"{k}x" if k == key else k: v for k, v in holder.items()}
-            holder.clear()
-            holder.update(others)
-        else:
-            holder[key] = self._other(holder[key])
-        try:
-            yield
-        finally:
-            if isinstance(holder, dict):
+        with self.restored():
+            if self.named:
+                others = {f"{k}x" if k == key else k: v for k, v in holder.items()}
                 holder.clear()
-                holder.update(before)
+                holder.update(others)
             else:
-                holder[:] = before
+                holder[key] = self._other(holder[key])
+            yield
 
     def _other(self, value: Any) -> Any:
         if isinstance(value, int):

@@ -26,12 +26,13 @@ from typing import Any
 
 import yaml
 from mutants import PROTOCOLS, Proof, proof_of
+from registry_values import RegistryValue
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.statements import OF_REGISTRY, Facts
 from stagewire_generator.pipeline import check_protocol
 from stagewire_generator.schemas import fits_schema
-from stagewire_generator.strict_yaml import Document, KeyPath
+from stagewire_generator.strict_yaml import KeyPath
 from stagewire_generator.targets import python
 from stagewire_generator.targets.templates import Templates
 
@@ -51,18 +52,13 @@ sys.exit(any(verdict.failed for verdict in run(import_module(sys.argv[1]).PROTOC
 
 
 @dataclass(frozen=True)
-class Leaf:
+class Leaf(RegistryValue):
     """A value in a file of the registry.
 
     :param kind: kind of the file.
     """
 
-    document: Document
     kind: str
-    path: KeyPath
-
-    def __str__(self) -> str:
-        return "/".join(map(str, self.path))
 
     @property
     def fact(self) -> str:
@@ -71,33 +67,18 @@ class Leaf:
         return f"{self.kind}: {'values' if key.isupper() else key}"
 
     @property
-    def holder(self) -> Any:
-        node = self.document.data
-        for step in self.path[:-1]:
-            node = node[step]
-        return node
-
-    @property
     def value(self) -> Any:
         return self.holder[self.path[-1]]
 
     @contextmanager
     def mutated(self, value: Any) -> Iterator[None]:
         """Change or remove the value while the context lasts."""
-        holder, key = self.holder, self.path[-1]
-        before = dict(holder) if isinstance(holder, dict) else list(holder)
-        if value is _REMOVED:
-            del holder[key]
-        else:
-            holder[key] = value
-        try:
-            yield
-        finally:
-            holder.clear()
-            if isinstance(holder, dict):
-                holder.update(before)
+        with self.restored():
+            if value is _REMOVED:
+                del self.holder[self.path[-1]]
             else:
-                holder.extend(before)
+                self.holder[self.path[-1]] = value
+            yield
 
 
 @dataclass(frozen=True)
@@ -115,7 +96,7 @@ class Mutation:
 def leaves(proof: Proof) -> list[Leaf]:
     """Return the leaves of a protocol, without its overlays."""
     return [
-        Leaf(document, kind, path)
+        Leaf(document, path, kind)
         for kind in OF_REGISTRY
         for document in proof.files.get(kind, [])
         for path in _paths(document.data, ())
@@ -151,7 +132,7 @@ def mutations(proof: Proof, seed: int) -> Iterator[Mutation]:
 
 
 def _wrong(value: Any, alike: set[Any], chance: random.Random) -> Any:
-    """Return another value: a name that stands elsewhere for such a fact, or a number close by."""
+    """Return another value: a name that another fact of the kind has, or a number close by."""
     if isinstance(value, bool):
         return not value
     if isinstance(value, int):

@@ -72,9 +72,9 @@ def test_a_mutated_leaf_is_restored(name: str) -> None:
     proof = proof_of(name)
     for mutation in mutations(proof, seed=1):
         leaf = mutation.leaf
-        before = list(leaf.holder.items() if isinstance(leaf.holder, dict) else leaf.holder)
+        before = leaf.siblings
         with leaf.mutated(mutation.value):
-            during = list(leaf.holder.items() if isinstance(leaf.holder, dict) else leaf.holder)
-        after = list(leaf.holder.items() if isinstance(leaf.holder, dict) else leaf.holder)
+            during = leaf.siblings
+        after = leaf.siblings
         assert before == after
         assert during != before
