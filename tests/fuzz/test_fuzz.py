@@ -25,6 +25,7 @@ from sandbox import Case, Ran, Sandbox, Wrong
 
 import stagewire_cli.main
 from quick_specs import quick_specs
+from spec_schemas import spec_kinds
 from stagewire.framing import CommandFramer, Event, Framer, ReplyDecoder
 from stagewire.protocols import CommandFrame, Frame
 from stagewire_apt import PROTOCOL
@@ -219,21 +220,7 @@ def test_a_separate_process_gives_the_same_result(target: str, sandbox: Sandbox)
 def test_every_kind_of_spec_file_is_damaged() -> None:
     made = [user_input.case_of("spec-tree", SEED, number) for number in range(500)]
     assert {name for case in made for name in case.files} >= {f"spec/{n}" for n in spec_cases.FILES}
-    schemas = {path.name.partition(".")[0] for path in (HERE.parents[1] / "spec/schema").iterdir()}
-    not_of_a_spec = {
-        *(
-            "changes",
-            "conformance-changes",
-            "conformance-report",
-            "diagnostics",
-            "manifest",
-            "pics",
-            "registry",
-            "testee",
-        ),
-        "vectors",
-    }
-    assert {kind for kind in schemas if kind not in not_of_a_spec} == set(spec_cases.KINDS)
+    assert spec_kinds() == set(spec_cases.KINDS)
 
 
 Main = Callable[[Sequence[str]], int]

@@ -19,9 +19,8 @@ from typing import Any
 import jsonschema
 
 import plain_yaml
-from checkout import ROOT, SMALL_SPECS
+from checkout import SCHEMAS, SMALL_SPECS
 
-SCHEMAS = ROOT / "spec" / "schema"
 GOOD = SMALL_SPECS / "good_spec"
 COMMANDS = SMALL_SPECS / "good_commands"
 PACKETS = SMALL_SPECS / "good_packets"
