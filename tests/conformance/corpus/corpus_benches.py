@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 
 from corpus_lines import CorpusLink, Maker, SteppedCorpusLink
 from corpus_ms2000 import Ms2000
 from corpus_stepper import Stepper
 from corpus_tdc001 import Tdc001
 
-from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.declaration import Declaration, declare
-from stagewire_conformance.device.permissions import Permissions, Range
+from declared_benches import DeclaredBench
+from stagewire_conformance.device.permissions import Range
 from stagewire_conformance.device.pics import ChannelPics, Pics, Timing
-from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import run
 
@@ -24,28 +21,13 @@ _TIMING = Timing(reply_p99_ms=20.0)
 
 
 @dataclass(frozen=True)
-class CorpusBench:
-    """A controller as its vendor declares it, with everything allowed.
+class CorpusBench(DeclaredBench):
+    """A controller of the corpus with its declaration and permissions.
 
     :param make: makes the correct controller.
-    :param motion: the range of ``--allow-motion``.
     """
 
     make: Maker
-    pics: Pics
-    motion: str
-
-    @cached_property
-    def declared(self) -> Declaration:
-        return declare(self.pics)
-
-    @cached_property
-    def allowed(self) -> Permissions:
-        return Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True)
-
-    @cached_property
-    def checks(self) -> list[Check]:
-        return plan(self.declared, self.allowed)
 
     def run(
         self, make: Maker | None = None, line: Callable[[Maker], CorpusLink] = SteppedCorpusLink
@@ -56,7 +38,6 @@ class CorpusBench:
 
 BENCHES = {
     "tdc001": CorpusBench(
-        Tdc001,
         Pics(
             unit="TDC001",
             line="usb",
@@ -70,9 +51,9 @@ BENCHES = {
             timing=_TIMING,
         ),
         "-10291..171520counts",
+        Tdc001,
     ),
     "stepper": CorpusBench(
-        Stepper,
         Pics(
             unit="BSC101",
             line="rs232",
@@ -84,9 +65,9 @@ BENCHES = {
             timing=_TIMING,
         ),
         "-7680..128000counts",
+        Stepper,
     ),
     "ms2000": CorpusBench(
-        Ms2000,
         Pics(
             unit="MS2000",
             channels=tuple(
@@ -96,6 +77,7 @@ BENCHES = {
             timing=_TIMING,
         ),
         "-20..20mm",
+        Ms2000,
     ),
 }
 """The controllers by name."""

@@ -30,6 +30,23 @@ class Setting:
     values: tuple[int, ...]
 
 
+_OF_EVERY_MOTOR: Mapping[str, tuple[int, str]] = {
+    "velocity": (0x0413, "iII"),
+    "jog": (0x0416, "HiiiiH"),
+    "general": (0x043A, "i"),
+    "relative": (0x0445, "i"),
+    "absolute": (0x0450, "i"),
+    "home": (0x0440, "HHIi"),
+    "limits": (0x0423, "HHIIH"),
+}
+"""The ids and layouts of the settings that every motor controller has."""
+
+
+def settings_of_motor(**values: tuple[int, ...]) -> dict[str, Setting]:
+    """Return the settings that every motor controller has, with their values after power-up."""
+    return {name: Setting(*_OF_EVERY_MOTOR[name], values[name]) for name in _OF_EVERY_MOTOR}
+
+
 @dataclass
 class Axis:
     """The drive and the stage. Positions are in counts from the reverse limit switch.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from typing import ClassVar
 
-from corpus_motor import HOME, JOG, MotorController, Setting
+from corpus_motor import HOME, JOG, MotorController, settings_of_motor
 
 COUNTS_PER_MM = 25600
 
@@ -20,15 +20,15 @@ class Stepper(MotorController):
     :param clock: returns the time in seconds.
     """
 
-    SETTINGS: ClassVar = {
-        "velocity": Setting(0x0413, "iII", (0, 204800, 102400)),
-        "jog": Setting(0x0416, "HiiiiH", (2, 2560, 0, 102400, 51200, 2)),
-        "general": Setting(0x043A, "i", (1280,)),
-        "relative": Setting(0x0445, "i", (5120,)),
-        "absolute": Setting(0x0450, "i", (12800,)),
-        "home": Setting(0x0440, "HHIi", (2, 1, 51200, 7680)),
-        "limits": Setting(0x0423, "HHIIH", (3, 3, 307200, 0, 1)),
-    }
+    SETTINGS: ClassVar = settings_of_motor(
+        velocity=(0, 204800, 102400),
+        jog=(2, 2560, 0, 102400, 51200, 2),
+        general=(1280,),
+        relative=(5120,),
+        absolute=(12800,),
+        home=(2, 1, 51200, 7680),
+        limits=(3, 3, 307200, 0, 1),
+    )
     STATUS_REQUEST, STATUS = 0x0480, 0x0481
     SERIAL, MODEL, HARDWARE, VERSION = 40801234, b"BSC101", 30, bytes((1, 0, 4, 0))
     NOTES = b"Stepper drive, one channel"

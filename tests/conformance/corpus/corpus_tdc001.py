@@ -6,11 +6,10 @@ It drives an actuator of the Z8 series (34,304 counts per mm, page 56) over USB.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 from itertools import pairwise
 from typing import ClassVar
 
-from corpus_motor import HOME, JOG, MotorController, Setting
+from corpus_motor import HOME, JOG, MotorController, Setting, settings_of_motor
 
 COUNTS_PER_MM = 34304
 REPORTED_PER_MM_S = 204.8  # page 79
@@ -23,13 +22,15 @@ class Tdc001(MotorController):
     """
 
     SETTINGS: ClassVar = {
-        "velocity": Setting(0x0413, "iII", (0, 137216, 68608)),
-        "jog": Setting(0x0416, "HiiiiH", (2, 3430, 0, 68608, 34304, 2)),
-        "general": Setting(0x043A, "i", (0,)),
-        "relative": Setting(0x0445, "i", (6860,)),
-        "absolute": Setting(0x0450, "i", (17152,)),
-        "home": Setting(0x0440, "HHIi", (2, 1, 51456, 10291)),
-        "limits": Setting(0x0423, "HHIIH", (2, 2, 411648, 0, 1)),
+        **settings_of_motor(
+            velocity=(0, 137216, 68608),
+            jog=(2, 3430, 0, 68608, 34304, 2),
+            general=(0,),
+            relative=(6860,),
+            absolute=(17152,),
+            home=(2, 1, 51456, 10291),
+            limits=(2, 2, 411648, 0, 1),
+        ),
         "pid": Setting(0x04A0, "IIIIH", (435, 195, 993, 195, 0x0F)),
         "led": Setting(0x04B3, "H", (11,)),
         "pot": Setting(0x04B0, "HiHiHiHi", (20, 3430, 50, 6860, 80, 10290, 100, 17152)),
@@ -42,11 +43,8 @@ class Tdc001(MotorController):
     START = 3.0 * COUNTS_PER_MM
     KEEP_ALIVE = True
 
-    def __init__(self, clock: Callable[[], float]) -> None:
-        super().__init__(clock)
-
     def start_updates(self, frame: bytes) -> None:
-        """Start updates; a rate of 0 stands for the usual ten per second."""
+        """Start updates; a rate of 0 means the usual ten per second."""
         self.updates_every = 1 / min(frame[2] or 10, 50)
         super().start_updates(frame)
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import stagewire_virtual
+from declared_benches import DeclaredBench
 from stagewire.links import Link
 from stagewire_apt import stages
-from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.declaration import Declaration, declare, known_units
-from stagewire_conformance.device.permissions import Permissions, Range
+from stagewire_conformance.device.declaration import known_units
+from stagewire_conformance.device.permissions import Range
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics, Timing
-from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import run
 from stagewire_virtual import VirtualController
@@ -25,37 +23,18 @@ REPLY_MS = 20.0
 
 
 @dataclass(frozen=True)
-class Bench:
+class Bench(DeclaredBench):
     """A unit with its declaration and permissions.
 
-    :param pics: its declaration.
-    :param motion: the range of ``--allow-motion``.
     :param make: makes the controller; ``seed`` seeds its random choices.
     """
 
-    pics: Pics
-    motion: str
     make: Callable[..., VirtualController]
 
     @property
     def unit(self) -> str:
         """The name of the unit."""
         return self.pics.unit
-
-    @cached_property
-    def declared(self) -> Declaration:
-        """The declared controller."""
-        return declare(self.pics)
-
-    @cached_property
-    def allowed(self) -> Permissions:
-        """All permissions, within the range."""
-        return Permissions(settings=True, motion=Range.parse(self.motion), eeprom=True)
-
-    @cached_property
-    def checks(self) -> list[Check]:
-        """All checks of the unit."""
-        return plan(self.declared, self.allowed)
 
     @property
     def status(self) -> str:
