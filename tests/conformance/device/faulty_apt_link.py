@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from stagewire.framing import End
 from stagewire.links import Link
 from stagewire_apt import PROTOCOL
+from wrapped_links import WrappedLink
 
 DATA_FLAG = 0x80
 IDS = {
@@ -38,13 +39,11 @@ class LinkFault:
     late: float = 0.0
 
 
-class FaultyAptLink(Link):
+class FaultyAptLink(WrappedLink):
     """A stepped line that changes the traffic."""
 
     def __init__(self, link: Link, spoil: LinkFault) -> None:
-        self.url = link.url
-        self.clock = link.clock
-        self._link = link
+        super().__init__(link)
         self._spoil = spoil
         self._framer = PROTOCOL.framer(End.HOST)
 
@@ -57,15 +56,6 @@ class FaultyAptLink(Link):
     def write(self, data: bytes) -> None:
         if changed := self._spoil.to_controller(data):
             self._link.write(changed)
-
-    def write_now(self, data: bytes) -> None:
-        self.write(data)
-
-    def wake(self) -> None:
-        self._link.wake()
-
-    def close(self) -> None:
-        self._link.close()
 
 
 def name_of(raw: bytes) -> str:

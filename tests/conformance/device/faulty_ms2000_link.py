@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from stagewire.framing import CommandReceived
-from stagewire.links import Link
 from stagewire.protocols import Command, CommandFrame
 from stagewire_ms2000 import PROTOCOL
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
+from wrapped_links import WrappedLink
 
 
-class FaultyMs2000Link(Link):
+class FaultyMs2000Link(WrappedLink):
     """A stepped line; tests override methods to add faults.
 
     :meth:`command` receives whole commands one by one, and :meth:`other` all other bytes. Incomplete commands
@@ -20,10 +20,8 @@ class FaultyMs2000Link(Link):
     """
 
     def __init__(self, controller: VirtualController) -> None:
-        self._line = SteppedLink(controller)
+        super().__init__(SteppedLink(controller))
         self.controller = controller
-        self.url = self._line.url
-        self.clock = self._line.clock
         self.waiting = b""
         self.framer = PROTOCOL.framer()
         self.count = 0
@@ -31,8 +29,8 @@ class FaultyMs2000Link(Link):
 
     def on(self, raw: bytes) -> bytes:
         """Pass bytes to the controller and return its immediate output."""
-        self._line.write(raw)
-        return self._line.read(0)
+        self._link.write(raw)
+        return self._link.read(0)
 
     def ask(self, command: Command, axis: int = 0x18) -> bytes:
         """Send a request to the controller without the host noticing."""
@@ -56,7 +54,7 @@ class FaultyMs2000Link(Link):
 
     def read(self, timeout: float) -> bytes:
         if not self.waiting:
-            self.waiting = self._line.read(timeout) + self.unasked()
+            self.waiting = self._link.read(timeout) + self.unasked()
         said, self.waiting = self.waiting, b""
         return said
 
@@ -70,12 +68,6 @@ class FaultyMs2000Link(Link):
 
     def write_now(self, data: bytes) -> None:
         raise AssertionError("the suite never calls write_now here")
-
-    def wake(self) -> None:
-        self._line.wake()
-
-    def close(self) -> None:
-        self._line.close()
 
 
 class Slow(FaultyMs2000Link):

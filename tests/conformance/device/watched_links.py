@@ -15,23 +15,22 @@ from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import run
 from stagewire_conformance.device.trial import Trial
 from stagewire_virtual import VirtualController
+from wrapped_links import WrappedLink
 
 MOTION = Range.parse("0..100000counts")
 ALL = Permissions(settings=True, motion=MOTION, eeprom=True)
 MODULES = ("MST601", None, "MPZ601")
 
 
-class WatchedLink(Link):
+class WatchedLink(WrappedLink):
     """A stepped line that records writes. Hooks are called before each read and write."""
 
     def __init__(self, link: Link) -> None:
-        self.url = link.url
-        self.clock = link.clock
+        super().__init__(link)
         self.writes: list[bytes] = []
         self.reads = 0
         self.before_read: Callable[[], None] = lambda: None
         self.before_write: Callable[[bytes], None] = lambda data: None
-        self._link = link
 
     def read(self, timeout: float) -> bytes:
         self.reads += 1
@@ -45,12 +44,6 @@ class WatchedLink(Link):
 
     def write_now(self, data: bytes) -> None:
         raise AssertionError("the suite never calls write_now here")
-
-    def wake(self) -> None:
-        self._link.wake()
-
-    def close(self) -> None:
-        self._link.close()
 
 
 class DeadLink(Link):

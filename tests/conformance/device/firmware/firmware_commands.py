@@ -11,6 +11,7 @@ from stagewire.links import Link
 from stagewire.protocols import Command, CommandFrame
 from stagewire_conformance.device.results import Result
 from stagewire_ms2000 import PROTOCOL
+from wrapped_links import WrappedLink
 
 _UNITS = ("MS2000", "MFC2000")
 Reply = Callable[[bytes], bytes]
@@ -32,16 +33,14 @@ class CommandFirmware:
         return self.pass_on(raw)
 
 
-class FaultyCommandLink(Link):
+class FaultyCommandLink(WrappedLink):
     """A line in stepped time to an MS-2000 with defective firmware.
 
     :param link: to a correct controller.
     """
 
     def __init__(self, link: Link, firmware: CommandFirmware) -> None:
-        self.url = link.url
-        self.clock = link.clock
-        self._link = link
+        super().__init__(link)
         self._firmware = firmware
         self._framer = PROTOCOL.framer()
         self._said = b""
@@ -63,18 +62,6 @@ class FaultyCommandLink(Link):
                 self._said += self._firmware.takes(event.frame, event.raw)
             else:
                 self._said += self._firmware.takes_odd(event.raw)
-
-    def write_now(self, data: bytes) -> None:
-        """Call :meth:`write`."""
-        self.write(data)
-
-    def wake(self) -> None:
-        """Make the next read return immediately."""
-        self._link.wake()
-
-    def close(self) -> None:
-        """Close the link."""
-        self._link.close()
 
 
 @dataclass(frozen=True)

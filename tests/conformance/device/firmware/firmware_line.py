@@ -13,6 +13,7 @@ from itertools import count
 from firmware_frames import Frame, cut, is_message, is_whole
 
 from stagewire.links import Link
+from wrapped_links import WrappedLink
 
 
 class Firmware:
@@ -41,7 +42,7 @@ class Firmware:
         self.say(frame.raw)
 
 
-class FaultyLink(Link):
+class FaultyLink(WrappedLink):
     """A line in stepped time with defective firmware at the other end.
 
     :param link: to a correct controller.
@@ -50,10 +51,8 @@ class FaultyLink(Link):
 
     def __init__(self, link: Link, firmware: Firmware, status: str = "") -> None:
         assert link.clock is not None  # real time would not be reproducible
-        self.url = link.url
-        self.clock = link.clock
+        super().__init__(link)
         self.firmware = firmware
-        self._link = link
         self._status = status
         self._partial = b""
         self._later: list[tuple[float, int, bytes]] = []
@@ -84,18 +83,6 @@ class FaultyLink(Link):
                 self.firmware.takes(Frame(piece, self._status))
         else:
             self.firmware.takes_odd(data)
-
-    def write_now(self, data: bytes) -> None:
-        """Call :meth:`write`."""
-        self.write(data)
-
-    def wake(self) -> None:
-        """Make the next read return immediately."""
-        self._link.wake()
-
-    def close(self) -> None:
-        """Close the link."""
-        self._link.close()
 
     def _hear(self, data: bytes) -> None:
         pieces = [*cut(self._partial + data)]

@@ -22,6 +22,7 @@ from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_virtual import VirtualController
 from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.linking import SteppedLink
+from wrapped_links import WrappedLink
 
 LOST = "a lost line"
 WAYS = [LOST, *(name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))]
@@ -75,19 +76,17 @@ class Interruption:
     rises: list[str] = field(default_factory=list)
 
 
-class InterruptedLink(Link):
+class InterruptedLink(WrappedLink):
     """A stepped line that is interrupted at one of its reads or writes."""
 
     def __init__(
         self, controller: VirtualController, link: Link, interruption: Interruption
     ) -> None:
-        self.url = link.url
-        self.clock = link.clock
+        super().__init__(link)
         self.operations = 0
         self.began = 0
         """The operation at which something was first seen to move."""
         self._controller = controller
-        self._link = link
         self._what = interruption
         self._lost = False
 
@@ -104,15 +103,6 @@ class InterruptedLink(Link):
         if interrupted:  # this write still belongs to the check
             self._what.before = commanded(self._controller)
         self._compare()
-
-    def write_now(self, data: bytes) -> None:
-        self.write(data)
-
-    def wake(self) -> None:
-        self._link.wake()
-
-    def close(self) -> None:
-        self._link.close()
 
     def _count(self) -> bool:
         self.operations += 1

@@ -21,6 +21,7 @@ from stagewire_conformance.device.run import run
 from stagewire_conformance.reports.device_sheet import announcement
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
+from wrapped_links import WrappedLink
 
 LONGEST = 30.0
 """Seconds that a motion may take."""
@@ -47,12 +48,12 @@ def test_the_announced_time_is_right(name: str) -> None:
     assert plan_of(on).seconds == pytest.approx(took, rel=0.2)
 
 
-class Timed(Link):
+class Timed(WrappedLink):
     """A link that measures how long each motion takes, from the command to rest."""
 
     def __init__(self, link: Link, controller: VirtualController) -> None:
-        self.url, self.clock = link.url, link.clock
-        self._link, self._controller = link, controller
+        super().__init__(link)
+        self._controller = controller
         self._since: float | None = None
         self.longest = 0.0
 
@@ -64,15 +65,6 @@ class Timed(Link):
     def write(self, data: bytes) -> None:
         self._look()
         self._link.write(data)
-
-    def write_now(self, data: bytes) -> None:
-        self.write(data)
-
-    def wake(self) -> None:
-        self._link.wake()
-
-    def close(self) -> None:
-        self._link.close()
 
     def _look(self) -> None:
         assert self.clock is not None
