@@ -13,9 +13,10 @@ from stagewire_conformance.device.checks.apt.motion import (
     in_motion,
     jogs,
     limits,
-    messages,
+    move_updates,
     profile,
     stops,
+    suspension,
     targets,
     velocity,
 )
@@ -30,12 +31,12 @@ KINDS: Final[tuple[Kind, ...]] = (
     backlash.KIND,
     velocity.KIND,
     stops.KIND,
-    messages.UPDATES,
+    move_updates.KIND,
     in_motion.KIND,
     disabled.KIND,
     limits.KIND,
     home_again.KIND,
-    messages.SUSPEND,
+    suspension.KIND,
     targets.ALONE,
 )
 """The kinds in the order in which they run: homing first, because positions count from home."""

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, MoveDirection
-from stagewire_conformance.device.causes import EFFECT, Cause
-from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set, rule_of_status
+from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.enable_state import switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
-from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
 from stagewire_conformance.device.lines.motions import STATUS_BITS, reports_motion
 from stagewire_conformance.device.trial import EnoughError
 
@@ -29,7 +28,10 @@ if TYPE_CHECKING:
 POLL: Final = 0.05
 """Seconds between two status requests to a moving motor."""
 
-ENDS: Final = frozenset({"MOT_MOVE_COMPLETED", "MOT_MOVE_STOPPED", "MOT_MOVE_HOMED"})
+COMPLETED: Final = "MOT_MOVE_COMPLETED"
+STOPPED: Final = "MOT_MOVE_STOPPED"
+HOMED: Final = "MOT_MOVE_HOMED"
+ENDS: Final = frozenset({COMPLETED, STOPPED, HOMED})
 """The messages that report the end of a motion."""
 
 _STILL: Final = 0.3
@@ -165,8 +167,6 @@ class Axis:
         if "MOT_REQ_GENMOVEPARAMS" in self.place.messages:
             reply = self.ask(m.MotReqGenMoveParams(self.channel))
             self.backlash = reply.message.backlash_distance
-            if not self.can_return_to(self.start):
-                self._do_without_backlash()
 
     def _measured(self, pace: Pace) -> Pace:
         """Return a pace with the velocity that was measured in earlier moves, if it has no scale."""
@@ -190,19 +190,6 @@ class Axis:
         return self.low <= min(position, position - self.backlash) and (
             max(position, position - self.backlash) <= self.high
         )
-
-    def _do_without_backlash(self) -> None:
-        """Switch the backlash correction off until the end of the check; end it if this is not allowed."""
-        setting = "MOT_SET_GENMOVEPARAMS"
-        if not self.trial.allowed.settings or setting not in self.place.messages:
-            self.trial.inconclusive(
-                f"{self.text} is at {self.start} counts; there, the correction of its backlash "
-                f"of {self.backlash} counts would leave {self.low}..{self.high}; allow a wider "
-                "range, or settings, so that it can be switched off"
-            )
-            raise EnoughError
-        change(self, setting, backlash_distance=0)
-        self.backlash = 0
 
     # Messages
 
@@ -386,46 +373,3 @@ class Axis:
         The document gives no figure.
         """
         return max(2 * HELD, abs(distance) // 50)
-
-
-def present(axis: Axis, setting: str) -> Values:
-    """Return the values of a parameter set, by the name of its SET."""
-    return _placed_set(axis, setting).read(axis.trial)
-
-
-def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
-    """Change values of a parameter set until the end of the check, and check that they are in effect.
-
-    End the check if they are not: its effect would be unpredictable. End it before the change if a motor
-    moves and cannot be stopped, because the change could make it faster.
-
-    :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
-    """
-    line = axis.trial.line
-    if not line.come_to_rest():
-        raise EnoughError
-    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]  # of earlier motions
-    placed = _placed_set(axis, setting)
-    before = placed.read(axis.trial)
-    wanted = {**before, **values}
-    axis.trial.undo(f"{setting} at {axis.text}", lambda: placed.put_back(axis.trial, before))
-    placed.write(axis.trial, wanted)
-    came = placed.ask(axis.trial)
-    told = placed.values(came)
-    lower = at_most and 0 < told[at_most] <= wanted[at_most]
-    wrote = ", ".join(f"{name} = {value}" for name, value in values.items())
-    says = ", ".join(f"{name} = {told[name]}" for name in values)
-    axis.trial.need(
-        told == ({**wanted, at_most: told[at_most]} if lower else wanted),
-        f"{axis.text}: {setting} wrote {wrote}, but {placed.set.get} then returned {says}; "
-        "nothing was moved",
-        rule=rule_of_set(setting),
-        cause=Cause(setting, EFFECT),
-        wanted=placed.expected(axis.trial, wanted, came),
-        came=came.raw,
-    )
-
-
-def _placed_set(axis: Axis, setting: str) -> PlacedSet:
-    sets = parameter_sets(axis.trial.declared, axis.place)
-    return PlacedSet(axis.place, axis.channel, next(each for each in sets if each.set == setting))

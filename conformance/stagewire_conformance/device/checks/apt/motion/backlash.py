@@ -10,15 +10,14 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import Axis, change
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, make_room
+from stagewire_conformance.device.checks.apt.motion.moves import long_enough, make_room
+from stagewire_conformance.device.checks.apt.motion.parameters import change, messages_of
 from stagewire_conformance.device.checks.apt.motion.shuttle import Shuttle
 
 _SECONDS: Final = 0.25
 """The approximate duration in seconds of the move, and of the way beyond its target."""
-_LEAST: Final = 200
-"""Counts of the least backlash distance that is seen."""
 
 
 KIND = Kind(
@@ -33,9 +32,7 @@ KIND = Kind(
     "MOT_SET_GENMOVEPARAMS sets how far {motors} go beyond their targets",
     messages=(
         "MOT_MOVE_ABSOLUTE",
-        "MOT_SET_GENMOVEPARAMS",
-        "MOT_REQ_GENMOVEPARAMS",
-        "MOT_GET_GENMOVEPARAMS",
+        *messages_of("GENMOVEPARAMS"),
         COMPLETED,
     ),
     does="sets a positive and a negative backlash distance with MOT_SET_GENMOVEPARAMS, moves all motors "
@@ -45,13 +42,7 @@ KIND = Kind(
 )
 def _corrects(axes: Sequence[Axis]) -> None:
     distances = {axis: axis.step(_SECONDS, axis.pace) // 2 for axis in axes}
-    for axis, distance in distances.items():
-        if distance < _LEAST:
-            axis.trial.inconclusive(
-                f"{axis.text}: a backlash distance of {distance} counts is too short to be seen; allow "
-                "a wider range"
-            )
-    distances = {axis: each for axis, each in distances.items() if each >= _LEAST}
+    distances = long_enough(distances, "a backlash distance of {} counts is too short to be seen")
     if not distances or not make_room({axis: 2 * each for axis, each in distances.items()}):
         return
     begins = {axis: axis.place_with_room(2 * each) for axis, each in distances.items()}

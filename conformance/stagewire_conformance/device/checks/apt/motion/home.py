@@ -15,7 +15,7 @@ from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, HOMED, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
@@ -32,14 +32,10 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.permissions import Permissions
 
 
-_HOMED: Final = "MOT_MOVE_HOMED"
-_STOPPED: Final = "MOT_MOVE_STOPPED"
 _LONGEST: Final = 180.0
 """The most seconds that homing may take."""
 _UNKNOWN: Final = 60.0
 """Seconds that homing may take if the travel or the scale of its velocity is unknown."""
-_NEAR: Final = 64
-"""Counts within which a servo holds its stage."""
 _MOVES: Final = 8
 """Counts between two readings above which a motor has moved."""
 _LATE: Final = 0.1
@@ -83,7 +79,7 @@ KIND = Kind(
 @motor_check(
     KIND,
     "MOT_MOVE_HOME homes {motors}, and each reports the end once",
-    messages=("MOT_MOVE_HOME", _HOMED, "MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE"),
+    messages=("MOT_MOVE_HOME", HOMED, "MOT_MOVE_STOP", STOPPED, "MOT_MOVE_ABSOLUTE"),
     does="starts homing all motors together, stops each once on its way, and homes them again: each "
     "runs to its switch or index mark, which may be outside the range, takes that position as 0, and "
     "returns to its previous position",
@@ -175,18 +171,18 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
             raise EnoughError
         _judge_way(axis, each.statuses)
         _judge_not_homed(axis, before[axis], each)
-        was_over = [end.name for end in each.ends] == [_HOMED, _STOPPED]
+        was_over = [end.name for end in each.ends] == [HOMED, STOPPED]
         if each.stopped is None or was_over:
             continue
         told = "MOT_MOVE_STOP in MOT_MOVE_HOME"
-        end = judge_end(axis, told, each, _STOPPED)
+        end = judge_end(axis, told, each, STOPPED)
         if end is not None:
             judge_rest(axis, told, end)
 
 
 def _judge_not_homed(axis: Axis, before: Status, seen: Watched) -> None:
     """Report a motor that reports homed, although homing was stopped and it was not homed before."""
-    if before.bits.homed or [end.name for end in seen.ends] != [_STOPPED]:
+    if before.bits.homed or [end.name for end in seen.ends] != [STOPPED]:
         return
     now = axis.status()
     axis.trial.must(
@@ -199,22 +195,22 @@ def _judge_not_homed(axis: Axis, before: Status, seen: Watched) -> None:
 
 
 def _judge(axis: Axis, before: Status, seen: Watched) -> None:
-    end = judge_end(axis, _HOME, seen, _HOMED)
+    end = judge_end(axis, _HOME, seen, HOMED)
     _judge_way(axis, seen.statuses)
     status = judge_rest(axis, _HOME)
     axis.start = _way_back(axis, before, seen.statuses, status)
-    if end is None or end.name != _HOMED:
+    if end is None or end.name != HOMED:
         return
     axis.trial.must(
         status.bits.homed,
-        f"{axis.text} sent {_HOMED}, but {status.heard.name} does not report homed",
+        f"{axis.text} sent {HOMED}, but {status.heard.name} does not report homed",
         rule=rule_of_status(axis.place, "bits-motion"),
         cause=Cause(status.heard.name, "homed"),
         came=status.heard.raw,
     )
     axis.trial.must(
-        abs(status.position) <= _NEAR,
-        f"{axis.text} sent {_HOMED}, but its position is {status.position}; it should count "
+        abs(status.position) <= HELD,
+        f"{axis.text} sent {HOMED}, but its position is {status.position}; it should count "
         "from home, which is 0",
         rule="position-after-homing",
         cause=Cause("MOT_MOVE_HOME", "position"),
@@ -224,7 +220,7 @@ def _judge(axis: Axis, before: Status, seen: Watched) -> None:
         counter = axis.ask(m.MotReqPosCounter(axis.channel))
         position: int = counter.message.position
         axis.trial.must(
-            abs(position - status.position) <= _NEAR,
+            abs(position - status.position) <= HELD,
             f"{axis.text}: after homing, MOT_GET_POSCOUNTER has {position}, but "
             f"{status.heard.name} has {status.position}; the counter should show the actual "
             "position",
@@ -276,4 +272,4 @@ def _way_back(axis: Axis, before: Status, way: Sequence[Status], now: Status) ->
     nearest = max(
         axis.low, min(now.position, axis.high)
     )  # it may oscillate at the end of the range
-    return nearest if abs(now.position - nearest) <= _NEAR else now.position
+    return nearest if abs(now.position - nearest) <= HELD else now.position

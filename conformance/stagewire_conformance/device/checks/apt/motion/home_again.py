@@ -11,38 +11,26 @@ from typing import Final
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import ENDS, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, HOMED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.course import points_of, top_speed
 from stagewire_conformance.device.checks.apt.motion.home import homing_bound, lacks_home, unsafe
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, move
+from stagewire_conformance.device.checks.apt.motion.moves import absolute, move
 from stagewire_conformance.device.checks.apt.motion.pace import home_pace_of
-from stagewire_conformance.device.checks.apt.motion.profile_laws import Law, search
+from stagewire_conformance.device.checks.apt.motion.parameters import messages_of
+from stagewire_conformance.device.checks.apt.motion.profile_laws import search, velocity_law
+from stagewire_conformance.device.checks.apt.motion.suspension import judge_silence, suspend
 from stagewire_conformance.device.checks.apt.motion.watch import Decision, Watched, watch
-from stagewire_conformance.device.checks.apt.wording import raw_of
 
-_HOMED: Final = "MOT_MOVE_HOMED"
-_PARAMETERS: Final = ("MOT_SET_HOMEPARAMS", "MOT_REQ_HOMEPARAMS", "MOT_GET_HOMEPARAMS")
 _SECONDS: Final = 0.6
 """The approximate duration of the way home in seconds."""
 _LEAST: Final = 200
 """Counts of the shortest way home."""
 _LIMIT: Final = 30.0
 """Seconds after which homing is stopped."""
-_AFTER: Final = 0.2
-"""Seconds after homing in which an end message would arrive."""
 _IMPOSSIBLE: Final = 50
 """The multiple of the velocity of moves at which no motor homes."""
-_LAW: Final = Law(
-    "MOT_SET_HOMEPARAMS",
-    "home_velocity",
-    low=0.15,
-    high=0.4,
-    measured="homing reached {:.0f} counts/s",
-    should="a quarter of home_velocity should give a quarter of the speed",
-)
-
 
 KIND = Kind(
     name="home-again",
@@ -54,7 +42,7 @@ KIND = Kind(
 @motor_check(
     KIND,
     "MOT_MOVE_HOME homes {motors} with the velocity of MOT_SET_HOMEPARAMS",
-    messages=("MOT_MOVE_HOME", _HOMED, *_PARAMETERS, "MOT_MOVE_ABSOLUTE", COMPLETED),
+    messages=("MOT_MOVE_HOME", HOMED, *messages_of("HOMEPARAMS"), "MOT_MOVE_ABSOLUTE", COMPLETED),
     does="lowers the homing velocity with MOT_SET_HOMEPARAMS step by step, homes all motors together from "
     "near their homes, and restores the parameters",
     settings=True,
@@ -76,7 +64,7 @@ def _velocity(axes: Sequence[Axis]) -> None:
         found = {}
         for axis in moving:
             on_its_way = [status for status in seen[axis].statuses if status.bits.homing]
-            if not judge_end(axis, "MOT_MOVE_HOME", seen[axis], _HOMED):
+            if not judge_end(axis, "MOT_MOVE_HOME", seen[axis], HOMED):
                 continue
             if len(on_its_way) > 1:
                 found[axis] = top_speed(points_of(on_its_way))
@@ -84,7 +72,8 @@ def _velocity(axes: Sequence[Axis]) -> None:
                 _judge_no_time(axis, places[axis], seen[axis])
         return found
 
-    search(list(places), _LAW, speeds)
+    law = velocity_law("MOT_SET_HOMEPARAMS", "home_velocity", "homing")
+    search(list(places), law, speeds)
 
 
 def _judge_no_time(axis: Axis, place: int, seen: Watched) -> None:
@@ -92,7 +81,7 @@ def _judge_no_time(axis: Axis, place: int, seen: Watched) -> None:
     speed = abs(place) / max(seen.seconds, 1e-3)
     axis.trial.must(
         speed <= _IMPOSSIBLE * axis.pace.velocity,
-        f"{axis.text}: MOT_MOVE_HOME at {place} was followed by {_HOMED} after {seen.seconds:.3f} s, and "
+        f"{axis.text}: MOT_MOVE_HOME at {place} was followed by {HOMED} after {seen.seconds:.3f} s, and "
         "no status reported homing; it should have moved home",
         rule="home-starts",
         cause=Cause("MOT_MOVE_HOME", EFFECT),
@@ -118,33 +107,17 @@ def _suspended(axes: Sequence[Axis]) -> None:
     places = _places(axes)
     if not places or not move([absolute(axis, place) for axis, place in places.items()]):
         return
-    addresses = {axis.place.address: axis for axis in places}
-    trial = axes[0].trial
-
-    def resume() -> None:
-        for axis in addresses.values():
-            axis.send(m.MotResumeEndOfMoveMsgs())
 
     def is_home(axis: Axis, status: Status) -> bool:
         return status.bits.homed and not status.moving
 
-    trial.undo("resumed end-of-move messages", resume)
-    for axis in addresses.values():
-        axis.send(m.MotSuspendEndOfMoveMsgs())
+    suspend(list(places))
     for axis in places:
         axis.send(m.MotMoveHome(axis.channel))
     limits = dict.fromkeys(places, _LIMIT)
     seen = watch(list(places), limits, strays=_strays(places), done=is_home)
-    late = [heard for heard in trial.line.listen(_AFTER) if heard.name in ENDS]
-    came = [*(heard for each in seen.values() for heard in each.ends), *late]
-    trial.must(
-        not came,
-        f"after MOT_MOVE_HOME with suspended end-of-move messages, {axes[0].place.name} sent "
-        f"{', '.join(heard.name for heard in came)}; it should send nothing",
-        rule="end-messages-suspended",
-        cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", _HOMED),
-        came=raw_of(came),
-    )
+    ends = [heard for each in seen.values() for heard in each.ends]
+    judge_silence(axes, "MOT_MOVE_HOME", HOMED, ends)
 
 
 def _strays(places: Mapping[Axis, int]) -> Decision:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute
+from stagewire_conformance.device.checks.apt.motion.moves import absolute
 from stagewire_conformance.device.checks.apt.motion.replies_together import (
     judge_bits_alone,
     judge_counter,

@@ -12,12 +12,16 @@ from typing import Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import JogMode, MoveDirection
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import Axis, change
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, STOPPED, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, jog, make_room, move
+from stagewire_conformance.device.checks.apt.motion.moves import jog, make_room, move
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of
+from stagewire_conformance.device.checks.apt.motion.parameters import (
+    change,
+    jog_single_steps,
+    messages_of,
+)
 from stagewire_conformance.device.checks.apt.motion.runs import (
-    STOPPED,
     Run,
     room_for,
     run_all,
@@ -31,7 +35,7 @@ _LESS: Final = 0.75
 _STEPS: Final = 8
 """The number of steps that a continuous jog covers, so that it is certainly not a single step."""
 
-_PARAMETERS: Final = ("MOT_SET_JOGPARAMS", "MOT_REQ_JOGPARAMS", "MOT_GET_JOGPARAMS")
+_PARAMETERS: Final = messages_of("JOGPARAMS")
 
 
 KIND = Kind(
@@ -59,15 +63,13 @@ KIND = Kind(
     seconds=2.9,
 )
 def _jog_steps(axes: Sequence[Axis]) -> None:
-    steps: dict[Axis, int] = {}
     paces = _paces(axes)
-    for index, axis in enumerate(axes):
-        steps[axis] = axis.step(_SECONDS * _LESS**index, paces[axis])
+    steps = {
+        axis: axis.step(_SECONDS * _LESS**index, paces[axis]) for index, axis in enumerate(axes)
+    }
     if not make_room(steps):
         return
-    for axis, step in steps.items():
-        mode = int(JogMode.SINGLE_STEP)
-        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=step)
+    jog_single_steps(steps)
     for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
         if not move([jog(axis, way, step, paces[axis]) for axis, step in steps.items()]):
             return
@@ -108,9 +110,4 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
 
 def _paces(axes: Sequence[Axis]) -> dict[Axis, Pace]:
     """Return the paces of jogs."""
-    return {
-        axis: jog_pace_of(
-            axis.place, axis.channel, axis.ask(m.MotReqJogParams(axis.channel)).message
-        )
-        for axis in axes
-    }
+    return {axis: jog_pace_of(axis.trial, axis.place, axis.channel) for axis in axes}

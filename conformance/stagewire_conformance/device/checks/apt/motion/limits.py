@@ -18,10 +18,10 @@ from stagewire_apt.enumerations import HardLimit, MoveDirection, StopMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, move
+from stagewire_conformance.device.checks.apt.motion.moves import absolute, move
 from stagewire_conformance.device.checks.apt.motion.runs import slow_down
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 

@@ -17,6 +17,7 @@ from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.moves import returning
 from stagewire_conformance.device.checks.apt.motion.pace import LONGEST
+from stagewire_conformance.device.checks.apt.motion.parameters import keep_backlash_inside
 from stagewire_conformance.device.permissions import Need, RangeError
 
 if TYPE_CHECKING:
@@ -210,5 +211,6 @@ def _run(trial: Trial, group: Sequence[Motor], moving: Moving) -> None:
         axis.inside()
     for axis in axes:
         axis.begin()
+        keep_backlash_inside(axis)
     returning(axes)
     moving(axes)

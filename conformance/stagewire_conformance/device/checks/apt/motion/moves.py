@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, POLL, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import (
+    COMPLETED,
+    HELD,
+    JITTER,
+    POLL,
+    Axis,
+    Status,
+)
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_early,
@@ -33,10 +40,10 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.checks.apt.motion.pace import Pace
 
 
-COMPLETED: Final = "MOT_MOVE_COMPLETED"
-
 _LESS: Final = 0.75
 """The ratio of the distances of successive motors, which makes the motors distinguishable."""
+_LEAST: Final = 200
+"""Counts of the shortest distance that is measured."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,19 @@ def distances(axes: Sequence[Axis], seconds: float) -> dict[Axis, int]:
     return {
         axis: axis.distance(axis.start, seconds * _LESS**index) for index, axis in enumerate(axes)
     }
+
+
+def long_enough(ways: Mapping[Axis, int], otherwise: str) -> dict[Axis, int]:
+    """Return the distances that are long enough to be measured.
+
+    :param otherwise: what the other motors report, with the distance in braces.
+    """
+    for axis, way in ways.items():
+        if abs(way) < _LEAST:
+            axis.trial.inconclusive(
+                f"{axis.text}: {otherwise.format(abs(way))}; allow a wider range"
+            )
+    return {axis: way for axis, way in ways.items() if abs(way) >= _LEAST}
 
 
 def move(moves: Sequence[Move]) -> bool:

@@ -107,8 +107,9 @@ def pace_of(trial: Trial, place: Target, channel: int) -> Pace:
     return _pace(place, channel, told.max_velocity, told.acceleration)
 
 
-def jog_pace_of(place: Target, channel: int, told: m.MotGetJogParams) -> Pace:
+def jog_pace_of(trial: Trial, place: Target, channel: int) -> Pace:
     """Return the pace of jogs (page 32)."""
+    told = trial.reply(m.MotReqJogParams(channel), place.address).message
     return _pace(place, channel, told.jog_max_velocity, told.jog_acceleration)
 
 

@@ -6,28 +6,36 @@ scale, the speed is also compared with the setting. Settings are only lowered.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import JogMode, ProfileMode
+from stagewire_apt.enumerations import ProfileMode
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import Axis, change, present
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import (
-    COMPLETED,
-    distances,
-    make_room,
-)
+from stagewire_conformance.device.checks.apt.motion.moves import distances, long_enough, make_room
 from stagewire_conformance.device.checks.apt.motion.pace import jog_pace_of, velocity_scale
-from stagewire_conformance.device.checks.apt.motion.profile_laws import Law, Search, search
+from stagewire_conformance.device.checks.apt.motion.parameters import (
+    change,
+    jog_single_steps,
+    messages_of,
+    present,
+    switch_backlash_off,
+)
+from stagewire_conformance.device.checks.apt.motion.profile_laws import (
+    Search,
+    acceleration_law,
+    search,
+    velocity_law,
+)
 from stagewire_conformance.device.checks.apt.motion.shuttle import Course, JogShuttle, Shuttle
 
 _SECONDS: Final = 0.3
 """The approximate duration of the first move in seconds."""
-_LEAST: Final = 200
-"""Counts of the shortest move that is measured."""
 _OFF: Final = 0.35
 """The relative tolerance of a speed."""
 _EXACT: Final = 0.1
@@ -38,32 +46,49 @@ _TELLABLE: Final = 40
 """The least velocity in a status whose quarter is precise enough to be compared."""
 _MOST: Final = 0x7FFF
 """The highest velocity that a status can represent with a sign."""
+_TOO_SHORT: Final = "a move of {} counts is too short to measure its speed"
 
-_VELPARAMS: Final = ("MOT_SET_VELPARAMS", "MOT_REQ_VELPARAMS", "MOT_GET_VELPARAMS")
-_JOGPARAMS: Final = ("MOT_SET_JOGPARAMS", "MOT_REQ_JOGPARAMS", "MOT_GET_JOGPARAMS")
-
-
-def _velocity_law(setting: str, name: str, what: str) -> Law:
-    return Law(
-        setting,
-        name,
-        low=0.15,
-        high=0.4,
-        measured=f"{what} reached {{:.0f}} counts/s",
-        should=f"a quarter of {name} should give a quarter of the speed",
-    )
+_VELPARAMS: Final = messages_of("VELPARAMS")
+_JOGPARAMS: Final = messages_of("JOGPARAMS")
 
 
-def _acceleration_law(setting: str, name: str, what: str) -> Law:
-    return Law(
-        setting,
-        name,
-        low=1.55,
-        high=2.7,
-        measured=f"{what} took {{:.2f}} s",
-        should=f"with a quarter of {name}, it should take twice as long once it only speeds up and "
-        "slows down",
-    )
+@dataclass(frozen=True)
+class _Profile:
+    """The parameters of a kind of motion.
+
+    :param what: the motion, for sentences.
+    :param setting: the message that sets its parameters.
+    :param velocity: the field with the maximum velocity.
+    :param acceleration: the field with the acceleration.
+    """
+
+    what: str
+    setting: str
+    velocity: str
+    acceleration: str
+
+    def velocity_of(self, axis: Axis) -> int:
+        """Return the present maximum velocity."""
+        velocity: int = present(axis, self.setting)[self.velocity]
+        return velocity
+
+    def search_velocity(self, axes: Sequence[Axis], shuttle: Shuttle) -> dict[Axis, Search]:
+        """Lower the velocity until the motors are slower."""
+        law = velocity_law(self.setting, self.velocity, self.what)
+        return search(axes, law, shuttle.speeds)
+
+    def search_acceleration(self, axes: Iterable[Axis], shuttle: Shuttle) -> dict[Axis, Search]:
+        """Lower the acceleration until the motions take longer."""
+        law = acceleration_law(self.setting, self.acceleration, self.what)
+        return search([axis for axis in axes if _is_trapezoidal(axis)], law, shuttle.durations)
+
+    def restore_velocity(self, axis: Axis, velocity: int) -> None:
+        """Set the maximum velocity to an earlier value."""
+        change(axis, self.setting, at_most=self.velocity, **{self.velocity: velocity})
+
+
+_MOVES: Final = _Profile("a move", "MOT_SET_VELPARAMS", "max_velocity", "acceleration")
+_JOGS: Final = _Profile("a jog", "MOT_SET_JOGPARAMS", "jog_max_velocity", "jog_acceleration")
 
 
 KIND = Kind(
@@ -84,20 +109,19 @@ KIND = Kind(
     name="moves",
 )
 def _moves(axes: Sequence[Axis]) -> None:
-    axes = _prepared(axes)
-    ways = _long_enough(distances(axes, _SECONDS))
+    for axis in axes:
+        switch_backlash_off(axis)  # it would make moves in one direction longer
+    ways = long_enough(distances(axes, _SECONDS), _TOO_SHORT)
     if not ways:
         return
     shuttle = Shuttle(ways)
-    before = {axis: present(axis, "MOT_SET_VELPARAMS")["max_velocity"] for axis in ways}
-    law = _velocity_law("MOT_SET_VELPARAMS", "max_velocity", "a move")
-    found = search(list(ways), law, shuttle.speeds)
+    before = {axis: _MOVES.velocity_of(axis) for axis in ways}
+    found = _MOVES.search_velocity(list(ways), shuttle)
     for axis, each in found.items():
-        _judge_scale(axis, each, "a move")
+        _judge_scale(axis, each, _MOVES)
         _judge_reported(axis, shuttle.courses[axis])
-        change(axis, "MOT_SET_VELPARAMS", at_most="max_velocity", max_velocity=before[axis])
-    law = _acceleration_law("MOT_SET_VELPARAMS", "acceleration", "a move")
-    search([axis for axis in found if _is_trapezoidal(axis)], law, shuttle.durations)
+        _MOVES.restore_velocity(axis, before[axis])
+    _MOVES.search_acceleration(found, shuttle)
 
 
 @motor_check(
@@ -111,38 +135,34 @@ def _moves(axes: Sequence[Axis]) -> None:
     name="jogs",
 )
 def _jogs(axes: Sequence[Axis]) -> None:
-    axes = _prepared(axes)
-    steps = {}
     for axis in axes:
-        told = axis.ask(m.MotReqJogParams(axis.channel)).message
-        steps[axis] = axis.step(_SECONDS, jog_pace_of(axis.place, axis.channel, told))
-    steps = _long_enough(steps)
+        switch_backlash_off(axis)
+    steps = long_enough(
+        {
+            axis: axis.step(_SECONDS, jog_pace_of(axis.trial, axis.place, axis.channel))
+            for axis in axes
+        },
+        _TOO_SHORT,
+    )
     if not steps or not make_room(steps):
         return
-    for axis, step in steps.items():
-        mode = int(JogMode.SINGLE_STEP)
-        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=step)
+    jog_single_steps(steps)
     shuttle = JogShuttle(steps)
-    name = "jog_max_velocity"
-    before = {axis: present(axis, "MOT_SET_JOGPARAMS")[name] for axis in steps}
-    law = _velocity_law("MOT_SET_JOGPARAMS", name, "a jog")
-    found = search(list(steps), law, shuttle.speeds)
-    fast = {axis: present(axis, "MOT_SET_VELPARAMS")["max_velocity"] for axis in found}
-    shuttle_of_moves = _same_moves(steps, found, "max_velocity")
-    moves = shuttle_of_moves.speeds(list(shuttle_of_moves.ways))
-    shuttle_of_moves.speeds(list(moves))  # back, so that the next jogs have room
+    before = {axis: _JOGS.velocity_of(axis) for axis in steps}
+    found = _JOGS.search_velocity(list(steps), shuttle)
+    fast = {axis: _MOVES.velocity_of(axis) for axis in found}
+    same_moves = _same_moves(steps, found, _MOVES.velocity)
+    moves = same_moves.speeds(list(same_moves.ways))
+    same_moves.speeds(list(moves))  # back, so that the next jogs have room
     for axis, each in found.items():
-        _judge_scale(axis, each, "a jog")
+        _judge_scale(axis, each, _JOGS)
         if axis in moves:
-            _judge_alike(
-                axis, each, moves[axis], present(axis, "MOT_SET_VELPARAMS")["max_velocity"]
-            )
-        change(axis, "MOT_SET_JOGPARAMS", at_most=name, **{name: before[axis]})
-        change(axis, "MOT_SET_VELPARAMS", at_most="max_velocity", max_velocity=fast[axis])
-    law = _acceleration_law("MOT_SET_JOGPARAMS", "jog_acceleration", "a jog")
-    found = search([axis for axis in found if _is_trapezoidal(axis)], law, shuttle.durations)
-    shuttle_of_moves = _same_moves(steps, found, "acceleration")
-    took = shuttle_of_moves.durations(list(shuttle_of_moves.ways))
+            _judge_alike(axis, each, moves[axis], _MOVES.velocity_of(axis))
+        _JOGS.restore_velocity(axis, before[axis])
+        _MOVES.restore_velocity(axis, fast[axis])
+    found = _JOGS.search_acceleration(found, shuttle)
+    same_moves = _same_moves(steps, found, _MOVES.acceleration)
+    took = same_moves.durations(list(same_moves.ways))
     for axis, each in found.items():
         if axis in took:
             _judge_alike_ramps(axis, each, took[axis])
@@ -188,25 +208,6 @@ def _judge_alike_ramps(axis: Axis, jogs: Search, took: float) -> None:
     )
 
 
-def _prepared(axes: Sequence[Axis]) -> list[Axis]:
-    """Switch the backlash correction off, which would make a move in one direction longer."""
-    for axis in axes:
-        if axis.backlash:
-            change(axis, "MOT_SET_GENMOVEPARAMS", backlash_distance=0)
-            axis.backlash = 0
-    return list(axes)
-
-
-def _long_enough(ways: Mapping[Axis, int]) -> dict[Axis, int]:
-    for axis, way in ways.items():
-        if abs(way) < _LEAST:
-            axis.trial.inconclusive(
-                f"{axis.text}: a move of {abs(way)} counts is too short to measure its speed; allow a "
-                "wider range"
-            )
-    return {axis: way for axis, way in ways.items() if abs(way) >= _LEAST}
-
-
 def _is_trapezoidal(axis: Axis) -> bool:
     """Return whether the profile has a constant acceleration; the duration of an S-curve has another law."""
     if "MOT_REQ_PMDPROFILEMODEPARAMS" not in axis.place.messages:
@@ -220,7 +221,7 @@ def _is_trapezoidal(axis: Axis) -> bool:
     return False
 
 
-def _judge_scale(axis: Axis, found: Search, what: str) -> None:
+def _judge_scale(axis: Axis, found: Search, profile: _Profile) -> None:
     """Compare the measured speed with the velocity parameter, if its scale is known."""
     scale = velocity_scale(axis.place, axis.channel)
     if scale is None:
@@ -229,9 +230,9 @@ def _judge_scale(axis: Axis, found: Search, what: str) -> None:
     axis.trial.must(
         abs(speed - due) <= _OFF * due,
         f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is {due:.0f} counts/s, "
-        f"{what} reached {speed:.0f} counts/s",
-        rule="jog-parameters" if "jog" in what else "velocity-parameters",
-        cause=Cause(f"MOT_SET_{'JOG' if 'jog' in what else 'VEL'}PARAMS", "max_velocity"),
+        f"{profile.what} reached {speed:.0f} counts/s",
+        rule=rule_of_set(profile.setting),
+        cause=Cause(profile.setting, "max_velocity"),
     )
 
 

@@ -15,7 +15,8 @@ from typing import Final
 
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
-from stagewire_conformance.device.checks.apt.motion.axis import Axis, change, present
+from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.parameters import change, present
 
 DIVISOR: Final = 4
 """The ratio of successive values."""
@@ -43,6 +44,34 @@ class Law:
     high: float
     measured: str
     should: str
+
+
+def velocity_law(setting: str, name: str, what: str) -> Law:
+    """Return the law of a maximum velocity.
+
+    :param what: the motion, for sentences: ``a move``.
+    """
+    return Law(
+        setting,
+        name,
+        low=0.15,
+        high=0.4,
+        measured=f"{what} reached {{:.0f}} counts/s",
+        should=f"a quarter of {name} should give a quarter of the speed",
+    )
+
+
+def acceleration_law(setting: str, name: str, what: str) -> Law:
+    """Return the law of an acceleration."""
+    return Law(
+        setting,
+        name,
+        low=1.55,
+        high=2.7,
+        measured=f"{what} took {{:.2f}} s",
+        should=f"with a quarter of {name}, it should take twice as long once it only speeds up and "
+        "slows down",
+    )
 
 
 @dataclass

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status, change, present
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.course import Point, points_of
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_end,
     judge_rest,
 )
+from stagewire_conformance.device.checks.apt.motion.parameters import change, present
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside, watch
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from stagewire_apt.enumerations import MoveDirection
     from stagewire_conformance.device.checks.apt.motion.pace import Pace
 
-STOPPED: Final = "MOT_MOVE_STOPPED"
 _RUNNING: Final = 0.25
 """The approximate duration of a run in seconds."""
 _LATE: Final = 0.25

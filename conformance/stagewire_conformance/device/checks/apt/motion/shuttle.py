@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
-from stagewire_conformance.device.checks.apt.motion.axis import Axis
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.course import (
     Point,
     beyond,
@@ -16,7 +16,7 @@ from stagewire_conformance.device.checks.apt.motion.course import (
     top_speed,
     until_steady,
 )
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, absolute, distances
+from stagewire_conformance.device.checks.apt.motion.moves import absolute, distances
 from stagewire_conformance.device.checks.apt.motion.watch import watch
 
 if TYPE_CHECKING:

@@ -9,12 +9,18 @@ from typing import Final
 from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import (
+    COMPLETED,
+    HELD,
+    JITTER,
+    STOPPED,
+    Axis,
+    Status,
+)
 from stagewire_conformance.device.checks.apt.motion.course import is_speeding_up, points_of
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import (
-    COMPLETED,
     Move,
     absolute,
     beyond,
@@ -22,11 +28,11 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     move,
     relative,
 )
+from stagewire_conformance.device.checks.apt.motion.parameters import messages_of
 from stagewire_conformance.device.checks.apt.motion.runs import slow_down
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 from stagewire_conformance.device.lines.strays import cause_of_stray
 
-_STOPPED: Final = "MOT_MOVE_STOPPED"
 _SECONDS: Final = 1.0
 """The approximate duration of the move in seconds."""
 _LEAST: Final = 0.4
@@ -58,7 +64,7 @@ KIND = Kind(
     KIND,
     "MOT_MOVE_STOP ends moves of {motors}, immediately and with a profile, and each "
     "reports it once",
-    messages=("MOT_MOVE_STOP", _STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", COMPLETED),
+    messages=("MOT_MOVE_STOP", STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", COMPLETED),
     does="starts moves of all motors within {range} and stops them on their way, once immediately "
     "and once with a profile",
     seconds=3.5,
@@ -148,7 +154,7 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
         now = axis.status().position
         axis.trial.must(
             abs(now - place) <= 2 * JITTER,  # it may have oscillated from one end to the other
-            f"{axis.text}: after {_STOPPED}, it moved on from {place} to {now}; it should stay "
+            f"{axis.text}: after {STOPPED}, it moved on from {place} to {now}; it should stay "
             "where it stopped",
             rule="stop-any-move",
             cause=Cause("MOT_MOVE_STOP", EFFECT),
@@ -156,7 +162,7 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
     for heard in behind:
         axes[0].trial.must(
             False,
-            f"after {_STOPPED}, the controller sent {heard.text}; it should send nothing more",
+            f"after {STOPPED}, the controller sent {heard.text}; it should send nothing more",
             rule="stop-completed",
             cause=cause_of_stray(axes[0].trial.declared, heard),
             came=heard.raw,
@@ -174,8 +180,9 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
 
 def _slow_down(axis: Axis, distance: int) -> bool:
     """Slow the motor down so that moves over a distance take long enough; return whether that was allowed."""
-    claimed = {"MOT_SET_VELPARAMS", "MOT_REQ_VELPARAMS", "MOT_GET_VELPARAMS"} <= axis.place.messages
-    if not axis.trial.allowed.settings or not claimed:
+    if not axis.trial.allowed.settings or not axis.place.messages.issuperset(
+        messages_of("VELPARAMS")
+    ):
         return False
     slow_down(axis, 2 * distance)
     return True
@@ -190,7 +197,7 @@ def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
         else:
             judge_end(axis, one.told, seen, COMPLETED)
         return None
-    end = judge_end(axis, told, seen, _STOPPED)
+    end = judge_end(axis, told, seen, STOPPED)
     if end is None:
         return None
     place = judge_rest(axis, told, end).position
@@ -211,4 +218,4 @@ def _was_over(axis: Axis, start: int, target: int, seen: Watched) -> bool:
     """Return whether a motor arrived at the moment of the stop command."""
     names = [end.name for end in seen.ends]
     missed = abs(axis.status().position - target)
-    return names == [COMPLETED, _STOPPED] and missed <= axis.tolerance(target - start)
+    return names == [COMPLETED, STOPPED] and missed <= axis.tolerance(target - start)

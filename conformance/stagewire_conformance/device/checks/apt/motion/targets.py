@@ -12,7 +12,7 @@ from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import JITTER, Axis, change
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, JITTER, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     COMPLETION,
@@ -20,13 +20,13 @@ from stagewire_conformance.device.checks.apt.motion.motor_check import (
     motor_check,
 )
 from stagewire_conformance.device.checks.apt.motion.moves import (
-    COMPLETED,
     Move,
     absolute,
     distances,
     move,
     relative,
 )
+from stagewire_conformance.device.checks.apt.motion.parameters import change, messages_of
 
 _SECONDS: Final = 0.3
 """The approximate duration of a move in seconds."""
@@ -102,12 +102,12 @@ STORED = Kind(
 )
 
 
-def _stored_check(message: str, parameter: str) -> Callable[[Moving], Moving]:
-    setting, *telling = (f"MOT_{role}_{parameter}" for role in ("SET", "REQ", "GET"))
+def _stored_check(message: str, parameters: str) -> Callable[[Moving], Moving]:
+    setting, *others = messages_of(parameters)
     return motor_check(
         STORED,
         f"{message} without data moves {{motors}} to the target stored with {setting}",
-        messages=(message, setting, *telling, COMPLETED),
+        messages=(message, setting, *others, COMPLETED),
         does=f"stores targets with {setting}, moves all motors together to them within "
         f"{{range}}, and back",
         settings=True,

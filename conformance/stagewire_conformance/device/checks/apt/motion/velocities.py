@@ -57,27 +57,19 @@ def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bo
 
     The page prints an unsigned word, so a velocity without a sign is NON-STRICT.
     """
-    for status in midway:
-        assert status.velocity is not None
-        if way > 0 > status.velocity:
-            return axis.trial.must(
-                False,
-                f"{axis.text}: on its way up after {told}, {status.heard.name} reports a velocity "
-                f"of {status.velocity}; while positions rise, the velocity should be positive",
-                rule="dc-status-velocity",
-                cause=Cause(status.heard.name, "velocity"),
-                came=status.heard.raw,
-            )
-        if way < 0 < status.velocity:
-            return axis.trial.should(
-                False,
-                f"{axis.text}: on its way down after {told}, {status.heard.name} reports a velocity "
-                f"of {status.velocity}; while positions fall, the velocity should be negative",
-                rule="dc-status-velocity",
-                cause=Cause(status.heard.name, "sign of the velocity"),
-                came=status.heard.raw,
-            )
-    return True
+    wrong = next((status for status in midway if (status.velocity or 0) * way < 0), None)
+    if wrong is None:
+        return True
+    is_up = way > 0
+    return (axis.trial.must if is_up else axis.trial.should)(
+        False,
+        f"{axis.text}: on its way {'up' if is_up else 'down'} after {told}, {wrong.heard.name} reports a "
+        f"velocity of {wrong.velocity}; while positions {'rise' if is_up else 'fall'}, the velocity should "
+        f"be {'positive' if is_up else 'negative'}",
+        rule="dc-status-velocity",
+        cause=Cause(wrong.heard.name, "velocity" if is_up else "sign of the velocity"),
+        came=wrong.heard.raw,
+    )
 
 
 def _judge_size(axis: Axis, told: str, midway: Sequence[Status]) -> None:

@@ -9,16 +9,16 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, HELD, STOPPED, Axis
 from stagewire_conformance.device.checks.apt.motion.course import (
     Point,
     top_speed,
     until_steady,
 )
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
-from stagewire_conformance.device.checks.apt.motion.moves import COMPLETED, make_room
+from stagewire_conformance.device.checks.apt.motion.moves import make_room
+from stagewire_conformance.device.checks.apt.motion.parameters import messages_of
 from stagewire_conformance.device.checks.apt.motion.runs import (
-    STOPPED,
     Run,
     room_for,
     run_all,
@@ -57,9 +57,7 @@ KIND = Kind(
         "MOT_MOVE_VELOCITY",
         "MOT_MOVE_STOP",
         STOPPED,
-        "MOT_SET_VELPARAMS",
-        "MOT_REQ_VELPARAMS",
-        "MOT_GET_VELPARAMS",
+        *messages_of("VELPARAMS"),
         COMPLETED,
     ),
     does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {range}, runs them "

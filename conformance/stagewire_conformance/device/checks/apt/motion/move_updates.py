@@ -1,20 +1,14 @@
-"""Unsolicited messages about a motion: its end, and its status.
-
-- ``suspend``: suspended end messages do not come, and come again when resumed (pages 82 and 83).
-- ``move-updates``: periodic status messages follow a motion (pages 11 and 20).
-"""
+"""``move-updates``: periodic status messages follow a motion (pages 11 and 20)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from stagewire_apt import messages as m
-from stagewire_apt.enumerations import StopMode
-from stagewire_conformance.device.causes import DELIVERY, EFFECT, Cause
+from stagewire_conformance.device.causes import DELIVERY, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import (
+    COMPLETED,
     ENDS,
     HELD,
     JITTER,
@@ -22,122 +16,18 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
     Axis,
     Status,
 )
-from stagewire_conformance.device.checks.apt.motion.judgement import judge_place, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import (
-    COMPLETED,
     absolute,
-    beyond,
-    distances,
-    move,
 )
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
-from stagewire_conformance.device.checks.apt.motion.watch import watch
 from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
-from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
 
-_SECONDS_SUSPENDED: Final = 0.25
-_AFTER: Final = 0.2
-"""Seconds after the end of a move in which an end message would arrive."""
-_BEFORE_STOP: Final = 0.12
-"""Seconds after the beginning of a move in which it is stopped."""
-
-
-SUSPEND = Kind(
-    name="suspend",
-    title="End-of-move messages can be suspended and resumed",
-    rules=("end-messages-suspended", "end-messages-resumed", *MOTION_BITS),
-)
-
-
-@motor_check(
-    SUSPEND,
-    "End-of-move messages of {motors} can be suspended and resumed",
-    messages=(
-        "MOT_SUSPEND_ENDOFMOVEMSGS",
-        "MOT_RESUME_ENDOFMOVEMSGS",
-        "MOT_MOVE_ABSOLUTE",
-        "MOT_MOVE_STOP",
-        COMPLETED,
-    ),
-    does="moves all motors together within {range} while their end-of-move messages are suspended, stops "
-    "them on their way back, and moves them on after the messages are resumed",
-    seconds=2.3,
-)
-def _suspend_and_resume(axes: Sequence[Axis]) -> None:
-    trial = axes[0].trial
-    ways = distances(axes, _SECONDS_SUSPENDED)
-
-    def arrived(axis: Axis, status: Status) -> bool:
-        missed = status.position - axis.start - ways[axis]
-        return not status.moving and abs(missed) <= axis.tolerance(ways[axis])
-
-    trial.undo("resumed end-of-move messages", lambda: _tell(axes, m.MotResumeEndOfMoveMsgs()))
-    _tell(axes, m.MotSuspendEndOfMoveMsgs())
-    limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
-    for axis, way in ways.items():
-        axis.send(m.MotMoveAbsolute(axis.channel, axis.start + way))
-    strays = beyond({axis: axis.start for axis in axes}, ways)
-    seen = watch(axes, limits, done=arrived, strays=strays)
-    behind = trial.line.listen(_AFTER)
-    for axis, way in ways.items():
-        target = axis.start + way
-        told = f"MOT_MOVE_ABSOLUTE to {target} with suspended end-of-move messages"
-        mine = [
-            each
-            for each in behind
-            if each.source == axis.place.address and each.channel == axis.channel
-        ]
-        came = [*seen[axis].ends, *mine]
-        trial.must(
-            not came,
-            f"{axis.text}: after {told}, it sent "
-            f"{', '.join(each.name or each.text for each in came)}; it should send nothing",
-            rule="end-messages-suspended",
-            cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", EFFECT),
-            came=raw_of(came),
-        )
-        if not judge_place(axis, told, judge_rest(axis, told), axis.start, target):
-            axis.halt()
-    _stop_suspended(axes)
-    _tell(axes, m.MotResumeEndOfMoveMsgs())
-    about = " after end-of-move messages were resumed"
-    back = [absolute(axis, axis.start, about) for axis in axes]
-    move([replace(each, rule="end-messages-resumed") for each in back])
-
-
-def _stop_suspended(axes: Sequence[Axis]) -> None:
-    """Start the way back and stop it: this must not be reported either."""
-    for axis in axes:
-        axis.send(absolute(axis, axis.start).message)
-    axes[0].pause(_BEFORE_STOP)
-    for axis in axes:
-        axis.send(m.MotMoveStop(axis.channel, StopMode.PROFILED))
-    for axis in axes:
-        axis.standing()
-    came = [heard for heard in axes[0].trial.line.listen(_AFTER) if heard.name in ENDS]
-    axes[0].trial.must(
-        not came,
-        f"after MOT_MOVE_STOP with suspended end-of-move messages, {axes[0].place.name} sent "
-        f"{', '.join(heard.name for heard in came)}; it should send nothing",
-        rule="end-messages-suspended",
-        cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", "MOT_MOVE_STOPPED"),
-        came=raw_of(came),
-    )
-
-
-def _tell(
-    axes: Sequence[Axis], message: m.MotResumeEndOfMoveMsgs | m.MotSuspendEndOfMoveMsgs
-) -> None:
-    """Send a message to each target once."""
-    for axis in {axis.place.address: axis for axis in axes}.values():
-        axis.send(message)
-
-
 _SECONDS: Final = 0.6
+"""The approximate duration of the move in seconds."""
 _LONG: Final = 0.5
 """Seconds within which at least one periodic status message comes."""
 _AT_REST: Final = 0.25
@@ -150,7 +40,7 @@ _FRESH: Final = 0.5
 """Seconds within which a status message from after the end of a move arrives."""
 
 
-UPDATES = Kind(
+KIND = Kind(
     name="move-updates",
     title="Periodic status messages follow a motion",
     rules=(
@@ -165,7 +55,7 @@ UPDATES = Kind(
 
 
 @motor_check(
-    UPDATES,
+    KIND,
     "Periodic status messages of {motors} follow their motion",
     messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
     does="moves all motors together within {range} and back while status messages are running",

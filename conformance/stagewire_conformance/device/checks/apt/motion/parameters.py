@@ -1,0 +1,92 @@
+"""Parameter sets of a motor that a check changes until its end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stagewire_apt.enumerations import JogMode
+from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
+from stagewire_conformance.device.checks.apt.motion.axis import ENDS, Axis
+from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
+from stagewire_conformance.device.trial import EnoughError
+
+
+def messages_of(parameters: str) -> tuple[str, str, str]:
+    """Return the messages that set, request and report parameters: ``VELPARAMS``."""
+    return f"MOT_SET_{parameters}", f"MOT_REQ_{parameters}", f"MOT_GET_{parameters}"
+
+
+def present(axis: Axis, setting: str) -> Values:
+    """Return the values of a parameter set, by the name of its SET."""
+    return _placed_set(axis, setting).read(axis.trial)
+
+
+def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
+    """Change values of a parameter set until the end of the check, and check that they are in effect.
+
+    End the check if they are not: its effect would be unpredictable. End it before the change if a motor
+    moves and cannot be stopped, because the change could make it faster.
+
+    :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
+    """
+    line = axis.trial.line
+    if not line.come_to_rest():
+        raise EnoughError
+    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]  # of earlier motions
+    placed = _placed_set(axis, setting)
+    before = placed.read(axis.trial)
+    wanted = {**before, **values}
+    axis.trial.undo(f"{setting} at {axis.text}", lambda: placed.put_back(axis.trial, before))
+    placed.write(axis.trial, wanted)
+    came = placed.ask(axis.trial)
+    told = placed.values(came)
+    lower = at_most and 0 < told[at_most] <= wanted[at_most]
+    wrote = ", ".join(f"{name} = {value}" for name, value in values.items())
+    says = ", ".join(f"{name} = {told[name]}" for name in values)
+    axis.trial.need(
+        told == ({**wanted, at_most: told[at_most]} if lower else wanted),
+        f"{axis.text}: {setting} wrote {wrote}, but {placed.set.get} then returned {says}; "
+        "nothing was moved",
+        rule=rule_of_set(setting),
+        cause=Cause(setting, EFFECT),
+        wanted=placed.expected(axis.trial, wanted, came),
+        came=came.raw,
+    )
+
+
+def _placed_set(axis: Axis, setting: str) -> PlacedSet:
+    sets = parameter_sets(axis.trial.declared, axis.place)
+    return PlacedSet(axis.place, axis.channel, next(each for each in sets if each.set == setting))
+
+
+def jog_single_steps(steps: Mapping[Axis, int]) -> None:
+    """Make each jog a single step of some counts."""
+    for axis, step in steps.items():
+        mode = int(JogMode.SINGLE_STEP)
+        change(axis, "MOT_SET_JOGPARAMS", jog_mode=mode, jog_step_size=step)
+
+
+def switch_backlash_off(axis: Axis) -> None:
+    """Make moves end in the direction in which they began."""
+    if axis.backlash:
+        change(axis, "MOT_SET_GENMOVEPARAMS", backlash_distance=0)
+        axis.backlash = 0
+
+
+def keep_backlash_inside(axis: Axis) -> None:
+    """Switch the backlash correction off if it could make a motor leave its range on the way back.
+
+    End the check if this is not allowed.
+    """
+    if axis.can_return_to(axis.start):
+        return
+    if not axis.trial.allowed.settings or "MOT_SET_GENMOVEPARAMS" not in axis.place.messages:
+        axis.trial.inconclusive(
+            f"{axis.text} is at {axis.start} counts; there, the correction of its backlash "
+            f"of {axis.backlash} counts would leave {axis.low}..{axis.high}; allow a wider "
+            "range, or settings, so that it can be switched off"
+        )
+        raise EnoughError
+    switch_backlash_off(axis)
