@@ -25,7 +25,7 @@ from checkout import SCHEMAS
 from parts import every_nth
 from stagewire.links import Link
 from stagewire_conformance.device.declaration import declare
-from stagewire_conformance.device.lines import apt_line as contact
+from stagewire_conformance.device.lines import apt_contact as contact
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import plan
 from stagewire_virtual import linking

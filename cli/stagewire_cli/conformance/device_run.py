@@ -20,13 +20,8 @@ from stagewire_conformance.device.execution import execute, verify
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.device.report import Report
-from stagewire_conformance.reports.device_sheet import (
-    announcement,
-    ending,
-    needs_text,
-    pages_text,
-    sheet_of_execution,
-)
+from stagewire_conformance.reports.device_sheet import sheet_of_execution
+from stagewire_conformance.reports.device_text import announcement, ending, needs_text, pages_text
 from stagewire_conformance.reports.text import counted
 
 

@@ -12,7 +12,8 @@ from stagewire_conformance.device.execution import dead_line_report, execute, ve
 from stagewire_conformance.device.permissions import Need, Permissions, Range
 from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.reports import Grade, Verdict
-from stagewire_conformance.reports.device_sheet import announcement, ending, sheet_of_execution
+from stagewire_conformance.reports.device_sheet import sheet_of_execution
+from stagewire_conformance.reports.device_text import announcement, ending
 
 URL = "virtual://TDC001"
 ASKING = Permissions()

@@ -18,7 +18,7 @@ from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
-from stagewire_conformance.reports.device_sheet import announcement
+from stagewire_conformance.reports.device_text import announcement
 from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 from wrapped_links import WrappedLink
