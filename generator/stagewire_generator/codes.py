@@ -304,6 +304,12 @@ GROUPS: tuple[Group, ...] = (
                 "generated files use the name in overlay.yaml.",
                 "rename one of the two",
             ),
+            "SW063": Code(
+                "an addition that changes an entry",
+                "An entry in additions.yaml gives a key that the entry of the protocol already has, or an "
+                "item that is already in its list.",
+                "remove it; to change a value, copy the whole entry and list it under `overrides`",
+            ),
         },
     ),
     Group(

@@ -5,7 +5,7 @@ The resolver builds it from the YAML. Lint rules, targets and the JSON output on
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -268,6 +268,7 @@ class Message:
     addressee: str = ""  # motherboard | unit | every; empty for the controller in a bay
     tells: str = ""  # the information that it reports: identity | bays
     call: Json = field(default_factory=dict)  # method name, and defaults of its arguments
+    aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # other name -> its words
     overlay: str = ""
 
     @property
@@ -278,7 +279,16 @@ class Message:
     @property
     def class_name(self) -> str:
         """The name of the generated class, in CamelCase."""
-        return "".join(word[:1].upper() + word[1:] for word in self.words)
+        return _class_name(self.words)
+
+    @property
+    def class_aliases(self) -> tuple[str, ...]:
+        """The other names of the generated class."""
+        return tuple(_class_name(words) for words in self.aliases.values())
+
+
+def _class_name(words: Iterable[str]) -> str:
+    return "".join(word[:1].upper() + word[1:] for word in words)
 
 
 @dataclass(frozen=True, slots=True)

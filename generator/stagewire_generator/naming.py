@@ -95,6 +95,16 @@ def message_classes(message: Message) -> dict[str, str]:
     return {form: message.class_name + suffix.capitalize() for form, suffix in suffixes.items()}
 
 
+def class_aliases(message: Message) -> list[tuple[str, str]]:
+    """Return the other names of the classes of a message, each with the class that it means."""
+    suffixes = {form: suffix.capitalize() for form, suffix in _suffixes(message).items()}
+    return [
+        (alias + suffix, message.class_name + suffix)
+        for alias in message.class_aliases
+        for suffix in suffixes.values()
+    ]
+
+
 def c_prefix(package: str) -> str:
     """Return the prefix of all names of a package in C: ``apt`` for ``stagewire_apt``."""
     return package.removeprefix("stagewire_")
@@ -109,6 +119,16 @@ def c_layouts(message: Message) -> dict[str, str]:
     suffixes = _suffixes(message)
     names = {form: f"{name}_{suffix}" if suffix else name for form, suffix in suffixes.items()}
     return {form: f"{n}_message" if n in C_OURS else n for form, n in names.items()}
+
+
+def c_aliases(message: Message) -> list[tuple[str, str]]:
+    """Return the other names in C of each layout, with the name that they mean; all without the prefix."""
+    suffixes, names = _suffixes(message), c_layouts(message)
+    return [
+        ("_".join(filter(None, (alias.lower(), suffixes[form]))), name)
+        for alias in message.aliases
+        for form, name in names.items()
+    ]
 
 
 def c_table(table: Enumeration | FlagTable) -> str:

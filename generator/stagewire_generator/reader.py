@@ -39,6 +39,7 @@ _KINDS = {
 # The same below the directory of an overlay
 _KINDS_OF_OVERLAYS = {
     "overlay": "overlay.yaml",
+    "additions": "additions.yaml",
     **{kind: pattern for kind, pattern in _KINDS.items() if kind != "protocol"},
 }
 _PARTS = frozenset({"stages", "units"})  # an overlay contains only the changed parts of these

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 KINDS = (
     "protocol",
     "overlay",
+    "additions",
     "quantities",
     "stages",
     "units",

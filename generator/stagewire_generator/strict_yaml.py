@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,7 @@ class Document:
     data: Any
     places: dict[KeyPath, _Mark]
     overlay: str = ""  # name of the overlay that the file belongs to
+    sources: dict[str, str] = field(default_factory=dict)  # file that added to it -> its overlay
 
     def place(self, *path: str | int) -> Place:
         """Return the position of ``path``, or of its nearest known parent."""
@@ -61,6 +62,12 @@ class Document:
             if found:
                 return _place(*found)
         return Place(self.name)
+
+    def overlay_of(self, *path: str | int) -> str:
+        """Return the overlay that ``path`` is from, or an empty text."""
+        return (
+            self.sources.get(self.place(*path).file, self.overlay) if self.sources else self.overlay
+        )
 
 
 def _place(name: str, mark: Any) -> Place:

@@ -289,6 +289,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "note": "text",
         "set": Elsewhere("messages"),
         "exchange": _EXCHANGE,
+        "aliases": "message-alias",
         "layouts": Elsewhere("layouts"),
         "errata": _FROM_ERRATA,
         "place": _PLACE,

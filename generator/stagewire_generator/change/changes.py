@@ -123,6 +123,7 @@ _SOURCE = {
     "message-id-added": "the message had no id; its frames were unknown and can now be read",
     "message-module": "the classes are in another module",
     "message-words": "generated names consist of other words",
+    "message-alias": "another name of the message was added or removed",
     "message-set": "the message belongs to another parameter set",
     "mention-added": "a new name of a message without an id",
     "mention-removed": "the name of a message without an id was removed",

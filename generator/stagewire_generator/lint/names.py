@@ -239,8 +239,8 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     messages = {message.name for message in protocol.messages}
     stages = {stage.name for stage in protocol.stages}
     data = protocol.units
-    lists = data.get("lists", {})
     families = data["families"]
+    listed = messages | {group.name for group in protocol.sets}
 
     def known(names: Iterable[str], table: Iterable[str], kind: str, *path: str) -> None:
         for index, name in enumerate(names):
@@ -259,15 +259,15 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
                 diagnostics.add(document.place("units", name), "SW022", what)
     names = data.get("lists", {})
     _apart([(name, document.place("lists", name)) for name in names], diagnostics)
-    for key, entry in lists.items():
+    for key, entry in document.data.get("lists", {}).items():
         for part in ("messages", "completes", "misprinted"):
-            known(entry.get(part, ()), messages, "message", "lists", key, part)
+            known(entry.get(part, ()), listed, "message", "lists", key, part)
         known(entry["units"], data["units"], "unit", "lists", key, "units")
-    for key, entry in families.items():
-        known(entry.get("messages", ()), messages, "message", "families", key, "messages")
+    for key, entry in document.data["families"].items():
+        known(entry.get("messages", ()), listed, "message", "families", key, "messages")
         if "like" in entry:
-            listed = [name for name, unit in data["units"].items() if "list" in unit]
-            known([entry["like"]], listed, "unit with a list:", "families", key, "like")
+            units = [name for name, unit in data["units"].items() if "list" in unit]
+            known([entry["like"]], units, "unit with a list:", "families", key, "like")
     for key, entry in data["units"].items():
         known(entry["stages"], stages, "stage", "units", key, "stages")
         known([entry["family"]], families, "family", "units", key, "family")

@@ -1,7 +1,8 @@
 """Merge the files of overlays into those of a protocol.
 
-An entry of an overlay replaces the whole entry of the protocol with the same name, if the overlay lists it in
-its ``overrides``. All other entries are added. The result is again a set of files, which is resolved and
+First the protocol is revised: entries are renamed and withdrawn, and others are added to (``additions.py``).
+Then an entry of an overlay replaces the whole entry of the protocol with the same name, if the overlay lists
+it in its ``overrides``. All other entries are new. The result is again a set of files, which is resolved and
 checked like a protocol without overlays.
 """
 
@@ -9,9 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.overlays.additions import Home, Key, revise
 from stagewire_generator.reader import Files
 from stagewire_generator.schemas import fits_schema
 from stagewire_generator.strict_yaml import Document
@@ -49,8 +51,6 @@ _HEADS = {"overlay": "protocol"}  # sections of overlay.yaml are merged into pro
 _LISTED = ("quantities", "stages", "messages", "errata", "rules")  # kinds whose files stay separate
 _ONE = ("units", "examples", "captures")  # kinds with one file per protocol
 
-Key: TypeAlias = tuple[str, str]  # section and name
-
 
 def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) -> Files | None:
     """Return the files of a protocol with overlays applied in the given order.
@@ -60,6 +60,8 @@ def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) ->
     not replace, or defines an entry that another overlay also defines.
     """
     before = len(diagnostics.found)
+    for files in overlays:
+        base = revise(base, files, _homes(base), diagnostics)
     known = dict(_entries(base, "protocol"))
     defined: dict[Key, str] = {}
     for files in overlays:
@@ -86,6 +88,17 @@ def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) ->
             return None  # parts that are valid on their own may be invalid together
         composed[kind] = [_marked(kind, document, parts) for document in whole]
     return composed
+
+
+def _homes(files: Files) -> dict[Key, Home]:
+    """Return where each entry of a protocol is defined."""
+    return {
+        (section, name): (_HEADS.get(kind, kind), number)
+        for kind, sections in SECTIONS.items()
+        for number, document in enumerate(files.get(_HEADS.get(kind, kind), ()))
+        for section in sections
+        for name in document.data.get(section, ())
+    }
 
 
 def _entries(files: Files, head: str) -> Iterator[tuple[Key, Place]]:

@@ -72,7 +72,7 @@ def resolve_field(
         target=entry.get("target", ""),
         flags_by_unit=by_unit,
         note=entry.get("note", ""),
-        overlay=document.overlay,
+        overlay=document.overlay_of(*path),
         **facts,
     )
 

@@ -91,10 +91,13 @@ def define_messages(tables: Tables, document: Document) -> None:
 
 def add_message(tables: Tables, message: Message) -> None:
     """Add a message with its errata; report a duplicate name."""
-    if message.name in tables.messages:
-        tables.diagnostics.add(message.place, "SW020", f"{message.name} is defined twice")
-    else:
-        tables.messages[message.name] = with_errata(tables, message)
+    taken = tables.messages.keys() | tables.aliases
+    for name in (message.name, *message.aliases):
+        if name in taken:
+            tables.diagnostics.add(message.place, "SW020", f"{name} is defined twice")
+            return
+    tables.messages[message.name] = with_errata(tables, message)
+    tables.aliases.update(message.aliases)
 
 
 def _define_message(tables: Tables, document: Document, name: str, entry: Json) -> None:
@@ -123,6 +126,10 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         group=group.lower(),
         addressee=entry.get("addressee", ""),
         call=entry.get("call", {}),
+        aliases={
+            other: spelled_words(tables, split_group(tables, other)[0], spelling, other, place)
+            for other, spelling in entry.get("also_named", {}).items()
+        },
         overlay=document.overlay,
     )
     add_message(tables, message)
@@ -141,11 +148,7 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
             continue
         group, rest = split_group(tables, name)
         words = spelled_words(tables, group, spelling_of(entry, rest), name, place)
-        members = {
-            role: "_".join(part for part in (group, role.upper(), rest) if part)
-            for role in _ROLES
-            if role in entry["ids"]
-        }
+        members = {role: _member(group, role, rest) for role in _ROLES if role in entry["ids"]}
         found = ParameterSet(name, words, members, place)
         tables.sets[name] = found
         if "effect" in entry and "set" not in members:
@@ -153,6 +156,21 @@ def define_parameter_sets(tables: Tables, document: Document) -> None:
             tables.diagnostics.add(place, "SW070", what, "remove the effect")
         for role in members:
             _define_member(tables, document, entry, found, group, role)
+
+
+def _aliases(tables: Tables, entry: Json, role: str, place: Place) -> dict[str, tuple[str, ...]]:
+    """Return the other names of a message of a set, each with its words."""
+    found = {}
+    for other, spelling in entry.get("also_named", {}).items():
+        group, rest = split_group(tables, other)
+        spelled_words(tables, group, spelling, other, place)
+        found[_member(group, role, rest)] = joined(group, role, spelling)
+    return found
+
+
+def _member(group: str, role: str, rest: str) -> str:
+    """Return the name of a message of a set."""
+    return "_".join(part for part in (group, role.upper(), rest) if part)
 
 
 def _define_member(
@@ -190,6 +208,7 @@ def _define_member(
         group=group.lower(),
         addressee=entry.get("addressee", ""),
         tells=entry.get("tells", ""),
+        aliases=_aliases(tables, entry, role, owner.place),
         overlay=document.overlay,
     )
     add_message(tables, message)

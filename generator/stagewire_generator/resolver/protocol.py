@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Json, Overlay, Protocol, Rule, Sentence
+from stagewire_generator.model import Json, Overlay, ParameterSet, Protocol, Rule, Sentence
 from stagewire_generator.naming import can_name_file, can_name_package
 from stagewire_generator.resolver.messages import (
     define_commands,
@@ -72,14 +72,18 @@ _OF_ALIASES = {"like": "like", "note": "title", "overlay": "overlay"}
 """Key of a prefix -> key of the alias that it defines."""
 
 
-def resolve_units(files: Mapping[str, list[Document]]) -> Json:
+def resolve_units(files: Mapping[str, list[Document]], sets: Mapping[str, ParameterSet]) -> Json:
     """Return the data about units, with the ``list`` of each unit, and an alias for every name of a prefix.
 
-    A list names its units. A prefix may define an alias by ``like``, or name a unit that is not described
-    further. A unit replaces an alias of the same name: once an overlay describes it, it is no longer newer
-    than the document.
+    A list names its units. In a list and in a family, the name of a parameter set means all its messages. A
+    prefix may define an alias by ``like``, or name a unit that is not described further. A unit replaces an
+    alias of the same name: once an overlay describes it, it is no longer newer than the document.
     """
     units: Json = files["units"][0].data if files.get("units") else {}
+    for section in ("lists", "families"):
+        if section in units:
+            named = {key: _with_members(entry, sets) for key, entry in units[section].items()}
+            units = {**units, section: named}
     if "lists" in units:
         list_of = {unit: key for key, entry in units["lists"].items() for unit in entry["units"]}
         entries = {
@@ -101,6 +105,22 @@ def resolve_units(files: Mapping[str, list[Document]]) -> Json:
         for prefix, entry in units.get("known_prefixes", {}).items()
     }
     return {**units, "aliases": aliases, "known_prefixes": prefixes}
+
+
+def _with_members(entry: Json, sets: Mapping[str, ParameterSet]) -> Json:
+    """Return a list or family with the messages of each set in place of its name."""
+    parts = {part: entry[part] for part in ("messages", "completes") if part in entry}
+    return {
+        **entry,
+        **{
+            part: [
+                message
+                for name in names
+                for message in (sets[name].members.values() if name in sets else (name,))
+            ]
+            for part, names in parts.items()
+        },
+    }
 
 
 def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Protocol:
@@ -145,7 +165,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         settings=resolve_settings(tables),
         controllers=controllers,
         stages=stages,
-        units=resolve_units(files),
+        units=resolve_units(files, tables.sets),
         errata=tuple(tables.errata[id] for id in sorted(tables.errata)),
         rules=tuple(tables.rules[id] for id in sorted(tables.rules)),
         examples=_data(files, "examples"),

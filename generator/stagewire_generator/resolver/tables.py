@@ -52,6 +52,7 @@ class Tables:
         self.flags: dict[str, FlagTable] = {}
         self.blocks: dict[str, tuple[Document, KeyPath, Json]] = {}
         self.messages: dict[str, Message] = {}
+        self.aliases: set[str] = set()  # other names of messages
         self.sets: dict[str, ParameterSet] = {}
         self.chapters: dict[str, Chapter] = {}
         self.errata: dict[str, Erratum] = {}

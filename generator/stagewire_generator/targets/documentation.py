@@ -80,6 +80,8 @@ def message_paragraphs(
     yield meaning(message)
     yield " ".join(filter(None, [facts, *_exchange_facts(message, layout, markup)]))
     notes = [message.note, layout.note if layout else ""]
+    if message.aliases:
+        notes.append(f"Also named {' and '.join(map(markup.name, message.aliases))}")
     if message.overlay:
         notes.append(f"From {where(protocol, message.pages, markup, message.overlay)}")
     yield from (sentence(note) for note in notes if note)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 
+_NO_ALIASES: Mapping[str, str] = {}
 _ENTRY_POINTS = "stagewire.protocols"
 
 
@@ -37,6 +38,7 @@ class Protocol:
     :param package: the generated package; it holds ``registry.json`` and ``vectors.json``.
     :param messages: all message classes.
     :param nameless: messages that the document names without an id -> why they cannot be used.
+    :param aliases: other names of messages -> their names.
     """
 
     def __init__(
@@ -46,12 +48,14 @@ class Protocol:
         package: str,
         messages: Iterable[type[Message]],
         nameless: Mapping[str, str],
+        aliases: Mapping[str, str] = _NO_ALIASES,
     ) -> None:
         self.name = name
         self.title = title
         self.package = package
         self.messages: tuple[type[Message], ...] = tuple(messages)
         self.nameless = dict(nameless)
+        self.aliases = aliases
         self._loaded: dict[str, dict[str, Any]] = {}  # files of the package that were read
         self._by_name: dict[str, dict[str, type[Message]]] = {}
         for cls in self.messages:
@@ -63,13 +67,13 @@ class Protocol:
     # By name
 
     def message_class(self, message: str, form: str | None = None) -> type[Message]:
-        """Return the class of a message by its registry name and, if it has several forms, its form.
+        """Return the class of a message by its registry name or alias and, if it has several forms, its form.
 
         Raises :class:`~stagewire.errors.UnknownMessageError`,
         :class:`~stagewire.errors.UnsupportedError` for a message without an id, and
         :class:`~stagewire.errors.BadLengthError` for an unknown form.
         """
-        forms = self._by_name.get(message)
+        forms = self._by_name.get(self.aliases.get(message, message))
         if forms is None:
             if message in self.nameless:
                 raise UnsupportedError(f"{message} cannot be used: {self.nameless[message]}")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.naming import c_aliases
 from stagewire_generator.targets.c.field_view import (
     FieldView,
     field_view,
@@ -65,13 +66,18 @@ class HeaderLayoutView:
 
 @dataclass(frozen=True, slots=True)
 class HeaderMessageView:
-    """A message: its id and its layouts; ``doc`` is the comment of a message without layouts."""
+    """A message: its id and its layouts.
+
+    :param doc: the comment of a message without layouts.
+    :param aliases: the definitions of its other names.
+    """
 
     name: str
     macro: str
     id: str
     doc: str
     layouts: tuple[HeaderLayoutView, ...]
+    aliases: tuple[str, ...]
 
 
 def header_message_view(protocol: Protocol, message: Message) -> HeaderMessageView:
@@ -84,7 +90,22 @@ def header_message_view(protocol: Protocol, message: Message) -> HeaderMessageVi
         id=f"0x{message.id:04X}U",
         doc="" if message.layouts else message_doc(names, protocol, message, None, undocumented),
         layouts=tuple(_layout(names, protocol, message, layout) for layout in message.layouts),
+        aliases=tuple(_aliases(names, message)),
     )
+
+
+_OF_TYPE = ("", "_write_fields", "_encode", "_encode_unchecked", "_decode")
+_OF_MACRO = ("_LENGTH", "_SIZE", "_INIT")
+
+
+def _aliases(names: Names, message: Message) -> Iterator[str]:
+    """Yield the definition of each other name of the message, its types, functions and macros."""
+    for alias in message.aliases:
+        yield f"#define {names.macro(alias)}_ID {names.macro(message.name)}_ID"
+    for alias, name in c_aliases(message):
+        of, to = (f"{names.prefix}_{each}" for each in (alias, name))
+        yield from (f"#define {of}{part} {to}{part}" for part in _OF_TYPE)
+        yield from (f"#define {of.upper()}{part} {to.upper()}{part}" for part in _OF_MACRO)
 
 
 def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) -> HeaderLayoutView:

@@ -191,6 +191,11 @@ def _framed_protocol(protocol: Protocol) -> Nested:
     faults = _faults(protocol)
     if faults:
         lines.append(mapping("faults=", faults))
+    others = [
+        f"{literal(other)}: {literal(m.name)}" for m in protocol.messages for other in m.aliases
+    ]
+    if others:
+        lines.append(mapping("aliases=", others))
     return call("FramedProtocol", lines, broken=True)
 
 

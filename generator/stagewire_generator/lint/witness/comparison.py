@@ -39,7 +39,11 @@ class Comparison:
         self.protocol = protocol
         self.document = document
         self.vocabulary = vocabulary or Vocabulary()
-        self.messages = {message.name: message for message in protocol.messages}
+        self.messages = {
+            name: message
+            for message in protocol.messages
+            for name in (message.name, *message.aliases)
+        }
         self.by_id = {m.id: m for m in protocol.messages if m.id is not None}
         self.differences: dict[str, Difference] = {}
         self.not_compared: dict[str, Place] = {}  # places that only people can judge

@@ -51,6 +51,7 @@ def compare_section(
     if message is None:
         comparison.unknown.append((comparison.document.place(*path), name))
         return
+    name = message.name  # the document may print another of its names
     comparison.witnessed.add(name)
     comparison.headed.add(name)
     heading = entry["heading"]

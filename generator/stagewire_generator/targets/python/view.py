@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from stagewire_generator.model import Factor, Limit, Overlay, Protocol
+from stagewire_generator.naming import class_aliases
 from stagewire_generator.targets.documentation import sentence
 from stagewire_generator.targets.python.brackets import FUNCTIONS, Import, Nested
 from stagewire_generator.targets.python.class_view import ClassView
@@ -63,6 +64,7 @@ class ChapterView:
     uses_struct: bool  # whether a class packs or unpacks named fields
     uses_self: bool  # whether a class has named fields
     imports: tuple[Import, ...]
+    aliases: tuple[tuple[str, str], ...]  # other name of a class -> the class
     names: tuple[str, ...]
 
 
@@ -158,9 +160,11 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
     chapter = next(c for c in protocol.chapters if c.name == name)
     framing = framing_of(protocol)
     classes: list[ClassView] = []
+    aliases: list[tuple[str, str]] = []
     for message in protocol.messages:
         if message.chapter == name and message.id is not None:
             classes += framing.class_views(protocol, message)
+            aliases += class_aliases(message)
     return ChapterView(
         name=name,
         doc=_head(
@@ -171,7 +175,8 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
         uses_struct=any(view.kind in _WITH_STRUCT for view in classes),
         uses_self=any(view.kind in _WITH_SELF for view in classes),
         imports=tuple(class_imports(protocol.package, classes)),
-        names=tuple(sorted(view.name for view in classes)),
+        aliases=tuple(aliases),
+        names=tuple(sorted([*(view.name for view in classes), *(name for name, _ in aliases)])),
     )
 
 

@@ -285,6 +285,7 @@ def _message(message: Message) -> Json:
         "addressee": message.addressee,
         "tells": message.tells,
         "call": message.call,
+        "aliases": list(message.aliases),
     }
     data |= {key: value for key, value in optional.items() if value}
     if message.kind != "message":

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 _REMEMBERED_HEADERS: Final = 1024
 _NO_FAULTS: Final[Mapping[int, FaultPlaces]] = {}
+_NO_ALIASES: Final[Mapping[str, str]] = {}
 _ID: Final = range(2)
 _LENGTH: Final = range(2, 4)
 _DEST: Final = range(4, 5)
@@ -94,6 +95,7 @@ class FramedProtocol(Protocol):
     :param nameless: messages that the document names without an id -> why they cannot be used.
     :param channel: the field with the channel that a message concerns; None: controllers have no channels.
     :param faults: message id -> the offsets of the fault report in that message.
+    :param aliases: other names of messages -> their names.
     """
 
     def __init__(
@@ -107,8 +109,9 @@ class FramedProtocol(Protocol):
         nameless: Mapping[str, str],
         channel: str | None = None,
         faults: Mapping[int, FaultPlaces] = _NO_FAULTS,
+        aliases: Mapping[str, str] = _NO_ALIASES,
     ) -> None:
-        super().__init__(name, title, package, messages, nameless)
+        super().__init__(name, title, package, messages, nameless, aliases)
         self.messages: tuple[type[FramedMessage], ...] = tuple(self.messages)
         self.host = host
         self.devices = devices

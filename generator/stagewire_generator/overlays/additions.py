@@ -1,0 +1,213 @@
+"""Add to entries of a protocol, rename and withdraw them, as an overlay asks.
+
+``additions.yaml`` of an overlay has the sections of a protocol. Each entry in it holds only the new parts of
+an entry that the protocol already has: mappings are merged key by key, items are appended to lists. An
+addition never changes a value; replacing an entry is an override. ``renames`` and ``withdraws`` in
+overlay.yaml list names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.reader import Files
+from stagewire_generator.schemas import fits_schema
+from stagewire_generator.strict_yaml import Document, KeyPath
+
+Key: TypeAlias = tuple[str, str]  # section and name
+Home: TypeAlias = tuple[str, int]  # kind of file, and the number of the file
+
+_ROLES = ("SET", "REQ", "GET")
+
+
+def revise(
+    base: Files, overlay: Files, homes: Mapping[Key, Home], diagnostics: Diagnostics
+) -> Files:
+    """Return the files of a protocol after the renames, withdrawals and additions of an overlay.
+
+    :param homes: where the protocol defines each entry.
+    """
+    head = overlay["overlay"][0]
+    revised = {kind: list(documents) for kind, documents in base.items()}
+    for key, place in _listed(head, "withdraws"):
+        if _exists(key, homes, place, diagnostics):
+            kind, number = homes[key]
+            revised[kind][number] = _without(revised[kind][number], key)
+            revised["units"] = [_unlisted(units, key) for units in revised.get("units", ())]
+    for document in overlay.get("additions", ()):
+        changed = set()
+        for section, entries in document.data.items():
+            for name, entry in entries.items():
+                key, place = (section, name), document.place(section, name)
+                if _exists(key, homes, place, diagnostics):
+                    kind, number = homes[key]
+                    merger = _Merger(revised[kind][number], document, diagnostics)
+                    revised[kind][number] = merger.merged(key, entry)
+                    changed.add((kind, number))
+        for kind, number in sorted(changed):
+            fits_schema(revised[kind][number], kind, diagnostics)
+    names = dict(_renamed(head, base["protocol"][0], homes, diagnostics))
+    spellings = {
+        old: entry["spelling"]
+        for entries in head.data.get("renames", {}).values()
+        for old, entry in entries.items()
+        if "spelling" in entry
+    }
+    for kind, documents in revised.items() if names else ():
+        if kind not in ("protocol", "printed", "decisions"):
+            revised[kind] = [_with_names(document, names, spellings) for document in documents]
+    return revised
+
+
+def _listed(head: Document, part: str) -> Iterator[tuple[Key, Place]]:
+    for section, names in head.data.get(part, {}).items():
+        for at, name in (
+            enumerate(names) if isinstance(names, list) else zip(names, names, strict=True)
+        ):
+            yield (section, name), head.place(part, section, at)
+
+
+def _exists(key: Key, homes: Mapping[Key, Home], place: Place, diagnostics: Diagnostics) -> bool:
+    if key not in homes:
+        diagnostics.add(place, "SW061", f"the protocol does not define {key[0]}.{key[1]}")
+    return key in homes
+
+
+def _without(document: Document, key: Key) -> Document:
+    section, name = key
+    kept = {n: entry for n, entry in document.data[section].items() if n != name}
+    return replace(document, data={**document.data, section: kept})
+
+
+def _unlisted(units: Document, withdrawn: Key) -> Document:
+    """Return the units without a withdrawn message, or the set of this name, in lists and families."""
+    section, name = withdrawn
+    if section not in ("messages", "parameter_sets"):
+        return units
+
+    def kept(entry: dict[str, Any]) -> dict[str, Any]:
+        return {
+            part: [n for n in names if n != name] if part in ("messages", "completes") else names
+            for part, names in entry.items()
+        }
+
+    sections = {
+        part: {key: kept(entry) for key, entry in units.data[part].items()}
+        for part in ("lists", "families")
+        if part in units.data
+    }
+    return replace(units, data={**units.data, **sections})
+
+
+class _Merger:
+    """Merges the additions of an overlay into one file of the protocol."""
+
+    def __init__(self, target: Document, source: Document, diagnostics: Diagnostics) -> None:
+        self.target = target
+        self.source = source
+        self.diagnostics = diagnostics
+        self.places = dict(target.places)
+
+    def merged(self, key: Key, entry: Any) -> Document:
+        """Return the file with an entry added to that of the same name."""
+        section, name = key
+        known = self.target.data[section]
+        whole = {**known, name: self._merged(known[name], entry, key, key)}
+        sources = {**self.target.sources, self.source.name: self.source.overlay}
+        data = {**self.target.data, section: whole}
+        return replace(self.target, data=data, places=self.places, sources=sources)
+
+    def _merged(self, known: Any, added: Any, at: KeyPath, to: KeyPath) -> Any:
+        """Return a value with additions.
+
+        :param at: its path in the overlay.
+        :param to: its path in the protocol.
+        """
+        if isinstance(known, dict) and isinstance(added, dict):
+            whole = dict(known)
+            for key, value in added.items():
+                if key in known:
+                    whole[key] = self._merged(known[key], value, (*at, key), (*to, key))
+                else:
+                    whole[key] = value
+                    self._move((*at, key), (*to, key))
+            return whole
+        if isinstance(known, list) and isinstance(added, list):
+            for index, item in enumerate(added):
+                if item in known:
+                    self._refuse((*at, index), f"{item} is already in the list")
+                self._move((*at, index), (*to, len(known) + index))
+            return [*known, *(item for item in added if item not in known)]
+        if known == added:
+            self._refuse(at, "the protocol has the same value")
+        else:
+            self._refuse(at, f"the protocol has {known!r}, the overlay {added!r}")
+        return known
+
+    def _move(self, at: KeyPath, to: KeyPath) -> None:
+        """Take over the positions of an added value."""
+        for path, mark in self.source.places.items():
+            if path[: len(at)] == at:
+                self.places[(*to, *path[len(at) :])] = mark
+
+    def _refuse(self, at: KeyPath, what: str) -> None:
+        where = ".".join(str(part) for part in at)
+        self.diagnostics.add(self.source.place(*at), "SW063", f"{where}: {what}")
+
+
+def _renamed(
+    head: Document, protocol: Document, homes: Mapping[Key, Home], diagnostics: Diagnostics
+) -> Iterator[tuple[str, str]]:
+    """Yield the old and new name of each renamed message or set, and of the messages of a set."""
+    groups = protocol.data.get("groups", ())
+    for section, names in head.data.get("renames", {}).items():
+        for old, entry in names.items():
+            new = entry["to"]
+            if _exists((section, old), homes, head.place("renames", section, old), diagnostics):
+                yield old, new
+                if section == "parameter_sets":
+                    for role in _ROLES:
+                        yield _member(old, role, groups), _member(new, role, groups)
+
+
+def _member(name: str, role: str, groups: Any) -> str:
+    group, _, rest = name.partition("_")
+    return "_".join((group, role, rest)) if group in groups else f"{role}_{name}"
+
+
+def _with_names(
+    document: Document, names: Mapping[str, str], spellings: Mapping[str, str]
+) -> Document:
+    """Return a file with every old name replaced; the entry itself keeps the old name as an alias."""
+
+    def of(text: str) -> str:
+        owner, dot, field = text.partition(".")
+        return names.get(owner, owner) + dot + field
+
+    def renamed(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {
+                of(key) if isinstance(key, str) else key: renamed(part)
+                for key, part in value.items()
+            }
+        if isinstance(value, list):
+            return [renamed(part) for part in value]
+        return of(value) if isinstance(value, str) else value
+
+    data = renamed(document.data)
+    for section in ("parameter_sets", "messages"):
+        for old in document.data.get(section, {}):
+            if old in names:
+                entry = data[section][names[old]]
+                _, _, rest = old.partition("_")
+                spelling = entry.pop("spelling", rest.lower().replace("_", " "))
+                entry |= {"spelling": spellings[old]} if old in spellings else {}
+                entry["also_named"] = {**entry.get("also_named", {}), old: spelling}
+    places = {
+        tuple(of(part) if isinstance(part, str) else part for part in path): mark
+        for path, mark in document.places.items()
+    }
+    return replace(document, data=data, places=places)
