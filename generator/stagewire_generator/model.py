@@ -269,6 +269,7 @@ class Message:
     tells: str = ""  # the information that it reports: identity | bays
     call: Json = field(default_factory=dict)  # method name, and defaults of its arguments
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # other name -> its words
+    later_pages: Mapping[str, int] = field(default_factory=dict)  # overlay -> page in its document
     overlay: str = ""
 
     @property
@@ -280,6 +281,10 @@ class Message:
     def class_name(self) -> str:
         """The name of the generated class, in CamelCase."""
         return _class_name(self.words)
+
+    def page_in(self, overlay: str) -> int | None:
+        """Return the page in the document of an overlay, or of the protocol for an empty name."""
+        return self.pages[0] if overlay == self.overlay else self.later_pages.get(overlay)
 
     @property
     def class_aliases(self) -> tuple[str, ...]:

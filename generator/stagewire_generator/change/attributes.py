@@ -290,6 +290,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "set": Elsewhere("messages"),
         "exchange": _EXCHANGE,
         "aliases": "message-alias",
+        "later_pages": "page",
         "layouts": Elsewhere("layouts"),
         "errata": _FROM_ERRATA,
         "place": _PLACE,

@@ -130,6 +130,7 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
             other: spelled_words(tables, split_group(tables, other)[0], spelling, other, place)
             for other, spelling in entry.get("also_named", {}).items()
         },
+        later_pages=entry.get("later_pages", {}),
         overlay=document.overlay,
     )
     add_message(tables, message)
@@ -209,6 +210,7 @@ def _define_member(
         addressee=entry.get("addressee", ""),
         tells=entry.get("tells", ""),
         aliases=_aliases(tables, entry, role, owner.place),
+        later_pages=entry.get("later_pages", {}),
         overlay=document.overlay,
     )
     add_message(tables, message)

@@ -82,6 +82,8 @@ def message_paragraphs(
     notes = [message.note, layout.note if layout else ""]
     if message.aliases:
         notes.append(f"Also named {' and '.join(map(markup.name, message.aliases))}")
+    for overlay, page in message.later_pages.items():
+        notes.append(f"Also described on {where(protocol, [page], markup, overlay)}")
     if message.overlay:
         notes.append(f"From {where(protocol, message.pages, markup, message.overlay)}")
     yield from (sentence(note) for note in notes if note)

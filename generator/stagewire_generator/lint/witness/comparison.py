@@ -142,6 +142,10 @@ class Comparison:
         """Return the id of a message as the document prints ids."""
         return "none" if message.id is None else f"0x{message.id:0{self.protocol.id_digits}X}"
 
+    def page_of(self, message: Message) -> int | str:
+        """Return the page of a message in the document of the transcription."""
+        return message.page_in(self.document.overlay) or NOTHING
+
     def misplace(self, path: KeyPath, what: str) -> None:
         """Record a part of the witness that cannot be compared with this framing."""
         self.misplaced.append((self.document.place(*path), what))

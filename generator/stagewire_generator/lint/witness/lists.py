@@ -31,7 +31,9 @@ def compare_contents(comparison: Comparison) -> None:
             place = f"contents/{message.name}"
             comparison.same(f"{place}/id", path, id, comparison.id_of(message))
             if "page" in row:
-                comparison.same(f"{place}/page", path, row["page"], str(message.pages[0]))
+                comparison.same(
+                    f"{place}/page", path, row["page"], str(comparison.page_of(message))
+                )
         if row.get("run_together"):
             comparison.differs("contents/run-together", path, "id and page in one", "id, page")
     for name in sorted(comparison.headed - listed):
@@ -100,7 +102,7 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
         if row["id"]:
             comparison.same(f"{place}/id", path, row["id"], comparison.id_of(message))
         if "page" in row:
-            comparison.same(f"{place}/page", path, row["page"], str(message.pages[0]))
+            comparison.same(f"{place}/page", path, row["page"], str(comparison.page_of(message)))
         if message.name not in entry["messages"]:
             comparison.differs(f"{place}/extra", path, message.name, "not in the list")
     for name in entry["messages"]:

@@ -57,7 +57,7 @@ def compare_section(
     heading = entry["heading"]
     at = (*path, "heading")
     comparison.same(f"heading/{name}/id", at, heading["id"], comparison.id_of(message))
-    comparison.same(f"heading/{name}/page", at, heading["page"], message.pages[0])
+    comparison.same(f"heading/{name}/page", at, heading["page"], comparison.page_of(message))
     printed = entry.get("tables", [])
     if tables:
         tables(comparison, message, printed, (*path, "tables"))

@@ -286,6 +286,7 @@ def _message(message: Message) -> Json:
         "tells": message.tells,
         "call": message.call,
         "aliases": list(message.aliases),
+        "later_pages": dict(message.later_pages),
     }
     data |= {key: value for key, value in optional.items() if value}
     if message.kind != "message":
