@@ -185,3 +185,14 @@ def test_generated_c_has_the_other_names(fourth: Fourth) -> None:
         ("TINY_POS_TRAVEL_SIZE", "TINY_POS_MOVE_SIZE"),
     ):
         assert f"\n#define {name} {meant}\n" in core
+
+
+def test_a_page_of_an_addition_is_a_page_of_the_later_document(fourth: Fourth) -> None:
+    fourth.write({"messages": {"POS_ECHO": {"later_pages": {"fourth": 41}}}})
+    [found] = fourth.errors()
+    assert found.endswith(
+        "SW039 messages.POS_ECHO.later_pages.fourth: page 41 does not exist (the last is 40)"
+    )
+    fourth.write({"messages": {"POS_ECHO": {"later_pages": {"fourth": 40}}}})
+    echo = message(fourth.protocol(), "POS_ECHO")
+    assert (echo.page_in(""), echo.page_in("fourth")) == (6, 40)

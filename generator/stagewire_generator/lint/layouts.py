@@ -30,7 +30,17 @@ def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) 
     rules.check(protocol, head, diagnostics)
 
 
-_KINDS = ("protocol", "overlay", "quantities", "stages", "units", "messages", "errata", "rules")
+_KINDS = (
+    "protocol",
+    "overlay",
+    "additions",
+    "quantities",
+    "stages",
+    "units",
+    "messages",
+    "errata",
+    "rules",
+)
 _ROLES = {"set", "req", "get"}
 
 
@@ -60,6 +70,8 @@ def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
             yield at, part
         elif key in ("pages", "more_pages", "also") and isinstance(part, list):
             yield from ((at, page) for page in part)
+        elif key == "later_pages":
+            yield from (((*at, overlay), page) for overlay, page in part.items())
         elif key == "pages" and isinstance(part, dict) and part.keys() <= _ROLES:
             yield from ((at, page) for page in part.values())
         elif isinstance(part, dict | list):
