@@ -51,6 +51,7 @@ class EnumValue:
     reserved: bool = False  # for future use
     modifier: bool = False  # combined with another value by bitwise OR
     hinders: Json = field(default_factory=dict)  # why it prevents motion
+    symbol: str = ""  # its name in the document, if that is another
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +81,7 @@ class FlagBit:
     note: str
     motion: bool = False  # set while something moves
     hinders: Json = field(default_factory=dict)  # why it prevents motion
+    symbol: str = ""  # its name in the document, if that is another
 
     @property
     def mask(self) -> int:

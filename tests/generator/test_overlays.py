@@ -163,6 +163,8 @@ def test_entries_are_added(second: Protocol) -> None:
     assert message(second, "AUX_HEAT_STATE").layouts[0].length == 2
     assert {"tempo"} <= {e.name for e in second.enumerations}
     assert {"heat_bits"} <= {t.name for t in second.flags}
+    [warm] = [t for t in second.flags if t.name == "warm_bits"]  # a subset of another table
+    assert [(bit.name, bit.bit) for bit in warm.bits] == [("warm", 4)]
     assert {"warmth"} <= {q.name for q in second.quantities}
     assert {"Tower"} <= {s.name for s in second.stages}
     assert [c.name for c in second.chapters] == ["core", "extra", "heat"]
@@ -312,7 +314,7 @@ def test_the_registry_marks_the_entries_of_an_overlay(second: Protocol) -> None:
     assert "overlay" not in by_name["POS_MOVE"]
     for section, names in {
         "enumerations": {"channel", "tempo"},
-        "flags": {"coil_bits", "heat_bits"},
+        "flags": {"coil_bits", "heat_bits", "warm_bits"},
         "quantities": {"interval", "warmth"},
         "controllers": {"TP9", "TP10"},
         "families": {"plain", "warm"},

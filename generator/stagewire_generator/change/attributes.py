@@ -374,6 +374,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "reserved": "value-reserved",
         "modifier": "value-modifier",
         "hinders": _HINDERS,
+        "symbol": "text",
     },
     model.FlagTable: {
         "name": _PAIRED,
@@ -391,6 +392,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "note": "text",
         "motion": "bit-motion",
         "hinders": _HINDERS,
+        "symbol": "text",
     },
     model.Quantity: {
         "name": _PAIRED,

@@ -173,6 +173,7 @@ def define_enumerations(tables: Tables) -> None:
                 value.get("reserved", False),
                 value.get("modifier", False),
                 value.get("hinders", {}),
+                value.get("symbol", ""),
             )
             for key, value in entry["values"].items()
         )
@@ -190,20 +191,25 @@ def define_enumerations(tables: Tables) -> None:
 
 def define_flags(tables: Tables) -> None:
     """Fill the table of flag tables, without those of an unknown format."""
+    all_bits = {
+        name: _bits(entry["bits"])
+        for document in tables.files.get("messages", ())
+        for name, entry in document.data.get("flags", {}).items()
+        if "bits" in entry
+    }
     for document, name, entry, place in tables.entries("messages", "flags", tables.flags):
         format = tables.format(entry["format"], place)
         if format is None:
             continue
-        bits = tuple(
-            FlagBit(
-                key,
-                bit["bit"],
-                bit.get("note", ""),
-                bit.get("motion", False),
-                bit.get("hinders", {}),
-            )
-            for key, bit in entry["bits"].items()
-        )
+        if "subset" in entry:
+            at = document.place("flags", name, "subset")
+            whole = tables.look_up(all_bits, entry["subset"]["of"], "table with bits:", at) or {}
+            found = [
+                tables.look_up(whole, bit, "bit", at) for bit in entry["subset"]["bits"] if whole
+            ]
+            bits = tuple(bit for bit in found if bit)
+        else:
+            bits = tuple(all_bits[name].values())
         summary = entry.get("summary", "")
         tables.flags[name] = FlagTable(
             name,
@@ -215,6 +221,21 @@ def define_flags(tables: Tables) -> None:
             document.overlay,
             entry.get("open", ""),
         )
+
+
+def _bits(entries: Json) -> dict[str, FlagBit]:
+    """Return the bits of a flag table by name."""
+    return {
+        key: FlagBit(
+            key,
+            bit["bit"],
+            bit.get("note", ""),
+            bit.get("motion", False),
+            bit.get("hinders", {}),
+            bit.get("symbol", ""),
+        )
+        for key, bit in entries.items()
+    }
 
 
 def define_blocks(tables: Tables) -> None:

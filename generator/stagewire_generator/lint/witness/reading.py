@@ -16,6 +16,7 @@ from stagewire_generator.model import Field, Json
 # Names in the document for bytes without a meaning.
 FILLERS = frozenset({"notused", "unused", "reserved", "futureuse", "na"})
 
+_DOTTED = re.compile(r"(0x[0-9A-Fa-f]{4})\.([0-9A-Fa-f]{4})\Z")
 _NUMBER = re.compile(r"(-?)(?:0x)?([0-9A-Fa-f][0-9A-Fa-f,]*)\Z")
 _TIME = re.compile(r"([0-9][0-9,]*)(m?)s\Z")
 _COUNTS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -64,9 +65,10 @@ def find_field(fields: Iterable[Field], printed: str) -> Field | None:
 def number(text: str, maximum: int) -> int | None:
     """Read a printed number, which is hexadecimal if it contains letters or 0x.
 
+    A mask may have a dot after its fourth digit, as in 0x0000.0001.
     A negative hexadecimal number in a byte is its two's complement: -0x01 is 0xFF.
     """
-    match = _NUMBER.match(text.strip().removeprefix("to "))
+    match = _NUMBER.match(_DOTTED.sub(r"\1\2", text.strip().removeprefix("to ")))
     if match is None:
         return None
     digits = match[2].replace(",", "")

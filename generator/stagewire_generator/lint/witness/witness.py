@@ -168,10 +168,10 @@ def _field_of_values(
 def _known_values(field: Field, table: str) -> dict[int, str]:
     """Return the values of a field in the registry, for the unit of the table."""
     if field.enum:
-        return {value.value: value.name for value in field.enum.values}
+        return {value.value: value.symbol or value.name for value in field.enum.values}
     assert field.flags
     flags = field.flags_by_unit.get(table.split(" ")[0], field.flags)
-    return {bit.mask: bit.name for bit in flags.bits}
+    return {bit.mask: bit.symbol or bit.name for bit in flags.bits}
 
 
 def _limits(

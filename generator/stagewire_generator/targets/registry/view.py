@@ -248,6 +248,8 @@ def _value(value: EnumValue) -> Json:
         data["modifier"] = True
     if value.hinders:
         data["hinders"] = value.hinders
+    if value.symbol:
+        data["symbol"] = value.symbol
     return data
 
 
@@ -257,6 +259,8 @@ def _bit(bit: FlagBit) -> Json:
         data["motion"] = True
     if bit.hinders:
         data["hinders"] = bit.hinders
+    if bit.symbol:
+        data["symbol"] = bit.symbol
     return data
 
 
