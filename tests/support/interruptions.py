@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from random import Random
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
@@ -22,6 +22,7 @@ from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_virtual import VirtualController
 from stagewire_virtual.asi_ms2000.instrument import Ms2000Instrument
 from stagewire_virtual.linking import SteppedLink
+from wrapped_links import WrappedLink
 
 LOST = "a lost line"
 WAYS = [LOST, *(name for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))]
@@ -45,6 +46,14 @@ class Declared(Protocol):
 
     @property
     def checks(self) -> Sequence[Check]: ...
+
+
+class Chosen(NamedTuple):
+    """A declared controller with permissions and some checks."""
+
+    declared: Declaration
+    allowed: Permissions
+    checks: Sequence[Check]
 
 
 @dataclass(frozen=True)
@@ -108,17 +117,15 @@ class Interruption:
     rises: list[str] = field(default_factory=list)
 
 
-class InterruptedLink(Link):
+class InterruptedLink(WrappedLink):
     """A stepped line that is interrupted at one of its reads or writes."""
 
     def __init__(self, rig: Rig, interruption: Interruption) -> None:
-        self.url = rig.link.url
-        self.clock = rig.link.clock
+        super().__init__(rig.link)
         self.operations = 0
         self.began = 0
         """The operation at which something was first seen to move."""
         self._commanded = rig.commanded
-        self._link = rig.link
         self._what = interruption
         self._lost = False
 
@@ -135,15 +142,6 @@ class InterruptedLink(Link):
         if interrupted:  # this write still belongs to the check
             self._what.before = dict(self._commanded())
         self._compare()
-
-    def write_now(self, data: bytes) -> None:
-        self.write(data)
-
-    def wake(self) -> None:
-        self._link.wake()
-
-    def close(self) -> None:
-        self._link.close()
 
     def _count(self) -> bool:
         self.operations += 1
@@ -223,6 +221,8 @@ def interrupt_kinds(on: Declared, make: Callable[[], Rig], count: int, seed: int
     """Interrupt a controller at some points, spread over the kinds that move; return the number of runs.
 
     If nothing moves in some kinds, the others get their points.
+
+    :param seed: selects the kinds and the points.
     """
     kinds = kinds_that_move(on)
     Random(seed).shuffle(kinds)
@@ -275,7 +275,7 @@ def _name(declared: Declaration, raw: bytes) -> str:
         entry = names.get(raw[1]) if len(raw) > 1 and raw[0] in (0x18, 0x19, 0x1A) else None
         return entry.name if entry else ""
     id = int.from_bytes(raw[:2], "little")
-    entries = on.declared.registry.messages.items()
+    entries = declared.registry.messages.items()
     return next((name for name, entry in entries if entry["id"] == id), "")
 
 
