@@ -201,22 +201,21 @@ def define_flags(tables: Tables) -> None:
         format = tables.format(entry["format"], place)
         if format is None:
             continue
+        bits = list(all_bits.get(name, {}).values())
         if "subset" in entry:
             at = document.place("flags", name, "subset")
             whole = tables.look_up(all_bits, entry["subset"]["of"], "table with bits:", at) or {}
             found = [
                 tables.look_up(whole, bit, "bit", at) for bit in entry["subset"]["bits"] if whole
             ]
-            bits = tuple(bit for bit in found if bit)
-        else:
-            bits = tuple(all_bits[name].values())
+            bits = sorted([*filter(None, found), *bits], key=lambda bit: bit.bit)
         summary = entry.get("summary", "")
         tables.flags[name] = FlagTable(
             name,
             entry["page"],
             summary,
             format,
-            bits,
+            tuple(bits),
             place,
             document.overlay,
             entry.get("open", ""),

@@ -6,7 +6,7 @@ from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import Rules
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.lists import MESSAGE_CHAPTERS
-from stagewire_generator.lint.witness.reading import FILLERS, squash
+from stagewire_generator.lint.witness.reading import FILLERS, data_layout, squash
 from stagewire_generator.lint.witness.witness import Witness
 from stagewire_generator.model import Field, Json, Layout, Message, Protocol
 from stagewire_generator.strict_yaml import Document, KeyPath
@@ -86,7 +86,7 @@ def _table(
 def _layout_of(message: Message, table: Json) -> Layout | None:
     """Return the layout that a byte table shows."""
     header = next((x for x in message.layouts if x.form == "header"), None)
-    data = next((x for x in message.layouts if x.form != "header"), None)
+    data = data_layout(message, [table])
     packed = "columns" in table or "packet" in table or table.get("structure", 0) > 6
     return (data or header) if packed else (header or data)
 

@@ -11,13 +11,14 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from stagewire_generator.model import Field, Json
+from stagewire_generator.model import Field, Json, Layout, Message
 
 # Names in the document for bytes without a meaning.
 FILLERS = frozenset({"notused", "unused", "reserved", "futureuse", "na"})
 
+_TYPED = re.compile(r"[lw](?=[A-Z])")
 _DOTTED = re.compile(r"(0x[0-9A-Fa-f]{4})\.([0-9A-Fa-f]{4})\Z")
-_NUMBER = re.compile(r"(-?)(?:0x)?([0-9A-Fa-f][0-9A-Fa-f,]*)\Z")
+_NUMBER = re.compile(r"([-+]?)(?:0[xX])?([0-9A-Fa-f][0-9A-Fa-f,]*)\Z")
 _TIME = re.compile(r"([0-9][0-9,]*)(m?)s\Z")
 _COUNTS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
@@ -28,10 +29,16 @@ def squash(text: str) -> str:
 
 
 def same_name(printed: str, field: Field) -> bool:
-    """Whether a printed name matches the field; any filler matches a reserved field."""
-    if squash(printed) == squash(field.name):
-        return True
-    return field.role == "reserved" and squash(printed) in FILLERS
+    """Whether a printed name matches the field; any filler matches a reserved field.
+
+    A letter for the type before a name, as in lTransitTime or wReserved, does not count.
+    """
+    for name in (printed, _TYPED.sub("", printed)):
+        if squash(name) == squash(field.name):
+            return True
+        if field.role == "reserved" and squash(name) in FILLERS:
+            return True
+    return False
 
 
 def pair(printed: Sequence[str], fields: Sequence[Field]) -> Iterator[tuple[int, Field | None]]:
@@ -47,6 +54,14 @@ def pair(printed: Sequence[str], fields: Sequence[Field]) -> Iterator[tuple[int,
         at = next((at for at, field in enumerate(left) if same_name(name, field)), None)
         yield index, None if at is None else left[at]
         left = left if at is None else left[at + 1 :]
+
+
+def data_layout(message: Message, tables: Sequence[Json]) -> Layout | None:
+    """Return the layout with data that byte tables show: that of the printed length, or else the first."""
+    layouts = [layout for layout in message.layouts if layout.form != "header"]
+    lengths = [table["packet"] for table in tables if "packet" in table]
+    printed = next((x for length in lengths for x in layouts if x.length == length), None)
+    return printed or next(iter(layouts), None)
 
 
 def find_field(fields: Iterable[Field], printed: str) -> Field | None:
@@ -72,9 +87,9 @@ def number(text: str, maximum: int) -> int | None:
     if match is None:
         return None
     digits = match[2].replace(",", "")
-    hexadecimal = "0x" in text or not digits.isdigit()
+    hexadecimal = "0x" in text.lower() or not digits.isdigit()
     value = int(digits, 16 if hexadecimal else 10)
-    value = -value if match[1] else value
+    value = -value if match[1] == "-" else value
     if value < 0 and maximum == 0xFF and "0x" in text:
         return value & 0xFF
     return value

@@ -20,6 +20,7 @@ from stagewire_generator.framing import FRAMINGS, part
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.lint.witness.reading import (
     Vocabulary,
+    data_layout,
     find_field,
     limit,
     number,
@@ -35,6 +36,7 @@ CompareTables: TypeAlias = Callable[[Comparison, Message, list[Json], KeyPath], 
 
 _LONGEST_RUN = 64  # maximum number of values in a range with "to"
 _SYMBOL = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+\Z")
+_WORD = re.compile(r"[A-Za-z0-9]+")
 _BIT = re.compile(r"[1-9][0-9]?\Z")
 _NAME = re.compile(r"[A-Z][a-z]+[A-Za-z]*[0-9]*\Z")
 
@@ -65,16 +67,22 @@ def compare_section(
         what = f"{name}: byte tables of a header, which this framing does not have"
         comparison.misplace((*path, "tables"), what)
     if "rows" in entry:
-        _rows(comparison, message, entry["rows"], (*path, "rows"))
-    aliases = _by_row(message, entry.get("rows", []))
+        _rows(comparison, message, entry["rows"], entry.get("tables", ()), (*path, "rows"))
+    aliases = _by_row(message, entry.get("rows", []), entry.get("tables", ()))
     for index, printed in enumerate(entry.get("values", [])):
         _values(comparison, message, printed, aliases, (*path, "values", index))
     for index, printed in enumerate(entry.get("ranges", [])):
         _limits(comparison, message, printed, aliases, (*path, "ranges", index))
 
 
-def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path: KeyPath) -> None:
-    fields = _listed_fields(message)
+def _rows(
+    comparison: Comparison,
+    message: Message,
+    rows: list[list[str]],
+    tables: Sequence[Json],
+    path: KeyPath,
+) -> None:
+    fields = _listed_fields(message, tables)
     place = f"rows/{message.name}"
     names = [row[0] for row in rows]
     comparison.names(f"{place}/{{}}/name", path, names, fields)
@@ -93,18 +101,18 @@ def _rows(comparison: Comparison, message: Message, rows: list[list[str]], path:
             comparison.differs(f"{place}/{field.name}/format", path, printed, field.format.name)
 
 
-def _listed_fields(message: Message) -> tuple[Field, ...]:
+def _listed_fields(message: Message, tables: Sequence[Json]) -> tuple[Field, ...]:
     """Return the fields in a field table: those of the packet, or else of the header."""
-    data = next((x for x in message.layouts if x.form != "header"), None)
+    data = data_layout(message, tables)
     if data is not None:
         return data.fields
     return message.layouts[0].all_fields if message.layouts else ()
 
 
-def _by_row(message: Message, rows: list[list[str]]) -> dict[str, Field]:
+def _by_row(message: Message, rows: list[list[str]], tables: Sequence[Json]) -> dict[str, Field]:
     """Return printed field name -> field, for the rows of the field table."""
     names = [row[0] for row in rows]
-    pairs = pair(names, _listed_fields(message))
+    pairs = pair(names, _listed_fields(message, tables))
     return {squash(names[index]): field for index, field in pairs if field}
 
 
@@ -170,8 +178,17 @@ def _known_values(field: Field, table: str) -> dict[int, str]:
     if field.enum:
         return {value.value: value.symbol or value.name for value in field.enum.values}
     assert field.flags
-    flags = field.flags_by_unit.get(table.split(" ")[0], field.flags)
+    flags = next(
+        (flags for unit, flags in field.flags_by_unit.items() if _is_named(unit, table)),
+        field.flags,
+    )
     return {bit.mask: bit.symbol or bit.name for bit in flags.bits}
+
+
+def _is_named(unit: str, title: str) -> bool:
+    """Whether the title of a table names a unit or its series, such as BBD20x."""
+    series = (re.sub("x$", "[0-9]", word.replace("X", "x")) for word in _WORD.findall(title))
+    return unit in _WORD.findall(title) or any(re.fullmatch(pattern, unit) for pattern in series)
 
 
 def _limits(
@@ -188,9 +205,13 @@ def _limits(
         comparison.differs(place, path, printed["of"], "no such field")
         return
     fixed = field.constant if field.constant is not None else field.default
+    lowest, highest = field.minimum, field.maximum
+    if field.enum and not field.ranged and not field.open:  # the values are the range
+        values = [value.value for value in field.enum.values]
+        lowest, highest = min(values), max(values)
     for key, encoded in (
-        ("from", field.minimum),
-        ("to", field.maximum),
+        ("from", lowest),
+        ("to", highest),
         ("default", field.default),
         ("fixed", fixed),
     ):
