@@ -45,6 +45,7 @@ def test_check_summarises_a_valid_spec(stagewire: Stagewire) -> None:
     assert [line.split(";")[0] for line in result.out.splitlines()] == [
         "asi_ms2000: ok",
         "thorlabs_apt: ok",
+        "thorlabs_apt/issue_37: ok",
         "thorlabs_apt/later_issues: ok",
     ]
     for what in ("messages", "layouts", "fields", "errata", "witness places", "examples"):

@@ -19,6 +19,7 @@ from stagewire_generator.model import Protocol
 
 SPEC = ROOT / "spec"
 NAME = "thorlabs_apt/later_issues"
+OVERLAYS = f"thorlabs_apt/issue_37, {NAME}"
 RUN = "from stagewire_cli.main import run; run()"
 
 STATUS_BYTES = "01 00 01 00 00 00 02 00 00 00 07 00 00 00"
@@ -227,8 +228,11 @@ def test_generated_files_are_checked_with_the_overlay(
 @pytest.mark.parametrize(
     ("overlays", "wanted"),
     [
-        (["thorlabs_apt/earlier"], f"unknown overlay thorlabs_apt/earlier (choose from {NAME})"),
-        (["later_issues"], f"unknown overlay later_issues (choose from {NAME})"),
+        (
+            ["thorlabs_apt/earlier"],
+            f"unknown overlay thorlabs_apt/earlier (choose from {OVERLAYS})",
+        ),
+        (["later_issues"], f"unknown overlay later_issues (choose from {OVERLAYS})"),
         ([NAME, NAME], f"--overlay {NAME} is given twice"),
     ],
 )

@@ -9,27 +9,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from random import Random
 from typing import Any
 
 import pytest
+from faulty_commands import COMMANDS
+from faulty_dynamics import DYNAMICS
+from faulty_moves import MOVES
 from firmware_bench import bench
 from firmware_commands import CommandDefect, FaultyCommandLink
-from firmware_corpus import COMMANDS, DEFECTS
 from firmware_defects import Defect
 from firmware_line import FaultyLink
-from runaways import RUNAWAYS, with_runaway, with_runaway_axis
-
 from interruptions import (
     Firmware,
     Interruption,
-    Rig,
+    commanded,
     correct,
-    interrupt,
-    interrupt_kinds,
+    draws,
+    judge,
     kinds_that_move,
     run_kind,
-    virtual_rig,
 )
+from runaways import RUNAWAYS, with_runaway, with_runaway_axis
+
 from stagewire.links import Link
 from stagewire_cli.conformance.sheets import show_end
 from stagewire_conformance.reports import as_html, as_json, as_junit
@@ -46,9 +48,17 @@ FAMILIES = {
 POINTS = 50
 
 
-def rigs(unit: str, firmware: Firmware = correct) -> Callable[[], Rig]:
-    """Return a function that makes a unit with defective firmware."""
-    return lambda: virtual_rig(bench(unit).make(seed=0), firmware)
+def interrupt(unit: str, kind: str, firmware: Callable[[], Firmware], count: int, name: str) -> int:
+    """Interrupt the checks of a kind at some points, and judge each run; return the number of runs."""
+    on = bench(unit)
+    whole = run_kind(on, kind, Interruption(), firmware())
+    if not whole.link.began:
+        return 0  # nothing moves there
+    number = 0
+    for what in draws(name, whole.link.began, whole.link.operations, count):
+        judge(on, run_kind(on, kind, what, firmware()))
+        number += 1
+    return number
 
 
 def cases() -> Iterator[Any]:
@@ -62,7 +72,7 @@ def cases() -> Iterator[Any]:
 
 @pytest.mark.parametrize(("unit", "kind", "count"), [*cases()])
 def test_an_interrupted_check_is_safe(unit: str, kind: str, count: int) -> None:
-    interrupt(bench(unit), kind, rigs(unit), count, f"{unit}/{kind}")
+    interrupt(unit, kind, lambda: correct, count, f"{unit}/{kind}")
 
 
 def runaway_cases() -> Iterator[Any]:
@@ -77,48 +87,53 @@ def runaway_cases() -> Iterator[Any]:
 
 @pytest.mark.parametrize(("unit", "name", "kind", "count"), [*runaway_cases()])
 def test_a_runaway_motor_is_never_made_faster(unit: str, name: str, kind: str, count: int) -> None:
-    def firmware(link: Link) -> Link:
-        return with_runaway(name, link, bench(unit).status)
+    def make() -> Firmware:
+        return lambda link: with_runaway(name, link, bench(unit).status)
 
-    interrupt(bench(unit), kind, rigs(unit, firmware), count, f"{unit}/{name}/{kind}")
+    interrupt(unit, kind, make, count, f"{unit}/{name}/{kind}")
 
 
 @pytest.mark.parametrize("kind", kinds_that_move(bench("MS2000")))
 def test_a_runaway_axis_is_never_made_faster(kind: str) -> None:
-    interrupt(bench("MS2000"), kind, rigs("MS2000", with_runaway_axis), 2, f"runaway axis/{kind}")
-
-
-def moves(defect: Defect) -> bool:
-    """Return whether the unit of a defect moves something."""
-    return bool(kinds_that_move(bench(defect.draw(0).unit)))
-
-
-MOVING = (*filter(moves, DEFECTS), *COMMANDS)
+    interrupt("MS2000", kind, lambda: with_runaway_axis, 2, f"runaway axis/{kind}")
 
 
 def faulty_cases() -> Iterator[Any]:
-    for number, defect in enumerate(MOVING):
-        if number % 40 == 0:
+    for number, defect in enumerate((*MOVES, *DYNAMICS, *COMMANDS)):
+        if number % 24 == 0:
             yield pytest.param(defect, 3, id=f"{defect.name}-some".replace(" ", "-"))
         yield pytest.param(
             defect, POINTS, id=defect.name.replace(" ", "-"), marks=pytest.mark.matrix
         )
 
 
-def faulty(defect: Defect | CommandDefect) -> tuple[str, Firmware]:
-    """Return the unit of a defect, and its firmware, which is made anew for each link."""
+def faulty(defect: Defect | CommandDefect) -> tuple[str, Callable[[], Firmware]]:
+    """Return the unit of a defect, and a function that makes its firmware."""
     if isinstance(defect, CommandDefect):
-        return defect.draw(0)[0], lambda link: FaultyCommandLink(link, defect.draw(0)[1])
+        unit, _, _ = defect.draw(0)
+
+        def command(link: Link) -> Link:
+            return FaultyCommandLink(link, defect.draw(0)[1])
+
+        return unit, lambda: command
     unit = defect.draw(0).unit
-    return unit, lambda link: FaultyLink(link, defect.draw(0).firmware, bench(unit).status)
+
+    def framed(link: Link) -> Link:
+        return FaultyLink(link, defect.draw(0).firmware, bench(unit).status)
+
+    return unit, lambda: framed
 
 
 @pytest.mark.parametrize(("defect", "count"), [*faulty_cases()])
 def test_an_interrupted_faulty_controller_is_safe(
     defect: Defect | CommandDefect, count: int
 ) -> None:
-    unit, firmware = faulty(defect)
-    interrupt_kinds(bench(unit), rigs(unit, firmware), count, defect.seed)
+    unit, make = faulty(defect)
+    kinds = kinds_that_move(bench(unit))
+    Random(defect.name).shuffle(kinds)
+    each = max(1, count // len(kinds))
+    for kind in kinds[:count]:
+        interrupt(unit, kind, make, each, f"{defect.name}/{kind}")
 
 
 def test_the_last_line_and_every_report_say_that_a_motor_still_moves(
@@ -129,11 +144,10 @@ def test_the_last_line_and_every_report_say_that_a_motor_still_moves(
     def firmware(link: Link) -> Link:
         return with_runaway("obeys nothing", link, on.status)
 
-    make = rigs("TDC001", firmware)
-    whole = run_kind(on, make(), "move-velocity", Interruption())
+    whole = run_kind(on, "move-velocity", Interruption(), firmware)
     at = (whole.link.began + whole.link.operations) // 2
-    ended = run_kind(on, make(), "move-velocity", Interruption(at, "SIGINT"))
-    assert any(ended.rig.commanded().values())
+    ended = run_kind(on, "move-velocity", Interruption(at, "SIGINT"), firmware)
+    assert any(commanded(ended.controller).values())
     [text] = ended.report.adrift
     sheet = sheet_of(ended.report, on.checks, 1.0, lambda only: f"repeat {only}")
     show_end(sheet, [])

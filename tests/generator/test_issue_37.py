@@ -1,0 +1,130 @@
+"""The overlay of Thorlabs APT for Issue 37: the package with it, and everything that Issue 3 promises."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from checkout import ROOT
+from stagewire_cli.main import main
+from stagewire_generator import check
+from stagewire_generator.change import compare
+from stagewire_generator.model import FlagTable, Message, Protocol
+
+SPEC = ROOT / "spec" / "thorlabs_apt"
+NAME = "thorlabs_apt/issue_37"
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The path of the package ``stagewire_apt`` with the overlay."""
+    out = tmp_path_factory.mktemp("issue-37")
+    assert main(["generate", "--spec", str(SPEC), "--out", str(out), "--overlay", NAME]) == 0
+    return out / "python"
+
+
+@pytest.fixture(scope="module")
+def protocol() -> Protocol:
+    [found] = check(SPEC, overlays=[NAME])
+    return found
+
+
+def python(package: Path, program: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(package)}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def message(protocol: Protocol, name: str) -> Message:
+    [found] = [message for message in protocol.messages if message.name == name]
+    return found
+
+
+def bits(protocol: Protocol, name: str) -> set[str]:
+    [table] = [table for table in protocol.flags if table.name == name]
+    assert isinstance(table, FlagTable)
+    return {bit.name for bit in table.bits}
+
+
+def test_every_example_of_both_issues_passes(package: Path) -> None:
+    run = "from stagewire_cli.main import run; run()"
+    program = f"import sys; sys.argv[1:] = ['conformance', 'examples', '--summary']; {run}"
+    said = python(package, program)
+    assert " 0 failed" in said
+
+
+def test_nothing_of_issue_3_changes_on_the_wire_unnoticed() -> None:
+    """The only changes of existing layouts are those that a later document prints."""
+    kinds = {
+        (change.kind, change.where.get("message"))
+        for change in compare(check(SPEC), check(SPEC, overlays=[NAME]))
+        if change.level.name == "WIRE" and change.kind != "layout-added"
+    }
+    changed = {name for _, name in kinds if name}
+    assert changed <= {
+        "HW_GET_INFO",
+        "MOD_IDENTIFY",
+        "MOT_GET_PMDPOSITIONLOOPPARAMS",
+        "MOT_SET_PMDPOSITIONLOOPPARAMS",
+        "MOT_GET_PMDCURRENTLOOPPARAMS",
+        "MOT_SET_PMDCURRENTLOOPPARAMS",
+        "MOT_GET_DCSTATUSUPDATE",
+        "MOT_MOVE_COMPLETED",
+        "MOT_MOVE_STOPPED",
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "lengths"),
+    [
+        ("MOT_GET_KCUBEMMIPARAMS", {28, 36}),
+        ("MOT_GET_KCUBETRIGIOCONFIG", {12, 22}),
+        ("MOT_GET_KCUBEPOSTRIGPARAMS", {34, 46}),
+        ("MOT_GET_MOTTRIGIOCONFIG", {46, 52}),
+        ("MOT_GET_LCDMOVEPARAMS", {24, 50}),
+        ("MOT_GET_STATUSUPDATE", {14, 28}),
+        ("MOT_SET_MOVESYNCHPARAMS", {20, 38}),
+    ],
+)
+def test_lengths_that_sources_disagree_on_are_both_decoded(
+    package: Path, protocol: Protocol, name: str, lengths: set[int]
+) -> None:
+    found = message(protocol, name)
+    assert {layout.length for layout in found.layouts} == lengths
+    frames = [
+        bytes(
+            (found.id or 0).to_bytes(2, "little") + bytes((length, 0, 0x81, 0x50)) + bytes(length)
+        )
+        for length in lengths
+    ]
+    program = f"""\
+from stagewire_apt import messages
+for raw in {frames!r}:
+    frame = messages.decode(raw)
+    assert frame.message.layout.message == {name!r} and not frame.extra, frame
+"""
+    python(package, program)
+
+
+def test_renamed_messages_have_both_names(package: Path) -> None:
+    program = """\
+from stagewire_apt import PROTOCOL, messages as m
+assert m.MotSetCurrentLoopParams is m.MotSetPmdCurrentLoopParams
+assert PROTOCOL.message_class("MOT_GET_USTATUSUPDATE") is m.MotGetDcStatusUpdate
+"""
+    python(package, program)
+
+
+def test_the_status_bits_of_a_controller_are_those_of_page_129(protocol: Protocol) -> None:
+    dc = bits(protocol, "dc_status_bits")
+    kdc101 = bits(protocol, "kdc101_status_bits")
+    assert len(dc) == 32
+    assert kdc101 < dc
+    assert "motor_connected" in kdc101
+    assert "settled" not in kdc101
