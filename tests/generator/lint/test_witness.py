@@ -714,3 +714,40 @@ def test_all_compared_places_are_counted(protocol: Protocol, tmp_path: Path) -> 
     """Places count whether they differ or not; ``stagewire check`` prints the number."""
     for name, number in (("as it is", 12), ("sizes", 6), ("another column", 9)):
         assert compare(protocol, tmp_path, TABLES[name][0]).compared == number, name
+
+
+@pytest.mark.parametrize("mask", ["0x00000001", "0x0000.0001", "0X00000001", "+1"])
+def test_notations_of_the_same_number_are_equal(
+    protocol: Protocol, tmp_path: Path, mask: str
+) -> None:
+    rows = f'[["{mask}", moving], ["0x2", at_rest], ["0x80000000", enabled]]'
+    text = chapter("POS_MOVED", f"  values: [{{of: status_bits, rows: {rows}}}]\n")
+    assert found(compare(protocol, tmp_path, text)) == {}
+
+
+@pytest.mark.parametrize(
+    ("title", "differs"), [("TP9 only", False), ("of the TP9x", True), ("TPx", False)]
+)
+def test_the_title_of_a_table_names_a_unit_or_its_series(
+    protocol: Protocol, tmp_path: Path, title: str, differs: bool
+) -> None:
+    rows = '[["0x10", warm]]'
+    text = chapter("POS_MOVED", f"  values: [{{of: status_bits, table: {title}, rows: {rows}}}]\n")
+    assert bool(found(compare(protocol, tmp_path, text))) is differs
+
+
+def test_a_letter_for_the_type_before_a_name_does_not_count(
+    protocol: Protocol, tmp_path: Path
+) -> None:
+    fields = ["wChanIdent, word", "lAbsoluteDistance, long"]
+    rows = ", ".join(f"[{field}]" for field in fields)
+    assert found(compare(protocol, tmp_path, chapter("POS_MOVE", f"  rows: [{rows}]\n"))) == {}
+
+
+def test_a_field_with_a_complete_enumeration_ranges_over_its_values(
+    protocol: Protocol, tmp_path: Path
+) -> None:
+    text = chapter("POS_MOVE", '  ranges: [{of: chan_ident, from: "1", to: "3"}]\n')
+    assert found(compare(protocol, tmp_path, text)) == {
+        "ranges/POS_MOVE/chan_ident/to": (4, "3", "2")
+    }
