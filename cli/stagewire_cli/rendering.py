@@ -39,7 +39,8 @@ def spelled_id(registry: Registry, entry: Json) -> str:
     """Return the id of a message, or the byte of a command, in the format of the documents."""
     if entry["kind"] == "message":
         size = registry.data["framing"].get("id", {}).get("size", 2)  # only packets state it
-        return f"id {entry['id']:#0{2 + 2 * size}x}"
+        part = f", sub-message {entry['sub_message']}" if "sub_message" in entry else ""
+        return f"id {entry['id']:#0{2 + 2 * size}x}{part}"
     return f"{'setup byte' if entry['kind'] == 'setup' else 'byte'} {entry['id']:#04x}"
 
 

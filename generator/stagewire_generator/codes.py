@@ -213,6 +213,19 @@ GROUPS: tuple[Group, ...] = (
         },
     ),
     Group(
+        "Sub-messages",
+        "Several messages may share an id if each has a sub-message, which the bytes contain. See "
+        "[Sub-messages](reference/registry.md#sub-messages).",
+        {
+            "SW090": Code(
+                "a sub-message that does not select its message",
+                "Only some messages of an id have a sub-message, or they differ in direction. Or a layout "
+                "does not begin with the sub-message, so the bytes would not show which message it is.",
+                "give every message of the id a `sub_message`, and begin each layout with its value",
+            ),
+        },
+    ),
+    Group(
         "Witness and errata",
         "The witness, the transcription of the printed document in `printed/`, is compared with the "
         "registry place by place. Every difference needs an erratum, and every erratum needs a "

@@ -190,6 +190,7 @@ class Field:
     open: bool = False  # other values or bits are possible here, although the table is complete
     default: int | None = None
     constant: int | None = None
+    selects: bool = False  # its constant selects the message among those of its id
     target: str = ""  # absolute | relative: the position to move to, or the distance
     quantity: Quantity | None = None
     enum: Enumeration | None = None
@@ -273,6 +274,7 @@ class Message:
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # other name -> its words
     later_pages: Mapping[str, int] = field(default_factory=dict)  # overlay -> page in its document
     overlay: str = ""
+    sub_message: int | None = None  # selects it among the messages of its id
 
     @property
     def documented(self) -> bool:
@@ -401,7 +403,7 @@ class Protocol:
     id_size: int  # bytes of an id on the wire
     contexts: Json
     chapters: tuple[Chapter, ...]
-    messages: tuple[Message, ...]  # sorted by id, then name; those without an id last
+    messages: tuple[Message, ...]  # sorted by id, sub-message, name; those without an id last
     sets: tuple[ParameterSet, ...]
     enumerations: tuple[Enumeration, ...]
     flags: tuple[FlagTable, ...]

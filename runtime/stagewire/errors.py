@@ -42,6 +42,7 @@ __all__ = [
     "UnknownMessageError",
     "UnknownProtocolError",
     "UnknownScaleError",
+    "UnknownSubMessageError",
     "UnsupportedError",
     "UnusableProtocolError",
     "WrongModeError",
@@ -99,6 +100,10 @@ class UnknownMessageError(CodecError):
     """No message of the registry has this id or name."""
 
     code = "unknown_message"
+
+
+class UnknownSubMessageError(UnknownMessageError):
+    """No message of the id has this sub-message."""
 
 
 class EncodeError(CodecError):

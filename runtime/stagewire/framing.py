@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         Received,
         Undocumented,
         Unknown,
+        UnknownSubMessage,
     )
     from stagewire._framings.header.framer import Framer
     from stagewire._framings.header.table import End, Forms, FramingTable
@@ -61,6 +62,7 @@ __all__ = [
     "Unknown",
     "UnknownCommand",
     "UnknownPacket",
+    "UnknownSubMessage",
     "host_framer",
     "join_garbage",
 ]
@@ -74,7 +76,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_codec.events": "Event Garbage join_garbage",
             "_framings.header.table": "End Forms FramingTable",
             "_framings.header.frame": (
-                "BadLength DecodableEvent FrameEvent Received Undocumented Unknown"
+                "BadLength DecodableEvent FrameEvent Received Undocumented Unknown UnknownSubMessage"
             ),
             "_framings.header.framer": "Framer",
             "_framings.slots.frame": (

@@ -1,7 +1,7 @@
-"""Specs for the tests of the generator: three small good specs, and copies of them for tests to change.
+"""Specs for the tests of the generator: four small good specs, and copies of them for tests to change.
 
-``good_spec`` has messages with a header, ``good_commands`` has commands and their replies, and
-``good_packets`` has packets.
+``good_spec`` has messages with a header, ``good_layouts`` has messages that share an id, ``good_commands``
+has commands and their replies, and ``good_packets`` has packets.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
 
 HERE = Path(__file__).parent
-PACKAGES = ("stagewire_tiny", "stagewire_turtle", "stagewire_carousel")
+PACKAGES = ("stagewire_tiny", "stagewire_laser", "stagewire_turtle", "stagewire_carousel")
 
 
 @pytest.fixture(scope="session")
@@ -77,6 +77,12 @@ def commands(good_commands: Path) -> Protocol:
 def command_files(commands: Protocol) -> dict[str, str]:
     """The files generated from the small good spec of commands."""
     return render([commands])
+
+
+@pytest.fixture(scope="session")
+def layouts() -> Protocol:
+    """The small good spec of messages that share an id, and of layouts that depend on the unit."""
+    return check(HERE / "good_layouts")[0]
 
 
 @pytest.fixture(scope="session")

@@ -27,7 +27,12 @@ _EXPECT = re.compile(r"^# expect: (.*)$", re.MULTILINE)
 _REPLACES = re.compile(r"^# replaces: (\S+)$", re.MULTILINE)
 _OVER = re.compile(r"^# over: (\S+)$", re.MULTILINE)
 _AGAINST = re.compile(r"^# against: (\S+)$", re.MULTILINE)
-PROTOCOLS = {"good_spec": "tiny", "good_commands": "turtle", "good_packets": "carousel"}
+PROTOCOLS = {
+    "good_spec": "tiny",
+    "good_layouts": "laser",
+    "good_commands": "turtle",
+    "good_packets": "carousel",
+}
 
 
 def texts(case: Path) -> dict[Path, str]:

@@ -23,7 +23,8 @@ from stagewire_generator.schemas import KINDS, fits_schema, schema_folder
 from stagewire_generator.strict_yaml import Document, load
 
 HERE = Path(__file__).parent
-GOOD = [HERE / name for name in ("good_spec", "good_commands", "good_packets", "good_overlays")]
+NAMES = ("good_spec", "good_layouts", "good_commands", "good_packets", "good_overlays")
+GOOD = [HERE / name for name in NAMES]
 BAD = HERE / "bad_specs"
 _FOLDERS = {"messages", "errata", "printed", "examples", "captures"}  # of files of one kind
 

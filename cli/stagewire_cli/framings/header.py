@@ -33,7 +33,7 @@ class FramedTask(Task):
 
     def hints(self, raw: bytes, error: CodecError) -> Iterator[str]:
         """Yield possible causes of the refusal of a frame."""
-        if isinstance(error, UnknownMessageError):
+        if type(error) is UnknownMessageError:
             ids = {cls.layout.id: cls.layout.message for cls in self.protocol.messages}
             turned = raw[0] << 8 | raw[1]
             if turned in ids:

@@ -7,7 +7,14 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from stagewire.errors import BadLengthError, BadValueError, MissingFieldError
-from stagewire.framing import BadLength, Event, Received, Undocumented, Unknown
+from stagewire.framing import (
+    BadLength,
+    Event,
+    Received,
+    Undocumented,
+    Unknown,
+    UnknownSubMessage,
+)
 from stagewire.protocols import (
     HEADER_SIZE,
     Frame,
@@ -38,6 +45,7 @@ class FramedCodec(Codec):
         Received: "message",
         Undocumented: "undocumented",
         Unknown: "unknown",
+        UnknownSubMessage: "unknown",
         BadLength: "bad_length",
     }
 
@@ -74,12 +82,12 @@ class FramedCodec(Codec):
         return super().field_place(layout, HEADER_SIZE + offset, size)
 
     def begun(self, raw: bytes) -> str | None:
-        """Return the message of a header, complete or not."""
+        """Return the message of a header, complete or not; the first of those that share its id."""
         return self._names.get(int.from_bytes(raw[:2], "little"), "")
 
     @cached_property
     def _names(self) -> dict[int, str]:
-        messages = registry_of(self.protocol).messages.values()
+        messages = reversed(registry_of(self.protocol).messages.values())
         return {entry["id"]: entry["name"] for entry in messages if entry["id"] is not None}
 
     def frame_parts(self, layout: Layout, raw: bytes) -> Iterator[Part]:

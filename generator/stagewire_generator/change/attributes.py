@@ -306,6 +306,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "tells": "exchange",
         "call": _CALL,
         "overlay": _OVERLAY,
+        "sub_message": "message-sub-message",
     },
     model.Firmware: {
         "version": Elsewhere("messages"),
@@ -336,6 +337,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "open": "field-open",
         "default": "field-default",
         "constant": "field-constant",
+        "selects": Ignored("follows from the sub-message of its message, which is compared"),
         "target": "field-target",
         "quantity": Elsewhere("fields"),
         "enum": Names("field-enumeration", "enumeration"),

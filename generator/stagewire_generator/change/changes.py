@@ -72,6 +72,7 @@ _WIRE = {
     "framing": "frames are separated from the stream in a different way",
     "message-removed": "its frames are no longer recognised",
     "message-id": "the message has different header bytes",
+    "message-sub-message": "another value in the bytes distinguishes the message from others with its id",
     "message-direction": "its frames are accepted from another side, or from one side only",
     "message-kind": "it begins with other bytes, because it is another kind of message or command",
     "command-size": "another number is sent in the size slot, or the slot is left out",

@@ -191,7 +191,7 @@ def _message(message: model.Message) -> Hashable | None:
     if message.id is None:
         return None
     layouts = frozenset((_layout(x), frozenset(x.when.items())) for x in message.layouts)
-    return message.kind, message.id, message.size, layouts
+    return message.kind, message.id, message.sub_message, message.size, layouts
 
 
 def _layout(layout: model.Layout) -> Hashable:

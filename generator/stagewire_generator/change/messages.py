@@ -210,15 +210,15 @@ def _fields(comparison: Comparison, where: Where, old: Layout, new: Layout) -> N
 def compare_messages(comparison: Comparison, old: Protocol, new: Protocol) -> None:
     """Compare all messages."""
     pairs = comparison.matches.message
-    ids: dict[tuple[str, int | None], str] = {
-        (m.kind, m.id): m.name for m in old.messages if m.id is not None
+    ids: dict[tuple[str, int | None, int | None], str] = {
+        (m.kind, m.id, m.sub_message): m.name for m in old.messages if m.id is not None
     }
     for message in pairs.removed:
         kind = "mention-removed" if message.id is None else "message-removed"
         comparison.add(kind, {"message": message.name}, message.name, None)
     for message in pairs.added:
         text = ""
-        owner = ids.get((message.kind, message.id))
+        owner = ids.get((message.kind, message.id, message.sub_message))
         if owner:
             text = f"new names; frames with this id were {owner} and are now this message"
         kind = "mention-added" if message.id is None else "message-added"

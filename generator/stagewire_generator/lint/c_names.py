@@ -49,14 +49,15 @@ _MACROS = ("LENGTH", "SIZE", "INIT")
 # Macros that every package defines, without the prefix.
 OUR_MACROS = frozenset({
     "ALLOW_DUMMIES", "BRACED", "DAMAGED", "DATA_FLAG", "DUMMY", "END_DEVICE", "END_HOST",
-    "END_NONE", "ENTRY_HEADER", "ENTRY_ONLY_ZERO", "ENTRY_SHORTER", "ENTRY_TO_BOTH",
-    "ENTRY_TO_CONTROLLER", "ENTRY_TO_HOST", "ENTRY_UNDOCUMENTED", "EVENT_BAD_LENGTH",
-    "EVENT_GARBAGE", "EVENT_MESSAGE", "EVENT_NONE", "EVENT_UNDOCUMENTED", "EVENT_UNKNOWN",
-    "HEADER_SIZE", "HIGHEST_ADDRESS", "HOST", "HOST_INDEX", "KIND_COMMAND", "KIND_SETUP",
-    "LAYOUTS", "LENGTH_KNOWN", "LONGEST_COMMAND", "LONGEST_FRAME", "LONGEST_PACKET", "LONGEST_REPLY",
-    "MAXIMUM_LENGTH", "NATIVE", "NO_NAMES", "NO_RANGE_CHECKS", "NO_SPACE", "NO_TABLE", "OK",
-    "OUTSTANDING", "OUT_OF_RANGE", "OVERHEAD", "PAYLOAD", "POISONED", "PREFIX", "REMEMBERED",
-    "SLOTS", "STATIC_ASSERT", "TERMINATOR", "TOO_SHORT", "TRAILING", "WRONG_ID", "WRONG_LENGTH",
+    "END_NONE", "ENTRY_HEADER", "ENTRY_ONLY_ZERO", "ENTRY_SHARED", "ENTRY_SHORTER",
+    "ENTRY_TO_BOTH", "ENTRY_TO_CONTROLLER", "ENTRY_TO_HOST", "ENTRY_UNDOCUMENTED",
+    "EVENT_BAD_LENGTH", "EVENT_GARBAGE", "EVENT_MESSAGE", "EVENT_NONE", "EVENT_UNDOCUMENTED",
+    "EVENT_UNKNOWN", "HEADER_SIZE", "HIGHEST_ADDRESS", "HOST", "HOST_INDEX", "KIND_COMMAND",
+    "KIND_SETUP", "LAYOUTS", "LENGTH_KNOWN", "LONGEST_COMMAND", "LONGEST_FRAME",
+    "LONGEST_PACKET", "LONGEST_REPLY", "MAXIMUM_LENGTH", "NATIVE", "NO_NAMES",
+    "NO_RANGE_CHECKS", "NO_SPACE", "NO_SUB_MESSAGE", "NO_TABLE", "OK", "OUTSTANDING",
+    "OUT_OF_RANGE", "OVERHEAD", "PAYLOAD", "POISONED", "PREFIX", "REMEMBERED", "SLOTS",
+    "STATIC_ASSERT", "TERMINATOR", "TOO_SHORT", "TRAILING", "WRONG_ID", "WRONG_LENGTH",
 })  # fmt: skip
 _STANDARD = re.compile(  # stddef.h, stdbool.h, stdint.h and its future extensions
     r"u?int\w*_t|(size|ptrdiff|max_align|nullptr|wchar|wint|sig_atomic)_t|"
@@ -129,6 +130,8 @@ def _of_message(message: Message, prefix: str) -> Iterator[str]:
         yield from (f"{prefix}_{name}{more}" for more in _OF_A_LAYOUT)
     macros = (*_MACROS, "SIZE_SLOT") if message.kind == "command" else _MACROS
     yield f"{prefix.upper()}_{message.name}_ID"
+    if message.sub_message is not None:
+        yield f"{prefix.upper()}_{message.name}_SUB_MESSAGE"
     yield from (f"{prefix.upper()}_LAYOUT_{name.upper()}" for name in layouts)  # of the tests
     for name in dict.fromkeys([message.name, *(name.upper() for name in layouts)]):
         yield from (f"{prefix.upper()}_{name}_{macro}" for macro in macros)

@@ -27,6 +27,10 @@ def check_framing(protocol: Protocol, head: Document, diagnostics: Diagnostics) 
                 f"{message.name} is {_SHOWN[message.kind]}, which {kind} framing does not support"
             )
             diagnostics.add(message.place, "SW038", what)
+        if message.sub_message is not None and not rules.has_sub_messages:
+            what = f"{message.name} has a sub-message, which {kind} framing does not support"
+            hint = "remove `sub_message`, and give each message its own id"
+            diagnostics.add(message.place, "SW038", what, hint)
     rules.check(protocol, head, diagnostics)
 
 
@@ -136,16 +140,19 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
 
 
 def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
-    seen: dict[tuple[str, int], Message] = {}  # setup commands have their own set of bytes
+    # Setup commands have their own set of bytes.
+    seen: dict[tuple[str, int, int | None], Message] = {}
     for message in protocol.messages:
         if message.id is None:
             continue
-        key = message.kind, message.id
+        key = message.kind, message.id, message.sub_message
         if other := seen.get(key):
             what = (
                 f"{message.name} and {other.name} both have the id "
                 f"0x{message.id:0{protocol.id_digits}x}"
             )
+            if message.sub_message is not None:
+                what += f" and the sub-message {message.sub_message}"
             one_is_laid_over = bool(message.overlay) is not bool(other.overlay)
             diagnostics.add(message.place, "SW030", what, _REPLACE if one_is_laid_over else "")
         seen[key] = message

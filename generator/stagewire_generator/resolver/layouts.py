@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Field, Json, Layout
 from stagewire_generator.resolver.tables import Tables
@@ -78,10 +80,13 @@ def resolve_field(
 
 
 def resolve_layouts(
-    tables: Tables, document: Document, path: KeyPath, entry: Json
+    tables: Tables, document: Document, path: KeyPath, entry: Json, page: int, name: str
 ) -> tuple[Layout, ...]:
-    """Return the layouts of a message or parameter set, in any of the ways to write them."""
-    page, name = entry["page"], str(path[-1])
+    """Return the layouts in an entry, in any of the ways to write them.
+
+    :param page: the page for fields that do not give one.
+    :param name: name of the message or parameter set, for errors.
+    """
     if "layouts" in entry:
         found = []
         for key, layout in entry["layouts"].items():
@@ -99,6 +104,18 @@ def resolve_layouts(
         return (_data_layout(tables, document, at, entry["data"], "data", page, name),)
     bare = {**entry, "note": ""}  # the note is the message's
     return (_data_layout(tables, document, path, bare, "data", page, name),)
+
+
+def with_sub_message(layout: Layout, value: int | None) -> Layout:
+    """Return a layout whose first word, or first header parameter, is fixed to a sub-message."""
+    header = layout.form == "header"
+    first = layout.param1 if header else next(iter(layout.fields), None)
+    if value is None or first is None or first.constant != value or first.role != "constant":
+        return layout
+    fixed = replace(first, minimum=value, maximum=value, selects=True)
+    if header:
+        return replace(layout, param1=fixed)
+    return replace(layout, fields=(fixed, *layout.fields[1:]))
 
 
 def header_layout(

@@ -12,7 +12,12 @@ from dataclasses import replace
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.model import Erratum, Field, Json, Layout, Message, ParameterSet
-from stagewire_generator.resolver.layouts import header_layout, resolve_fields, resolve_layouts
+from stagewire_generator.resolver.layouts import (
+    header_layout,
+    resolve_fields,
+    resolve_layouts,
+    with_sub_message,
+)
 from stagewire_generator.resolver.tables import (
     Tables,
     firmware,
@@ -106,7 +111,8 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
     group, rest = split_group(tables, name)
     layouts: tuple[Layout, ...] = ()
     if entry.get("layout") != "undocumented":
-        layouts = resolve_layouts(tables, document, path, entry)
+        layouts = resolve_layouts(tables, document, path, entry, entry["page"], name)
+    sub_message = entry.get("sub_message")
     message = Message(
         name=name,
         id=None if entry["id"] == "unknown" else entry["id"],
@@ -120,7 +126,7 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         set=None,
         title=entry.get("title", ""),
         exchange=dict(entry.get("exchange", {})),
-        layouts=layouts,
+        layouts=tuple(with_sub_message(layout, sub_message) for layout in layouts),
         errata=(),
         place=place,
         group=group.lower(),
@@ -132,6 +138,7 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         },
         later_pages=entry.get("later_pages", {}),
         overlay=document.overlay,
+        sub_message=sub_message,
     )
     add_message(tables, message)
 
@@ -178,18 +185,23 @@ def _define_member(
     tables: Tables, document: Document, entry: Json, owner: ParameterSet, group: str, role: str
 ) -> None:
     """Add the message for one role; REQ has no content, and GET is its reply."""
-    path = ("parameter_sets", owner.name)
+    path: KeyPath = ("parameter_sets", owner.name)
     name, page = owner.members[role], entry["page"]
     spelling = spelling_of(entry, split_group(tables, owner.name)[1])
     exchange = dict(entry.get("exchange", {}).get(role, {}))
     layouts: tuple[Layout, ...]
+    at: KeyPath
     if role == "req":
         at = (*path, "req")
         layouts = (header_layout(tables, document, at, entry.get("req", {}), page),)
         if "get" in owner.members:
             exchange.setdefault("answered_by", [owner.members["get"]])
     else:
-        layouts = resolve_layouts(tables, document, path, entry)
+        at, content = path, entry
+        if role in entry:  # it has a layout of its own
+            at, content = (*path, role), entry[role]
+        layouts = resolve_layouts(tables, document, at, content, page, owner.name)
+    sub_message = entry.get("sub_message")
     message = Message(
         name=name,
         id=entry["ids"][role],
@@ -203,7 +215,7 @@ def _define_member(
         note=entry.get("note", "") if role == "set" or "set" not in owner.members else "",
         set=(owner.name, role),
         exchange=exchange,
-        layouts=layouts,
+        layouts=tuple(with_sub_message(layout, sub_message) for layout in layouts),
         errata=(),
         place=owner.place,
         group=group.lower(),
@@ -212,6 +224,7 @@ def _define_member(
         aliases=_aliases(tables, entry, role, owner.place),
         later_pages=entry.get("later_pages", {}),
         overlay=document.overlay,
+        sub_message=sub_message,
     )
     add_message(tables, message)
 

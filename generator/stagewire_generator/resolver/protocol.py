@@ -141,7 +141,10 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
     controllers, stages = resolve_stages(tables)
     head = tables.head.data
     framing = resolve_framing(tables)
-    messages = sorted(tables.messages.values(), key=lambda m: (m.id is None, m.id or 0, m.name))
+    messages = sorted(
+        tables.messages.values(),
+        key=lambda m: (m.id is None, m.id or 0, m.sub_message or 0, m.name),
+    )
     return Protocol(
         name=head["protocol"],
         title=head["title"],

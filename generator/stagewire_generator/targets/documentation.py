@@ -70,6 +70,12 @@ def first_sentence(text: str) -> tuple[str, str]:
     return (text[: found.start()], text[found.end() :]) if found else (text, "")
 
 
+def shown_id(protocol: Protocol, message: Message) -> str:
+    """Return the id of a message in hex, with its sub-message if it has one."""
+    id = f"0x{message.id:0{protocol.id_digits}X}"
+    return id if message.sub_message is None else f"{id}, sub-message {message.sub_message}"
+
+
 def message_paragraphs(
     protocol: Protocol, message: Message, layout: Layout | None, markup: Markup, facts: str
 ) -> Iterator[str]:

@@ -53,11 +53,14 @@ class Layout:
     :param switches_to: for a setup command, the format of what follows it: ``low_level``, commands in slots;
         ``high_level``, lines of text; ``power_on``, the format after power-on. None: unchanged.
     :param unsolicited: a controller may send it without a request.
+    :param sub_message: the number that distinguishes it from other messages with the same id; None: no other
+        message has this id. A data form begins with it as a word, in a header form it is ``param1``.
     """
 
     __slots__ = (
         "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "only_zero", "optional", "signed", "size", "switches_to", "unnamed", "unsolicited", "when",
+        "only_zero", "optional", "signed", "size", "sub_message", "switches_to", "unnamed",
+        "unsolicited", "when",
     )  # fmt: skip
 
     def __init__(
@@ -79,6 +82,7 @@ class Layout:
         dummy: bool = False,
         switches_to: CommandFormat | None = None,
         unsolicited: bool = False,
+        sub_message: int | None = None,
     ) -> None:
         self.message = message
         self.id = id
@@ -97,6 +101,7 @@ class Layout:
         self.dummy = dummy
         self.switches_to = switches_to
         self.unsolicited = unsolicited
+        self.sub_message = sub_message
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"

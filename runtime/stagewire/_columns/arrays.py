@@ -9,6 +9,7 @@ import sys
 from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeAlias
 
 from stagewire._codec.message import Message
@@ -73,7 +74,7 @@ def _wrong_frame(shape: Shape, block: bytes) -> int:
 
 
 def _right(shape: Shape, block: bytes) -> bool:
-    """Whether all frames of a block have the id, the length and the form of this shape."""
+    """Whether all frames of a block have the id, length, form and sub-message of this shape."""
     size = shape.size
     destinations = block[4::size]
     # Without the bytes that announce a packet, none may be left, or all must be (ASCII is < 0x80).
@@ -81,9 +82,8 @@ def _right(shape: Shape, block: bytes) -> bool:
         not destinations.translate(None, _FLAGGED) if shape.has_packet else destinations.isascii()
     )
     frames = len(destinations)
-    return right and all(
-        block[at::size].count(byte) == frames for at, byte in enumerate(shape.head)
-    )
+    fixed = chain(enumerate(shape.head), enumerate(shape.sub_message, shape.sub_message_at))
+    return right and all(block[at::size].count(byte) == frames for at, byte in fixed)
 
 
 def _empty(place: Field) -> Column:
@@ -199,6 +199,16 @@ def _refuse(shape: Shape, view: memoryview, offset: int) -> NoReturn:
     if start[:2] != shape.head[:2]:
         wanted, came = (int.from_bytes(head[:2], "little") for head in (shape.head, start))
         raise DecodeError(f"{where} with id {wanted:#06x}, found id {came:#06x}")
+    form_and_length = start[: len(shape.head)] == shape.head
+    if form_and_length and bool(start[4] & DATA_FLAG) == shape.has_packet:
+        wanted, came = (
+            int.from_bytes(part, "little")
+            for part in (
+                shape.sub_message,
+                view[offset + shape.sub_message_at :][: len(shape.sub_message)],
+            )
+        )
+        raise DecodeError(f"{where} with the sub-message {wanted}, found {came}")
     wanted_form = (
         f"with a packet of {shape.size - 6} bytes" if shape.has_packet else "without packet"
     )

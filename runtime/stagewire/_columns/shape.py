@@ -7,13 +7,14 @@ import re
 import struct
 from dataclasses import dataclass
 
-from stagewire._codec.message import Message
+from stagewire._codec.message import Layout, Message
 from stagewire._framings.header.message import (
     HEADER_SIZE,
     FramedMessage,
     UndecidedMessage,
     UndocumentedMessage,
 )
+from stagewire._framings.header.table import SUB_MESSAGE_SIZE
 from stagewire.errors import BadValueError, UnsupportedError
 
 _CODES = re.compile(r"(\d*)([xsbBhHlLqQ])")
@@ -58,6 +59,7 @@ class Shape:
     :param has_packet: whether the destination byte has the bit that announces a packet.
     :param size: bytes of a frame, including the header.
     :param fields: the fields in wire order.
+    :param sub_message: the sub-message as bytes; empty if no other message has this id.
     """
 
     name: str
@@ -65,6 +67,12 @@ class Shape:
     has_packet: bool
     size: int
     fields: tuple[Field, ...]
+    sub_message: bytes = b""
+
+    @property
+    def sub_message_at(self) -> int:
+        """Offset of the sub-message in a frame."""
+        return HEADER_SIZE if self.has_packet else len(self.head)
 
     @property
     def places(self) -> tuple[Field, ...]:
@@ -98,7 +106,15 @@ def shape_of(message: type[Message]) -> Shape:
         has_packet=has_packet,
         size=HEADER_SIZE + layout.length,
         fields=_fields(message),
+        sub_message=_sub_message(layout),
     )
+
+
+def _sub_message(layout: Layout) -> bytes:
+    if layout.sub_message is None:
+        return b""
+    size = 1 if layout.form == "header" else SUB_MESSAGE_SIZE
+    return layout.sub_message.to_bytes(size, "little")
 
 
 def _fields(message: type[Message]) -> tuple[Field, ...]:

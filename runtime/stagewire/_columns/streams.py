@@ -109,7 +109,7 @@ class Sorter:
                 try:
                     frames = known[key]
                 except KeyError:
-                    frames = known[key] = self._frames_of(raw)
+                    frames = self._look_up(key, raw)
                 if frames is not None:
                     frames.append(offset, raw)
                 self._in_garbage = False
@@ -118,6 +118,14 @@ class Sorter:
             offset += len(raw)
         if received:
             self.counts[Received] = self.counts.get(Received, 0) + received
+
+    def _look_up(self, key: bytes, raw: bytes) -> Frames | None:
+        """Return the frames of a class, and remember them unless other messages begin alike."""
+        if raw[0] | raw[1] << 8 in self._protocol.framing.shared:
+            key += raw[6:8] if raw[4] & DATA_FLAG else raw[2:3]
+        if key not in self._known:
+            self._known[key] = self._frames_of(raw)
+        return self._known[key]
 
     def _frames_of(self, raw: bytes) -> Frames | None:
         message = type(self._protocol.decode(raw, self._context).message)

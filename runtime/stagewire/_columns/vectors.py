@@ -34,6 +34,9 @@ def read(shape: Shape, view: memoryview) -> tuple[dict[str, Column], int | None]
     wrong = field(0, f"<u{len(shape.head)}") != head
     dest = field(4, "u1").copy()
     wrong |= (dest < DATA_FLAG) if shape.has_packet else (dest >= DATA_FLAG)
+    if shape.sub_message:
+        wanted = int.from_bytes(shape.sub_message, "little")
+        wrong |= field(shape.sub_message_at, f"<u{len(shape.sub_message)}") != wanted
     if wrong.any():
         return {}, int(wrong.argmax()) * shape.size
     dest &= DATA_FLAG - 1

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from stagewire._codec.events import Event
 from stagewire._framings.header.frame import FrameEvent
 from stagewire._framings.header.message import FramedMessage
+from stagewire._framings.header.table import message_key
 from stagewire._sessions.statistics import Statistics
 from stagewire.errors import BadValueError, OutOfRangeError, StagewireError
 
@@ -201,7 +202,8 @@ def _understood(wanted: Wanted) -> tuple[frozenset[int] | None, Condition | None
     elif classes and all(isinstance(cls, type) for cls in classes):
         if all(issubclass(cls, FramedMessage) for cls in classes):
             messages: tuple[type[FramedMessage], ...] = classes
-            return frozenset(cls.layout.id for cls in messages), None
+            keys = (message_key(cls.layout.id, cls.layout.sub_message) for cls in messages)
+            return frozenset(keys), None
         if all(issubclass(cls, Event) for cls in classes):
             return None, lambda event: isinstance(event, classes)
     raise BadValueError(

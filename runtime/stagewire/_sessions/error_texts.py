@@ -22,7 +22,7 @@ class ErrorTexts:
     """
 
     def __init__(self, protocol: FramedProtocol, hearing: Receiver) -> None:
-        self._forms = protocol.framing.forms
+        self._names_of = protocol.framing.names
         self._receiver = hearing
 
     def timeout(self, exchange: FramedExchange, kept_by: str) -> ReplyTimeoutError:
@@ -88,7 +88,7 @@ class ErrorTexts:
     def _name(self, id: int | str) -> str:
         if isinstance(id, str):
             return id
-        return self._forms[id].name if id in self._forms else f"{id:#06x}"
+        return self._names_of.get(id) or f"{id:#06x}"
 
     def _came(self, exchange: FramedExchange) -> str:
         """Return what arrived since the exchange was written, by name.

@@ -50,6 +50,7 @@ class FramedCore(Core):
         self.protocol = protocol
         self._host = protocol.host
         self._faults = protocol.faults
+        self._table = protocol.framing
         self._receiver = Receiver(protocol, self.statistics, self.options.silence)
         self.counts = self._receiver.counts
         """Message -> how many of it were received."""
@@ -297,6 +298,7 @@ class FramedCore(Core):
         """Give each event to the exchange that waits for it, or to the subscriptions."""
         counts, wanting = self.counts, self._dispatcher.wanting
         requests, motions = self._requests.awaited, self._motions.awaited
+        shared = self._table.shared
         for event in events:
             raw = event.raw
             began = self._taken
@@ -308,6 +310,8 @@ class FramedCore(Core):
                 self._dispatcher.tell(event)
                 continue
             id = raw[0] | raw[1] << 8
+            if id in shared:
+                id = self._table.key_of(raw)
             counts[id] = counts.get(id, 0) + 1
             if id in requests:
                 self._ready = True  # the next request may be sent

@@ -7,7 +7,8 @@ unswapped (its source is the host); otherwise it is unknown. An unknown source m
 different known source never matches.
 
 **Fields.** The reply must repeat the fields that select the object of a request, such as its channel or bay.
-Reserved fields select nothing. Messages are identified by id, so the short and the long form are equivalent.
+Reserved fields select nothing. Messages are identified by id and sub-message, so the short and the long form
+are equivalent, and a reply with another sub-message answers nothing.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from collections.abc import Iterable
 from stagewire._framings.header.frame import Received, Undocumented
 from stagewire._framings.header.message import DATA_FLAG, FramedMessage
 from stagewire._framings.header.protocol import FramedProtocol
+from stagewire._framings.header.table import message_key
 from stagewire._sessions.framed_exchanges import Ask, FramedExchange, Halt, Motion
 
 TYPE_CHECKING = False  # importing typing would double the import time
@@ -30,6 +32,7 @@ class Matching:
     """The facts of a protocol that matching needs."""
 
     def __init__(self, protocol: FramedProtocol) -> None:
+        self._table = protocol.framing
         self._host = protocol.host
         self._devices = protocol.devices
         self._channel = protocol.channel
@@ -45,10 +48,11 @@ class Matching:
         return dest if source == self._host and dest in self._devices else None
 
     def ids_of(self, classes: Classes) -> frozenset[int]:
-        """Return the ids of message classes."""
+        """Return the keys of message classes; see :func:`.message_key`."""
         ids = self._ids.get(classes)
         if ids is None:
-            ids = self._ids[classes] = frozenset(cls.layout.id for cls in classes)
+            keys = (message_key(cls.layout.id, cls.layout.sub_message) for cls in classes)
+            ids = self._ids[classes] = frozenset(keys)
         return ids
 
     def selected(self, message: FramedMessage, replies: Classes) -> tuple[tuple[str, object], ...]:
@@ -72,7 +76,7 @@ class Matching:
         """
         if not exchange.done:
             why, advice = self._why_not(exchange, event, began)
-            exchange.pass_over((event.id, why, advice), event.raw)
+            exchange.pass_over((self._table.key_of(event.raw), why, advice), event.raw)
 
     def _why_not(
         self, exchange: FramedExchange, event: Received | Undocumented, began: int

@@ -5,7 +5,12 @@ from __future__ import annotations
 from math import inf
 
 from stagewire._codec.events import Event, Garbage
-from stagewire._framings.header.frame import BadLength, Undocumented, Unknown
+from stagewire._framings.header.frame import (
+    BadLength,
+    Undocumented,
+    Unknown,
+    UnknownSubMessage,
+)
 from stagewire._framings.header.protocol import FramedProtocol
 from stagewire._framings.header.table import End, Fault
 from stagewire._sessions.statistics import Statistics
@@ -27,7 +32,7 @@ class Receiver:
         self._statistics = statistics
         self._silence = silence
         self.tell = self._framer.tell
-        self._forms = protocol.framing.forms
+        self._table = protocol.framing
         self.counts: dict[int | str, int] = {}
         """Message -> how many of it were received."""
         self.odd_counts: dict[int | str, int] = {}
@@ -81,11 +86,16 @@ class Receiver:
             case Undocumented():
                 self._statistics.undocumented += 1
                 self.undecoded[event.id] = event.raw
+            case UnknownSubMessage():
+                self._statistics.unknown += 1
+                what = f"unknown sub-message {event.sub_message} of {event.id:#06x}"
+                self._note_odd(what, event.raw)
             case Unknown():
                 self._statistics.unknown += 1
                 self._note_odd(f"unknown message {event.id:#06x}", event.raw)
             case BadLength():
                 self._statistics.bad_length += 1
-                self._note_odd(f"{self._forms[event.id].name} that is too short", event.raw)
+                name = self._table.names[self._table.key_of(event.raw)]
+                self._note_odd(f"{name} that is too short", event.raw)
             case Garbage():
                 self._statistics.garbage += len(event.raw)

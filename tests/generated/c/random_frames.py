@@ -6,6 +6,7 @@ from dataclasses import replace
 from random import Random
 
 from checkout import SMALL_SPECS
+from stagewire._framings.header.table import shared_forms
 from stagewire.framing import Forms, FramingTable
 from stagewire.protocols import Direction
 from stagewire_generator import check
@@ -27,14 +28,39 @@ ADDRESSES = (
 )
 
 
+SUB_MESSAGES = (0, 1, 2, 6, 0xFF, 0x100, 0xFFFF)
+
+
 def invent(rng: Random) -> Protocol:
     """Return a protocol with random ids, forms, lengths and addresses."""
     [base] = check(GOOD_SPEC)
     host, devices = rng.choice(ADDRESSES)
     ids = sorted(rng.sample([*range(0x10), *range(0x400, 0x430), 0xFFFE, 0xFFFF], 40))
-    messages = tuple(_message(rng, base.messages[0], id) for id in ids)
+    messages = []
+    for id in ids:
+        messages += _messages(rng, base.messages[0], id)
     framing = {**base.framing, "host": host, "devices": devices}
-    return replace(base, messages=messages, framing=framing, examples={}, captures={}, errata=())
+    return replace(
+        base, messages=tuple(messages), framing=framing, examples={}, captures={}, errata=()
+    )
+
+
+def _messages(rng: Random, like: Message, id: int) -> list[Message]:
+    """Return the message of an id, or several that share it."""
+    only = _message(rng, like, id)
+    found = []
+    for value in sorted(rng.sample(SUB_MESSAGES, rng.choice((0, 0, 1, 2, 4)))):
+        of = _message(rng, like, id)
+        layouts = tuple(
+            layout
+            for layout in of.layouts
+            if layout.length > 1 or (layout.form == "header" and value <= 0xFF)
+        )
+        if layouts:
+            name, words = f"{of.name}_{value}", (*of.words, str(value))
+            kept = {"direction": only.direction, "layouts": layouts, "sub_message": value}
+            found.append(replace(of, name=name, words=words, **kept))
+    return found or [only]
 
 
 def _message(rng: Random, like: Message, id: int) -> Message:
@@ -72,10 +98,11 @@ def _content(like: Message, length: int) -> Field:
 def table_of(protocol: Protocol) -> FramingTable:
     """Return the properties of a protocol that the Python framer needs."""
     forms = {}
+    shared: dict[int, dict[int, Forms]] = {}
     for message in protocol.messages:
         headers = [layout for layout in message.layouts if layout.form == "header"]
         assert message.id is not None
-        forms[message.id] = Forms(
+        of = Forms(
             message.name,
             DIRECTIONS[message.direction],
             bool(headers),
@@ -83,5 +110,9 @@ def table_of(protocol: Protocol) -> FramingTable:
             message.documented,
             any(layout.only_zero for layout in headers),
         )
+        forms[message.id] = of
+        if message.sub_message is not None:
+            shared.setdefault(message.id, {})[message.sub_message] = of
+    forms |= {id: shared_forms(each) for id, each in shared.items()}
     framing = protocol.framing
     return FramingTable(forms, framing["host"], frozenset(framing["devices"]))

@@ -140,7 +140,11 @@ def in_python(table: FramingTable, end: End, steps: list[Step]) -> list[Seen]:
 
 
 def _seen(events: list[Event]) -> list[Seen]:
-    return [(type(event), event.raw) for event in join_garbage(events)]
+    """Return the events; C does not distinguish unknown ids from unknown sub-messages."""
+    return [
+        (Unknown if isinstance(event, Unknown) else type(event), event.raw)
+        for event in join_garbage(events)
+    ]
 
 
 def joined(seen: list[Seen]) -> list[Seen]:

@@ -110,7 +110,7 @@ def test_cppcheck_finds_nothing_in_test_programs(folder: Path) -> None:
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
+@pytest.mark.parametrize("spec", ["good_spec", "good_layouts", "good_commands"])
 def test_cppcheck_finds_nothing_in_a_small_package(spec: str, tmp_path: Path) -> None:
     """With options that take minutes for many layouts. The same templates make the small package."""
     need("cppcheck")

@@ -246,7 +246,7 @@ def test_files_with_and_without_the_index_do_not_link(folder: Path) -> None:
     ("index", "number"), first_of(product(("", "-DTINY_HOST_INDEX"), range(INVENTED)))
 )
 def test_random_protocols(number: int, index: str, tmp_path: Path) -> None:
-    """Several lengths of an id, undocumented ids, other addresses: properties that APT does not have."""
+    """Several lengths or messages of an id, undocumented ids, other addresses: APT does not have them."""
     need("gcc")
     protocol = invent(Random(number))
     table = table_of(protocol)
@@ -273,13 +273,16 @@ def _frame(table: FramingTable, rng: Random) -> bytes:
         pair = rng.choice(([0, 0], [rng.randrange(128), rng.randrange(256)]))
     lengths = sorted(forms.lengths) or [0, 5]
     length = max(0, rng.choice(lengths) + rng.choice((0, 0, 0, 0, -1, 1, 5, 6, 7, 30)))
+    sub_message = rng.choice([*forms.sub_messages, 0, 7])
     if rng.random() < 0.3:
-        word = rng.choice((0, 0, 1, length, 0x100))
+        word = rng.choice((0, 0, 1, length, 0x100, sub_message))
         return id.to_bytes(2, "little") + word.to_bytes(2, "little") + bytes(pair)
     header = id.to_bytes(2, "little") + length.to_bytes(2, "little")
     payload = rng.choice((bytes(length), rng.randbytes(length)))
     if rng.random() < 0.2:  # frames inside
         payload = (_frame(table, rng) * (length // 6 + 1))[:length]
+    if forms.sub_messages:
+        payload = (sub_message.to_bytes(2, "little") + payload)[:length]
     return header + bytes((pair[0] | 0x80, pair[1])) + payload
 
 

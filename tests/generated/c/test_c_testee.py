@@ -112,7 +112,7 @@ def test_every_case_of_the_vectors(name: str, testees: Testees) -> None:
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
+@pytest.mark.parametrize("spec", ["good_spec", "good_layouts", "good_commands"])
 def test_every_case_of_test_protocols(spec: str, tmp_path: Path) -> None:
     [protocol] = check(SMALL_SPECS / spec)
     write_files(tmp_path, render([protocol], ["c", "c-tests", "vectors"]))

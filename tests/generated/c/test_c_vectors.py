@@ -204,7 +204,7 @@ def written(protocol: Model, folder: Path) -> Package:
     return Package(folder / "c" / protocol.package)
 
 
-@pytest.mark.parametrize("spec", ["good_spec", "good_commands"])
+@pytest.mark.parametrize("spec", ["good_spec", "good_layouts", "good_commands"])
 def test_vectors_of_test_protocols_pass(spec: str, tmp_path: Path) -> None:
     """Formats of 1 to 8 bytes, names that C reserves: properties that our protocols do not have."""
     need("gcc")

@@ -162,11 +162,19 @@ def rebuilt(thing: Any, target: Any, instead: Any) -> Any:
     return thing
 
 
+@pytest.fixture(scope="module")
+def good(
+    protocol: Protocol, layouts: Protocol, commands: Protocol, packets: Protocol
+) -> tuple[Protocol, ...]:
+    """The small good specs."""
+    return protocol, layouts, commands, packets
+
+
 def test_no_attribute_can_change_unnoticed(
-    protocol: Protocol, commands: Protocol, packets: Protocol, overlaid: dict[str, Protocol]
+    good: tuple[Protocol, ...], overlaid: dict[str, Protocol]
 ) -> None:
     tried = set()
-    for whole in (protocol, commands, packets, overlaid["tiny/second"]):
+    for whole in (*good, overlaid["tiny/second"]):
         found: dict[tuple[type, str], Any] = {}
         objects(whole, found)
         for (cls, name), thing in found.items():
@@ -213,10 +221,8 @@ def value_at(data: Any, path: KeyPath) -> Any:
 @pytest.mark.parametrize(
     "attribute", ["document", "formats", "framing", "contexts", "settings", "units"]
 )
-def test_no_plain_fact_can_change_unnoticed(
-    protocol: Protocol, commands: Protocol, packets: Protocol, attribute: str
-) -> None:
-    for whole in (protocol, commands, packets):
+def test_no_plain_fact_can_change_unnoticed(good: tuple[Protocol, ...], attribute: str) -> None:
+    for whole in good:
         data = getattr(whole, attribute)
         for path in leaves(data) if data else ():
             value = value_at(data, path)

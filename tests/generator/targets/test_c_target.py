@@ -176,11 +176,11 @@ def code_of(files: dict[str, str], package: str) -> Iterator[str]:
 
 
 def test_all_names_that_do_not_come_from_a_spec_are_reserved(
-    protocol: Protocol, commands: Protocol, packets: Protocol
+    protocol: Protocol, layouts: Protocol, commands: Protocol, packets: Protocol
 ) -> None:
     """A spec cannot use the names that every package defines."""
     committed = check(ROOT / "spec")
-    for one in (protocol, commands, packets, *committed):
+    for one in (protocol, layouts, commands, packets, *committed):
         prefix = c_prefix(one.package)
         kept = {f"{prefix}_{name}" for name in C_OURS}
         kept |= {f"{prefix.upper()}_{name}" for name in c_names.OUR_MACROS}

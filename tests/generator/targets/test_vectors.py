@@ -28,6 +28,7 @@ SPECS = {
     "thorlabs_apt": ROOT / "spec",
     "asi_ms2000": ROOT / "spec",
     "tiny": SMALL_SPECS / "good_spec",
+    "laser": SMALL_SPECS / "good_layouts",
     "turtle": SMALL_SPECS / "good_commands",
     "carousel": SMALL_SPECS / "good_packets",
     "spark": TESTS / "injection" / "more_spec",
@@ -82,8 +83,13 @@ def wanted(registry: Json) -> Iterator[tuple[Any, ...]]:
         yield *here, "stream", "ok"
         yield *here, "encode", "unknown_field"
         yield message["name"], "encode", "bad_length"
-        for field in fields:
-            yield from wanted_of(field, here)
+        if "sub_message" in message:
+            yield message["name"], "decode", "unknown_message"
+        for position, field in enumerate(fields):
+            selects = "sub_message" in message and position == 0
+            for item in wanted_of(field, here):  # with another sub-message it is another message
+                if not selects or item[2:4] != ("decode", field["name"]):
+                    yield item
         if any(field["role"] == "value" for field in fields):
             yield *here, "encode", "bad_value"
         if message["kind"] != "setup":

@@ -6,7 +6,15 @@ import random
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
-from stagewire.framing import BadLength, Event, FrameEvent, Received, Undocumented, Unknown
+from stagewire.framing import (
+    BadLength,
+    Event,
+    FrameEvent,
+    Received,
+    Undocumented,
+    Unknown,
+    UnknownSubMessage,
+)
 from stagewire_apt import PROTOCOL
 from stagewire_apt.messages import HwGetInfo
 from stagewire_virtual.clock import Clock
@@ -47,6 +55,7 @@ _DEFAULT: Final = Options()
 
 _NOT_TAKEN: Final[dict[type[FrameEvent], str]] = {
     Unknown: "is an unknown message id",
+    UnknownSubMessage: "has an unknown sub-message",
     Undocumented: "is the id of a message without a layout",
     BadLength: "has a packet that is too short",
 }

@@ -53,11 +53,12 @@ def new_parameters(channel: Channel, behaviour: type[Behaviour]) -> Mapping[str,
 @functools.lru_cache(maxsize=128)
 def _plain(unit: Unit) -> Mapping[str, Mapping[str, Any]]:
     """Return the parameter sets of a unit with the defaults of the registry."""
-    return {
-        facts.set_name: {value.name: value.default for value in facts.values}
-        for facts in facts_of(unit).values()
-        if facts.role in ("set", "get") and not facts.of_the_unit and facts.name not in SAVING
-    }
+    found: dict[str, dict[str, Any]] = {}
+    for facts in facts_of(unit).values():  # the fields of a SET and its GET may differ
+        if facts.role in ("set", "get") and not facts.of_the_unit and facts.name not in SAVING:
+            defaults = {value.name: value.default for value in facts.values}
+            found.setdefault(facts.set_name, {}).update(defaults)
+    return found
 
 
 class Parameters:
@@ -129,6 +130,7 @@ class Parameters:
             values[name] = self._channels[0].parameters[facts.set_name][name]
         if live := channel.behaviour.method("live", facts.set_name):
             values.update(live())
+        values = {value.name: values[value.name] for value in facts.values}
         if facts.names_channel:
             values[CHANNEL] = channel.ident
         return class_of(self._unit, get)(**values)

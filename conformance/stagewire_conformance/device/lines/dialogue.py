@@ -15,6 +15,7 @@ from stagewire.framing import (
     Received,
     Undocumented,
     Unknown,
+    UnknownSubMessage,
 )
 from stagewire.protocols import HEADER_SIZE, Frame, Message, UndecidedMessage, UndocumentedMessage
 
@@ -22,6 +23,7 @@ _KINDS: Final[dict[type[Event], str]] = {
     Received: "message",
     Undocumented: "undocumented",
     Unknown: "unknown",
+    UnknownSubMessage: "unknown",
     BadLength: "bad_length",
     Garbage: "garbage",
 }
@@ -41,7 +43,7 @@ class Incoming:
         self.event = event
         self.after = after
         self.kind: str = _KINDS[type(event)]
-        """``message``, ``undocumented``, ``unknown`` (an unknown id), ``bad_length`` or ``garbage``."""
+        """``message``, ``undocumented``, ``unknown`` (id or sub-message), ``bad_length`` or ``garbage``."""
 
     @property
     def raw(self) -> bytes:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from stagewire_generator.framings.header.vectors_frames import sub_message_of
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.naming import c_aliases
 from stagewire_generator.targets.c.field_view import (
@@ -70,6 +71,7 @@ class HeaderMessageView:
 
     :param doc: the comment of a message without layouts.
     :param aliases: the definitions of its other names.
+    :param sub_message: its sub-message as a literal; empty if it has none.
     """
 
     name: str
@@ -78,6 +80,7 @@ class HeaderMessageView:
     doc: str
     layouts: tuple[HeaderLayoutView, ...]
     aliases: tuple[str, ...]
+    sub_message: str
 
 
 def header_message_view(protocol: Protocol, message: Message) -> HeaderMessageView:
@@ -91,7 +94,12 @@ def header_message_view(protocol: Protocol, message: Message) -> HeaderMessageVi
         doc="" if message.layouts else message_doc(names, protocol, message, None, undocumented),
         layouts=tuple(_layout(names, protocol, message, layout) for layout in message.layouts),
         aliases=tuple(_aliases(names, message)),
+        sub_message=_sub_message(message),
     )
+
+
+def _sub_message(message: Message) -> str:
+    return "" if message.sub_message is None else f"{message.sub_message}U"
 
 
 _OF_TYPE = ("", "_write_fields", "_encode", "_encode_unchecked", "_decode")
@@ -101,7 +109,8 @@ _OF_MACRO = ("_LENGTH", "_SIZE", "_INIT")
 def _aliases(names: Names, message: Message) -> Iterator[str]:
     """Yield the definition of each other name of the message, its types, functions and macros."""
     for alias in message.aliases:
-        yield f"#define {names.macro(alias)}_ID {names.macro(message.name)}_ID"
+        for part in ("ID", "SUB_MESSAGE") if message.sub_message is not None else ("ID",):
+            yield f"#define {names.macro(alias)}_{part} {names.macro(message.name)}_{part}"
     for alias, name in c_aliases(message):
         of, to = (f"{names.prefix}_{each}" for each in (alias, name))
         yield from (f"#define {of}{part} {to}{part}" for part in _OF_TYPE)
@@ -116,6 +125,9 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
     status, to = f"static inline {prefix}_status", [f"const {type} *message"]
     to += [f"{prefix}_addresses addresses", "uint8_t *out", "size_t cap"]
     size = f"{layout.length} bytes of data" if layout.length else "header only"
+    checked = f"{prefix}_check_{kind}(frame, size, {head})"
+    if value := _sub_message(message):
+        checked = call(f"{prefix}_check_sub_message", [checked, "frame", value], "", 8)
     return HeaderLayoutView(
         type=type,
         macro=type.upper(),
@@ -131,7 +143,7 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
             ";",
             4,
         ),
-        checked=f"{prefix}_check_{kind}(frame, size, {head})",
+        checked=checked,
         initial=definition(f"{type.upper()}_INIT", initialiser(names, fields)),
         refused=tuple(condition for field in fields for condition in field.refused),
         write=call(
@@ -173,11 +185,15 @@ class HeaderParserView:
     """The table, and the addresses of devices.
 
     :param entries: rows sorted by id, then by length; an id with several lengths has several rows.
-    :param has_several: whether there is such an id.
+    :param shared: rows of ids that several messages share, sorted by id, sub-message and length.
+    :param sub_messages: the sub-message of each of these rows.
+    :param has_several: whether there is an id with several lengths.
     :param devices: conditions on ``address``; one of them holds for a device.
     """
 
     entries: tuple[EntryView, ...]
+    shared: tuple[EntryView, ...]
+    sub_messages: tuple[str, ...]
     has_several: bool
     devices: tuple[str, ...]
 
@@ -186,11 +202,28 @@ def header_parser_view(protocol: Protocol) -> HeaderParserView:
     """Make the view of the parser and its table."""
     prefix = names_of(protocol).macro_prefix
     messages = [message for message in protocol.messages if message.id is not None]
+    shared = [message for message in messages if message.sub_message is not None]
+    first = {message.id: message for message in reversed(messages)}  # of each id
     return HeaderParserView(
-        entries=tuple(entry for message in messages for entry in _entries(prefix, message)),
+        entries=tuple(
+            entry
+            for message in reversed(first.values())
+            for entry in _main_entries(prefix, message)
+        ),
+        shared=tuple(entry for message in shared for entry in _entries(prefix, message)),
+        sub_messages=tuple(_sub_message(message) for message in shared for _ in _lengths(message)),
         has_several=any(len(_lengths(message)) > 1 for message in messages),
         devices=tuple(_conditions(protocol.framing["devices"])),
     )
+
+
+def _main_entries(prefix: str, message: Message) -> Iterator[EntryView]:
+    """Yield the rows of an id; a shared id has one, which refers to the rows of its sub-messages."""
+    if message.sub_message is None:
+        yield from _entries(prefix, message)
+        return
+    forms = f"{prefix}_ENTRY_{_DIRECTIONS[message.direction]} | {prefix}_ENTRY_SHARED"
+    yield EntryView(f"{{0x{message.id:04X}U, 0U, {forms}}}", "NULL")
 
 
 def _entries(prefix: str, message: Message) -> Iterator[EntryView]:
@@ -252,9 +285,15 @@ def _by_id(protocol: Protocol, every: tuple[Subject, ...]) -> dict[int, list[Sub
 def _meant(
     protocol: Protocol, every: tuple[Subject, ...], raw: bytes, said: Json
 ) -> Sequence[Subject]:
-    """Return the layouts of the id in the bytes; all layouts if the id is missing or unknown."""
+    """Return the layouts of the id, and of its sub-message, in the bytes.
+
+    If the sub-message is missing or unknown, return those of the id; if that is, return all.
+    """
     found = _by_id(protocol, every).get(int.from_bytes(raw[:2], "little"))
-    return every if len(raw) < 2 or found is None else found
+    if len(raw) < 2 or found is None:
+        return every
+    value = sub_message_of(raw) if len(raw) >= HEADER_SIZE else None
+    return [of for of in found if of.message.sub_message in (None, value)] or found
 
 
 FRAMING = Framing(

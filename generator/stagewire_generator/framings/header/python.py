@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.documentation import shown_id
 from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping
 from stagewire_generator.targets.python.class_view import (
     ClassView,
@@ -71,7 +72,7 @@ def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
         )
     if layout.only_zero:
         more.append("only_zero=True")
-    more += _unsolicited(message)
+    more += _of_message(message)
     return ClassView(
         name=name,
         kind="plain",
@@ -92,8 +93,12 @@ def _id(message: Message) -> str:
     return f"0x{message.id:04X}"
 
 
-def _unsolicited(message: Message) -> list[str]:
-    return ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+def _of_message(message: Message) -> list[str]:
+    """Return the arguments of every Layout of a message."""
+    unsolicited = ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+    if message.sub_message is None:
+        return unsolicited
+    return [*unsolicited, f"sub_message={message.sub_message}"]
 
 
 def _undocumented(protocol: Protocol, message: Message) -> ClassView:
@@ -105,7 +110,7 @@ def _undocumented(protocol: Protocol, message: Message) -> ClassView:
         'fields=("data", "param1", "param2")',
         'optional=("param1", "param2")',
         'unnamed=("param1", "param2")',
-        *_unsolicited(message),
+        *_of_message(message),
     ]
     return ClassView(
         name=message.class_name,
@@ -136,11 +141,11 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         'form="data:undecided"',
         'fields=("data",)',
         f"length={first.length}",
-        *_unsolicited(message),
+        *_of_message(message),
     ]
     choices = " or ".join(f"{k} {v}" for layout in layouts for k, v in layout.when.items())
     text = (
-        f"``{message.name}`` ({_id(message)}) with an unknown layout; "
+        f"``{message.name}`` ({shown_id(protocol, message)}) with an unknown layout; "
         f"{where(protocol, message.pages[:1], message.overlay)}.\n\n    "
         + paragraph(
             f"{message.summary} The layout depends on the controller ({choices}), and the bytes do not "
@@ -174,7 +179,9 @@ def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
     size = "layout not documented"
     if layout is not None:
         size = f"{layout.length} bytes of data" if layout.length else "header only"
-    return message_doc(protocol, message, layout, f"``{message.name}`` ({_id(message)})", size)
+    return message_doc(
+        protocol, message, layout, f"``{message.name}`` ({shown_id(protocol, message)})", size
+    )
 
 
 def _framed_protocol(protocol: Protocol) -> Nested:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import Rules
 from stagewire_generator.lint.witness.comparison import Comparison
@@ -13,6 +15,49 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 
 
 def check_header(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+    """Check addresses and sub-messages."""
+    _addresses(protocol, head, diagnostics)
+    of_id: dict[int, list[Message]] = defaultdict(list)
+    for message in protocol.messages:
+        if message.id is not None:
+            of_id[message.id].append(message)
+    for messages in of_id.values():
+        if any(message.sub_message is not None for message in messages):
+            _sub_messages(messages, diagnostics)
+
+
+def _sub_messages(messages: list[Message], diagnostics: Diagnostics) -> None:
+    """Check that the bytes select one of the messages of an id."""
+    first = next(message for message in messages if message.sub_message is not None)
+    for message in messages:
+        value = message.sub_message
+        if value is None:
+            what = f"{message.name} has no sub-message, but {first.name} has the same id and one"
+            diagnostics.add(message.place, "SW090", what)
+            continue
+        if message.direction != first.direction:
+            what = f"{message.name} and {first.name} have the same id, but not the same direction"
+            hint = "messages of one id travel in the same direction; compare both with the document"
+            diagnostics.add(message.place, "SW090", what, hint)
+        if not message.documented:
+            what = f"{message.name} has a sub-message, but no layout that shows where it is"
+            hint = "describe the layout, or remove `sub_message`"
+            diagnostics.add(message.place, "SW090", what, hint)
+        for layout in message.layouts:
+            header = layout.form == "header"
+            field = layout.param1 if header else next(iter(layout.fields), None)
+            size = 1 if header else 2
+            if field is None or not field.selects or field.format.size != size:
+                begin = f"param1: {{constant: {value}}}"
+                if not header:
+                    begin = f"the field {{format: word, role: constant, value: {value}}}"
+                what = (
+                    f"{message.name} ({layout.form}): does not begin with its sub-message {value}"
+                )
+                diagnostics.add(layout.place, "SW090", what, f"begin it with {begin}")
+
+
+def _addresses(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
     """Check the addresses: they must not use the data flag, and host and devices must differ."""
     framing = protocol.framing
     host, flag = framing["host"], framing["data_flag"]
@@ -109,6 +154,7 @@ RULES = Rules(
     keys=("header_length", "data_flag", "maximum_length", "host", "devices", "channel"),
     id_size=2,
     has_parameters=True,
+    has_sub_messages=True,
     reports_faults=True,
 )
 WITNESS = Witness(MESSAGE_CHAPTERS, sections=True, tables=compare_tables)

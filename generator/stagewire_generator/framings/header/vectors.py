@@ -19,6 +19,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     lengths_of,
     undocumented_cases,
     unknown_id,
+    unknown_sub_messages,
     with_high_length,
 )
 from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
@@ -306,15 +307,22 @@ class HeaderFraming(Framing):
         yield of.encode("form.left_out", about, expected, form=LEFT_OUT)
         dest, source = of.asked["dest"], of.asked["source"]
         if not any(layout.form == "header" for layout in message.layouts):
-            bare = header_frame(message.id, 0, 0, dest, source)
+            value = message.sub_message or 0
+            bare = header_frame(message.id, value & 0xFF, 0, dest, source)
             about = "a header without its packet"
-            yield of.decode("header_alone", about, bare, "bad_length")
+            if value <= 0xFF:  # a header cannot contain a greater sub-message
+                yield of.decode("header_alone", about, bare, "bad_length")
         if not lengths_of(message):
             for length in (0, 2):
-                packet = data_frame(message.id, bytes(length), dest, source)
+                content = (message.sub_message or 0).to_bytes(2, "little")[:length]
+                packet = data_frame(message.id, content, dest, source)
                 about = f"a packet of {length} bytes for a message without a packet"
                 yield of.decode(f"packet_of_{length}", about, packet, "bad_length")
         yield from undecided_cases(self, message)
+        if message.sub_message is not None:
+            unknown = unknown_sub_messages(self.protocol, message, dest, source)
+            for name, (about, frame) in unknown.items():
+                yield of.decode(f"sub_message.{name}", about, frame, "unknown_message")
 
     def of_protocol(self) -> Iterator[Case]:
         """Yield addresses, lengths, unknown messages and streams."""

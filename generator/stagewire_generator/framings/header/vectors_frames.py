@@ -39,6 +39,35 @@ def id_of(message: Message) -> int:
     return message.id
 
 
+def sub_message_of(raw: bytes) -> int | None:
+    """Return the sub-message of a frame, if its id has some; None if its packet is too short."""
+    if not raw[4] & ANNOUNCED:
+        return raw[2]
+    return raw[SIZE] | raw[SIZE + 1] << 8 if len(raw) >= SIZE + 2 else None
+
+
+def unknown_sub_messages(
+    protocol: Protocol, message: Message, dest: int, source: int
+) -> dict[str, tuple[str, bytes]]:
+    """Return frames with the id of a message and an unknown sub-message, each with its description."""
+    taken = [m.sub_message for m in protocol.messages if m.id == message.id]
+    long, short = greatest_but(taken, 2), greatest_but(taken, 1)
+    frames = {}
+    if long is not None:
+        packet = long.to_bytes(2, "little")
+        packet += bytes(max([2, *lengths_of(message)]) - len(packet))
+        frames["packet"] = (
+            "a packet with an unknown sub-message",
+            data_frame(id_of(message), packet, dest, source),
+        )
+    if short is not None:
+        frames["header"] = (
+            "a header with an unknown sub-message",
+            header_frame(id_of(message), short, 0, dest, source),
+        )
+    return frames
+
+
 def unknown_id(protocol: Protocol) -> int:
     """Return an id that no message has."""
     unknown = greatest_but((message.id for message in protocol.messages), 2)

@@ -17,8 +17,10 @@ from stagewire_generator.framings.header.vectors_frames import (
     header_frame,
     id_of,
     lengths_of,
+    sub_message_of,
     undocumented_frames,
     unknown_id,
+    unknown_sub_messages,
     with_high_length,
 )
 from stagewire_generator.model import Json, Message, Protocol
@@ -53,7 +55,9 @@ class HeaderReader:
         }
         self._tolerated = self._pairs["to_host"] | self._pairs["to_controller"] | {(0, 0)}
         self._receives = ENDS[end]
-        self._messages = {message.id: message for message in protocol.messages}
+        self._messages: dict[int | None, list[Message]] = {}
+        for message in protocol.messages:
+            self._messages.setdefault(message.id, []).append(message)
 
     def read(self, stream: bytes) -> list[Piece]:
         """Return the pieces of a stream; adjacent garbage is joined."""
@@ -72,15 +76,16 @@ class HeaderReader:
                 return
             if kind == "long":  # the length is damaged if the packet contains a header of ours
                 inside = range(1, size - SIZE + 1)
-                hit = any(self._out_of_step(rest[i:])[0] == "message" for i in inside)
+                hit = any(self._by_header(rest[i:])[0] == "message" for i in inside)
                 kind, size = ("garbage", 1) if hit else ("message", size)
             yield kind, rest[:size]
             at, in_step = at + size, kind != "garbage"
 
     def _in_step(self, rest: bytes) -> tuple[str, int]:
         """Return the kind and the length of the piece at the start, in step."""
-        message, word, announced, pair = self._header(rest)
+        messages, word, announced, pair = self._header(rest)
         garbage = "garbage", 1
+        message = messages[0] if messages else None  # those of one id have one direction
         if announced and word > MOST:
             return garbage
         size = SIZE + word if announced else SIZE
@@ -91,9 +96,19 @@ class HeaderReader:
             return ("undocumented", size) if receives else garbage
         if not self._ours(message) or pair not in self._tolerated:
             return garbage
+        if not announced and not self._has_header(messages, word):
+            return garbage
+        lengths = _lengths(messages)
+        if message.sub_message is not None and (not announced or (lengths and word >= 2)):
+            if size > len(rest):
+                return "message", size  # incomplete
+            meant = self._meant(messages, rest[:size])
+            if not meant:
+                right = pair in self._right(*self._ours(message))
+                return ("unknown", size) if right else garbage
+            messages, lengths = meant, _lengths(meant)
         if not announced:
-            return ("message", SIZE) if self._has_header(message, word) else garbage
-        lengths = lengths_of(message)
+            return ("message", SIZE) if self._has_header(messages, word) else garbage
         if not lengths:
             return garbage
         fitting = [length for length in lengths if length <= word]
@@ -103,20 +118,37 @@ class HeaderReader:
 
     def _out_of_step(self, rest: bytes) -> tuple[str, int]:
         """Return the kind and the length of the piece at the start, out of step."""
-        message, word, announced, pair = self._header(rest)
-        if message is not None and self._ours(message):
-            if announced and word in lengths_of(message) and pair in self._tolerated:
+        kind, size = self._by_header(rest)
+        messages, word, announced, _ = self._header(rest)
+        if kind == "message" and announced and size <= len(rest):
+            meant = self._meant(messages, rest[:size])
+            if word not in _lengths(meant):
+                return "garbage", 1
+        return kind, size
+
+    def _by_header(self, rest: bytes) -> tuple[str, int]:
+        """Return the kind and the length of the piece at the start, out of step, by its header alone."""
+        messages, word, announced, pair = self._header(rest)
+        if messages and self._ours(messages[0]):
+            if announced and word in _lengths(messages) and pair in self._tolerated:
                 return "message", SIZE + word
-            right = pair in self._right(*self._ours(message))
-            if not announced and right and self._has_header(message, word):
-                return "message", SIZE
+            right = pair in self._right(*self._ours(messages[0]))
+            if not announced and right and self._has_header(messages, word):
+                meant = self._meant(messages, rest[:SIZE])
+                if self._has_header(meant, word):
+                    return "message", SIZE
         return "garbage", 1
 
-    def _header(self, rest: bytes) -> tuple[Message | None, int, bool, tuple[int, int]]:
-        """Return the message of a header, its second word, its data flag and its addresses."""
-        message = self._messages.get(rest[0] | rest[1] << 8)
+    def _header(self, rest: bytes) -> tuple[list[Message], int, bool, tuple[int, int]]:
+        """Return the messages of a header, its second word, its data flag and its addresses."""
+        messages = self._messages.get(rest[0] | rest[1] << 8, [])
         announced = bool(rest[4] & ANNOUNCED)
-        return message, rest[2] | rest[3] << 8, announced, (rest[4] & ~ANNOUNCED, rest[5])
+        return messages, rest[2] | rest[3] << 8, announced, (rest[4] & ~ANNOUNCED, rest[5])
+
+    def _meant(self, messages: list[Message], raw: bytes) -> list[Message]:
+        """Return the message of an id that the sub-message of a whole frame selects, if any."""
+        value = sub_message_of(raw)
+        return [m for m in messages if m.sub_message in (None, value)]
 
     def _ours(self, message: Message) -> frozenset[str]:
         """Return the directions of a message that this end receives."""
@@ -126,12 +158,17 @@ class HeaderReader:
     def _right(self, *directions: str) -> set[tuple[int, int]]:
         return set().union(*(self._pairs[direction] for direction in directions))
 
-    def _has_header(self, message: Message, parameters: int) -> bool:
-        """Whether a header with these parameters can be the message, not a packet without its data flag."""
-        header = next((layout for layout in message.layouts if layout.form == "header"), None)
-        if header is None or parameters in lengths_of(message):
+    def _has_header(self, messages: list[Message], parameters: int) -> bool:
+        """Whether a header with these parameters can be a message, not a packet without its data flag."""
+        headers = [x for message in messages for x in message.layouts if x.form == "header"]
+        if parameters in _lengths(messages):
             return False
-        return not (header.only_zero and parameters)
+        return any(not (header.only_zero and parameters) for header in headers)
+
+
+def _lengths(messages: list[Message]) -> set[int]:
+    """Return the lengths of the packets of an id."""
+    return {length for message in messages for length in lengths_of(message)}
 
 
 _DAMAGE = b"\xff"
@@ -210,6 +247,7 @@ class _Decoder:
     def _layout(self, raw: bytes) -> Subject:
         """Return the longest layout that the packet fills, or the layout without a packet."""
         forms = self._subjects[raw[0] | raw[1] << 8]
+        forms = [of for of in forms if of.message.sub_message in (None, sub_message_of(raw))]
         if not raw[4] & ANNOUNCED:
             return next(of for of in forms if of.layout.form == "header")
         packets = [of for of in forms if of.layout.form != "header"]
@@ -222,6 +260,7 @@ def _scenarios(
 ) -> Iterator[Scenario]:
     lead = ours[0]
     raw = framing.frame(lead, lead.plain.held)
+    yield from _sub_messages(framing.protocol, ours, raw)
     other = next((of for of in every if of.message.direction != lead.message.direction), lead)
     yield "nothing", "no chunks", []
     yield "empty", "chunks without bytes", [b"", b""]
@@ -245,6 +284,25 @@ def _scenarios(
     headers = [of for of in ours if of.layout.form == "header"]
     if headers:
         yield from _headers(framing, lead, headers)
+
+
+def _sub_messages(protocol: Protocol, ours: Sequence[Subject], raw: bytes) -> Iterator[Scenario]:
+    """Yield frames of unknown sub-messages, and packets too short for one."""
+    seen = set()
+    for of in ours:
+        id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
+        if of.message.sub_message is None or id in seen:
+            continue
+        seen.add(id)
+        unknown = unknown_sub_messages(protocol, of.message, dest, source)
+        for name, (about, frame) in unknown.items():
+            yield f"{of.message.name}.unknown.{name}", f"{about}, then a frame", [frame + raw]
+            about = f"garbage, {about}, then a frame"
+            yield f"{of.message.name}.garbage.{name}", about, [_DAMAGE + frame + raw]
+        for length in (0, 1):
+            short = data_frame(id, bytes(length), dest, source)
+            about = f"a packet of {length} bytes, without a sub-message, then a frame"
+            yield f"{of.message.name}.short.{length}", about, [short + raw]
 
 
 def _addressed(protocol: Protocol, raw: bytes) -> Iterator[Scenario]:

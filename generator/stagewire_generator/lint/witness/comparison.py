@@ -44,7 +44,9 @@ class Comparison:
             for message in protocol.messages
             for name in (message.name, *message.aliases)
         }
-        self.by_id = {m.id: m for m in protocol.messages if m.id is not None}
+        self.by_id = {
+            m.id: m for m in protocol.messages if m.id is not None and m.sub_message is None
+        }
         self.differences: dict[str, Difference] = {}
         self.not_compared: dict[str, Place] = {}  # places that only people can judge
         self.compared = 0

@@ -16,6 +16,7 @@ from stagewire_generator.targets.documentation import (
     erratum_text,
     field_facts,
     message_paragraphs,
+    shown_id,
 )
 from stagewire_generator.targets.templates import wrapped
 
@@ -188,8 +189,9 @@ def message_doc(
     :param size: its length in words.
     """
     markup = markup_of(names)
-    id = f"0x{message.id:0{protocol.id_digits}X}"
-    facts = f"{message.name} ({id}), {DIRECTIONS[message.direction]}, {size}"
+    facts = (
+        f"{message.name} ({shown_id(protocol, message)}), {DIRECTIONS[message.direction]}, {size}"
+    )
     if not message.overlay:
         facts += f"; {where(protocol, message.pages)}"
     return comment([

@@ -50,6 +50,7 @@ class PackageView:
     enumerations: tuple[TableView, ...]
     flags: tuple[TableView, ...]
     chapters: tuple[ChapterView, ...]
+    has_sub_messages: bool  # whether several messages share an id
 
     @property
     def package(self) -> str:
@@ -90,6 +91,7 @@ def package_view(protocol: Protocol) -> PackageView:
             for t in sorted(protocol.flags, key=lambda t: t.name)
         ),
         chapters=tuple(_chapter(protocol, c) for c in protocol.chapters if c.name in made),
+        has_sub_messages=any(message.sub_message is not None for message in protocol.messages),
     )
 
 

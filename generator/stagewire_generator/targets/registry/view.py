@@ -293,6 +293,8 @@ def _message(message: Message) -> Json:
         "later_pages": dict(message.later_pages),
     }
     data |= {key: value for key, value in optional.items() if value}
+    if message.sub_message is not None:
+        data["sub_message"] = message.sub_message
     if message.kind != "message":
         data |= {
             "keyboard": message.keyboard,

@@ -122,7 +122,7 @@ def _one_by_one(fields: Sequence[Field], base: Content) -> Iterator[Content]:
                 held=held,
                 shown=shown(fields, held),
                 ranged=isinstance(value, str) or field.minimum <= value <= field.maximum,
-                decoded=name not in (".least", ".greatest"),
+                decoded=name not in (".least", ".greatest") and not field.selects,
             )
 
 

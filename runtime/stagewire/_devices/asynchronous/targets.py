@@ -157,8 +157,9 @@ def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:
     This is the case if another form of the message carries the distance itself. A jog step, or a step for
     separate commands each way, has no direction; the message gives it.
     """
-    id = action.message.layout.id
-    forms = [cls for cls in endpoint.connection.facts.protocol.messages if cls.layout.id == id]
+    name = action.message.layout.message
+    messages = endpoint.connection.facts.protocol.messages
+    forms = [cls for cls in messages if cls.layout.message == name]
     return len(forms) > 1
 
 

@@ -29,6 +29,10 @@ are right, if they are unswapped (the controller repeated the addresses of the r
 3. In step, an unknown id is ``Unknown`` and skipped by its length, but only with right addresses. An id
    known without a layout is framed the same way and reported as ``Undocumented``. The framer does not search
    the payload of these frames, because reading a payload as headers invents messages.
+   An id may belong to several messages, each with a *sub-message*: the first parameter of a header, or the
+   first word of a packet. Rules 2 and 5 then apply to the forms of the sub-message, once the whole frame has
+   arrived. The search in rule 2 and the refused parameters concern the lengths of all its messages. A frame
+   with an unknown sub-message is ``UnknownSubMessage``, under the conditions of ``Unknown``.
 4. Anything else in step: drop one byte and be *out of step*.
 5. Out of step, drop bytes up to a header that is ours, in a form that the id has, of exactly a known length,
    with tolerated addresses for a data form and right ones for a header form (which has fewer recognisable

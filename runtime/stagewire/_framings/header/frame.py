@@ -168,6 +168,18 @@ class Unknown(FrameEvent):
     __slots__ = ()
 
 
+class UnknownSubMessage(Unknown):
+    """A frame with a known id but an unknown sub-message, skipped by its length."""
+
+    __slots__ = ()
+
+    @property
+    def sub_message(self) -> int:
+        """The sub-message."""
+        at = HEADER_SIZE if self.raw[4] & DATA_FLAG else 2
+        return int.from_bytes(self.raw[at : at + (2 if at == HEADER_SIZE else 1)], "little")
+
+
 class BadLength(FrameEvent):
     """A frame of a known message whose packet is shorter than every layout."""
 

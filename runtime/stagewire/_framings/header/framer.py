@@ -16,10 +16,17 @@ from stagewire._framings.header.frame import (
     Received,
     Undocumented,
     Unknown,
+    UnknownSubMessage,
     no_protocol,
 )
 from stagewire._framings.header.message import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
-from stagewire._framings.header.table import End, Forms, FramingTable
+from stagewire._framings.header.table import (
+    SUB_MESSAGE_SIZE,
+    End,
+    Forms,
+    FramingTable,
+    sub_message_of,
+)
 from stagewire.errors import BadValueError
 
 TYPE_CHECKING = False  # importing typing would double the import time
@@ -37,16 +44,25 @@ class TooLong(FrameEvent):
     __slots__ = ()
 
 
+class Shared(FrameEvent):
+    """A packet of an id that several messages share; internal, resolved before events are returned."""
+
+    __slots__ = ()
+
+
 class _Shape:
     """The forms of one id of ours, with the addresses that are right for it."""
 
-    __slots__ = ("header", "lengths", "only_zero", "right")
+    __slots__ = ("header", "lengths", "only_zero", "right", "sub_messages")
 
     def __init__(self, forms: Forms, right: frozenset[int]) -> None:
         self.header = forms.header
         self.lengths = forms.lengths
         self.only_zero = forms.only_zero_parameters
         self.right = right
+        self.sub_messages: dict[int | None, _Shape] = {
+            value: _Shape(known, right) for value, known in forms.sub_messages.items()
+        }
 
     def has_header_form(self, parameters: int) -> bool:
         """Whether the header form allows these two parameter bytes, read as one word."""
@@ -122,14 +138,45 @@ class Rule:
             return (Undocumented if id in self.undocumented else Unknown), size
         if addresses not in self.tolerated:
             return Garbage, 1
+        if shape.sub_messages:
+            return self._shared(shape, header, word, addresses)
         if not has_packet:
             return (Received, size) if shape.has_header_form(word) else (Garbage, 1)
-        if not shape.lengths:
+        return _packet(shape, word)
+
+    def _shared(
+        self, shape: _Shape, header: bytes, word: int, addresses: int
+    ) -> tuple[type[Event], int]:
+        """Return the kind and size of the event that begins with the header of a shared id, in step."""
+        if header[4] & DATA_FLAG:
+            if shape.lengths and word >= SUB_MESSAGE_SIZE:
+                return Shared, HEADER_SIZE + word  # its packet decides
+            return _packet(shape, word)
+        if not shape.has_header_form(word):
             return Garbage, 1
-        layout = shape.layout_length(word)
-        if layout is None:
-            return BadLength, size
-        return (Received if word - layout < HEADER_SIZE else TooLong), size
+        known = shape.sub_messages.get(header[2])
+        if known is None:
+            right = addresses in shape.right
+            return (UnknownSubMessage, HEADER_SIZE) if right else (Garbage, 1)
+        return (Received, HEADER_SIZE) if known.has_header_form(word) else (Garbage, 1)
+
+    def by_sub_message(self, frame: bytes) -> tuple[type[Event], int]:
+        """Return the kind and size of the event for a whole frame that is ``Shared`` by its header."""
+        id, word, dest, source = _HEADER.unpack_from(frame)
+        shape = self.shapes[id]
+        known = shape.sub_messages.get(sub_message_of(frame))
+        if known is not None:
+            return _packet(known, word)
+        right = (dest & ~DATA_FLAG) << 8 | source in shape.right
+        return (UnknownSubMessage, len(frame)) if right else (Garbage, 1)
+
+    def is_sure(self, frame: bytes) -> bool:
+        """Whether a whole frame that is accepted out of step by its header is a message."""
+        shape = self.shapes[frame[0] | frame[1] << 8]
+        if not shape.sub_messages or not frame[4] & DATA_FLAG:
+            return True
+        known = shape.sub_messages.get(sub_message_of(frame))
+        return known is not None and len(frame) - HEADER_SIZE in known.lengths
 
     def out_of_step(self, header: bytes) -> int:
         """Return the size of the frame that ``header`` begins, 0 if it is not accepted out of step."""
@@ -141,7 +188,9 @@ class Rule:
         if dest & DATA_FLAG:
             exact = word in shape.lengths and addresses in self.tolerated
             return HEADER_SIZE + word if exact else 0
-        return HEADER_SIZE if shape.has_header_form(word) and addresses in shape.right else 0
+        known = shape.sub_messages.get(word & 0xFF) if shape.sub_messages else shape
+        has_form = shape.has_header_form(word) and known is not None and known.has_header_form(word)
+        return HEADER_SIZE if has_form and addresses in shape.right else 0
 
     def find(self, data: bytes, start: int, stop: int) -> tuple[int, int]:
         """Return the position of the first header accepted out of step, and the size of its frame.
@@ -156,6 +205,16 @@ class Rule:
                 return start, size
             start += 1
         return max(start, stop - HEADER_SIZE + 1), 0
+
+
+def _packet(shape: _Shape, length: int) -> tuple[type[Event], int]:
+    """Return the kind and size of a packet with a header of ours, in step."""
+    if not shape.lengths:
+        return Garbage, 1
+    layout, size = shape.layout_length(length), HEADER_SIZE + length
+    if layout is None:
+        return BadLength, size
+    return (Received if length - layout < HEADER_SIZE else TooLong), size
 
 
 @cache
@@ -296,11 +355,13 @@ class Framer:
                 if available - position < size:
                     needed = size
                     break
+                if kind is Received and len(self._sizes) < _REMEMBERED_HEADERS:
+                    self._sizes[header] = size
+                elif kind is Shared:
+                    kind, size = self._rule.by_sub_message(data[position : position + size])
                 if kind is TooLong:
                     _, found = self._rule.find(data, position + 1, position + size)
                     kind, size = (Garbage, 1) if found else (Received, size)
-                elif kind is Received and len(self._sizes) < _REMEMBERED_HEADERS:
-                    self._sizes[header] = size
                 if kind is Garbage:
                     in_step = False
                 elif issubclass(kind, DecodableEvent):
@@ -313,9 +374,13 @@ class Framer:
                 if not size or available - position < size:
                     needed = size or HEADER_SIZE
                     break
+                raw = data[position : position + size]
+                if not self._rule.is_sure(raw):
+                    position += 1
+                    continue
                 if garbage < position:
                     append(Garbage(data[garbage:position]))
-                append(Received(data[position : position + size], decoder))
+                append(Received(raw, decoder))
                 position += size
                 in_step = True
 

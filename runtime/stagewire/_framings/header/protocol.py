@@ -16,7 +16,14 @@ from stagewire._framings.header.message import (
     UndecidedMessage,
     UndocumentedMessage,
 )
-from stagewire._framings.header.table import End, FaultPlaces, Forms, FramingTable
+from stagewire._framings.header.table import (
+    End,
+    FaultPlaces,
+    Forms,
+    FramingTable,
+    shared_forms,
+    sub_message_of,
+)
 from stagewire.errors import (
     BadLengthError,
     BadValueError,
@@ -25,6 +32,7 @@ from stagewire.errors import (
     TruncatedError,
     UnknownFieldError,
     UnknownMessageError,
+    UnknownSubMessageError,
 )
 
 TYPE_CHECKING = False  # importing typing would double the import time
@@ -38,13 +46,18 @@ _NO_ALIASES: Final[Mapping[str, str]] = {}
 _ID: Final = range(2)
 _LENGTH: Final = range(2, 4)
 _DEST: Final = range(4, 5)
+_SUB_MESSAGE: Final = range(6, 8)
 
 
 class _Shapes:
-    """The layouts of one message id, ready for lookup by form and length."""
+    """The layouts of one message id, ready for lookup by form and length.
+
+    If several messages share the id, each of its sub-messages has layouts of its own.
+    """
 
     __slots__ = (
-        "by_length", "decided", "direction", "header", "name", "only_zero", "undocumented"
+        "by_length", "decided", "direction", "header", "name", "only_zero", "sub_messages",
+        "undocumented",
     )  # fmt: skip
 
     def __init__(self, layout: Layout) -> None:
@@ -55,6 +68,7 @@ class _Shapes:
         self.by_length: dict[int, type[FramedMessage]] = {}
         self.decided: list[type[FramedMessage]] = []
         self.undocumented: type[FramedMessage] | None = None
+        self.sub_messages: dict[int, _Shapes] = {}
 
     def add(self, cls: type[FramedMessage]) -> None:
         layout = cls.layout
@@ -71,6 +85,19 @@ class _Shapes:
     def lengths(self) -> frozenset[int]:
         decided = {cls.layout.length for cls in self.decided}
         return frozenset(self.by_length) | decided
+
+    def forms(self) -> Forms:
+        """Return what the framer needs."""
+        if self.sub_messages:
+            return shared_forms({v: shapes.forms() for v, shapes in self.sub_messages.items()})
+        return Forms(
+            name=self.name,
+            direction=self.direction,
+            header=self.header is not None,
+            lengths=self.lengths(),
+            documented=self.undocumented is None,
+            only_zero_parameters=self.only_zero,
+        )
 
     def data(self, length: int, context: Mapping[str, str] | None) -> type[FramedMessage] | None:
         """Return the class for a packet of ``length`` bytes: the longest layout that it fills."""
@@ -124,22 +151,13 @@ class FramedProtocol(Protocol):
         for cls in self.messages:
             layout = cls.layout
             shapes = self._shapes.setdefault(layout.id, _Shapes(layout))
+            if layout.sub_message is not None:
+                shapes = shapes.sub_messages.setdefault(layout.sub_message, _Shapes(layout))
             shapes.add(cls)
-        self.framing = FramingTable(
-            forms={
-                id: Forms(
-                    name=shapes.name,
-                    direction=shapes.direction,
-                    header=shapes.header is not None,
-                    lengths=shapes.lengths(),
-                    documented=shapes.undocumented is None,
-                    only_zero_parameters=shapes.only_zero,
-                )
-                for id, shapes in self._shapes.items()
-            },
-            host=host,
-            devices=devices,
-        )
+        forms = {id: shapes.forms() for id, shapes in self._shapes.items()}
+        self.framing = FramingTable(forms, host, devices)
+        for id in self.framing.shared:
+            self._shapes[id].name = forms[id].name
 
     # Decoding
 
@@ -150,8 +168,9 @@ class FramedProtocol(Protocol):
         ``{"status": "dc"}``; without it such a frame decodes to the message's ``…Undecided`` class.
 
         Raises :class:`~stagewire.errors.TruncatedError`, :class:`~stagewire.errors.TrailingBytesError`,
-        :class:`~stagewire.errors.BadLengthError` or :class:`~stagewire.errors.UnknownMessageError`, and
-        :class:`~stagewire.errors.BadValueError` if ``raw`` is not bytes, such as hex text.
+        :class:`~stagewire.errors.BadLengthError`, :class:`~stagewire.errors.UnknownMessageError` or
+        :class:`~stagewire.errors.UnknownSubMessageError`, and :class:`~stagewire.errors.BadValueError` if
+        ``raw`` is not bytes, such as hex text.
         """
         if raw.__class__ is not bytes:
             raw = as_bytes(raw)
@@ -188,6 +207,8 @@ class FramedProtocol(Protocol):
                     f"no packet has more than {MAXIMUM_PACKET}",
                     _LENGTH,
                 )
+            if shapes.sub_messages:
+                shapes = self._by_sub_message(shapes, id, raw)
             cls = shapes.undocumented or shapes.data(length, context)
             if cls is None:
                 raise self._bad_length(shapes, length)
@@ -204,6 +225,8 @@ class FramedProtocol(Protocol):
                     f"{HEADER_SIZE}",
                     at,
                 )
+            if shapes.sub_messages:
+                shapes = self._by_sub_message(shapes, id, raw)
             cls = shapes.header or shapes.undocumented
             if cls is None:
                 raise BadLengthError(
@@ -211,9 +234,26 @@ class FramedProtocol(Protocol):
                     f"has no header-only form (packet of {_list(shapes.lengths())} bytes)",
                     _DEST,
                 )
-        if not extra and not shapes.decided and len(self._headers) < _REMEMBERED_HEADERS:
+        by_header = not (shapes.decided or (id in self.framing.shared and raw[4] & DATA_FLAG))
+        if not extra and by_header and len(self._headers) < _REMEMBERED_HEADERS:
             self._headers[raw[:HEADER_SIZE]] = cls.unpack, size, dest, source
         return make_frame(cls.unpack(raw), dest, source, extra)
+
+    def _by_sub_message(self, shapes: _Shapes, id: int, raw: bytes) -> _Shapes:
+        """Return the layouts of the sub-message in a whole frame of a shared id."""
+        value = sub_message_of(raw)
+        if value is None:
+            raise self._bad_length(shapes, len(raw) - HEADER_SIZE)
+        found = shapes.sub_messages.get(value)
+        if found is None:
+            known = ", ".join(f"{v} ({s.name})" for v, s in sorted(shapes.sub_messages.items()))
+            packet = raw[4] & DATA_FLAG
+            raise UnknownSubMessageError(
+                f"{'bytes 6 and 7' if packet else 'byte 2'}: no message of {self.title} with the id "
+                f"{id:#06x} has the sub-message {value}; known: {known}",
+                _SUB_MESSAGE if packet else range(2, 3),
+            )
+        return found
 
     @staticmethod
     def _wrong_size(shapes: _Shapes, length: int, size: int) -> TruncatedError | TrailingBytesError:
@@ -228,7 +268,7 @@ class FramedProtocol(Protocol):
 
     @staticmethod
     def _bad_length(shapes: _Shapes, length: int) -> BadLengthError:
-        forms = _list(shapes.lengths())
+        forms = _list(shapes.forms().lengths)
         wanted = f"a packet has {forms} bytes" if forms else "the message has no packet"
         return BadLengthError(
             f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, but {wanted}",

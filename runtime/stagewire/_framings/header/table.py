@@ -12,13 +12,15 @@ import enum
 from collections.abc import Mapping
 
 from stagewire._codec.message import Direction
-from stagewire._framings.header.message import DATA_FLAG, MAXIMUM_PACKET
+from stagewire._framings.header.message import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 
 TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Final
 
 _WORD = 2  # bytes
+SUB_MESSAGE_SIZE: Final = _WORD
+"""Bytes of a sub-message at the beginning of a packet; in a header it is the first parameter."""
 
 
 class Fault:
@@ -100,6 +102,9 @@ _RECEIVES: Final = {
 }
 
 
+_NONE: Mapping[int, Forms] = {}
+
+
 class Forms:
     """The facts of one message id that framing needs. Do not modify them.
 
@@ -109,9 +114,14 @@ class Forms:
     :param lengths: packet lengths of its data forms; empty if it has none.
     :param documented: False for an id that is known without a layout.
     :param only_zero_parameters: the header form is valid only if both parameter bytes are zero.
+    :param sub_messages: sub-message -> its forms, if several messages share the id; the others are then those
+        of any of them.
     """
 
-    __slots__ = ("direction", "documented", "header", "lengths", "name", "only_zero_parameters")
+    __slots__ = (
+        "direction", "documented", "header", "lengths", "name", "only_zero_parameters",
+        "sub_messages",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -121,6 +131,7 @@ class Forms:
         lengths: frozenset[int],
         documented: bool = True,
         only_zero_parameters: bool = False,
+        sub_messages: Mapping[int, Forms] = _NONE,
     ) -> None:
         self.name = name
         self.direction = direction
@@ -128,6 +139,31 @@ class Forms:
         self.lengths = lengths
         self.documented = documented
         self.only_zero_parameters = only_zero_parameters
+        self.sub_messages = sub_messages
+
+
+def shared_forms(sub_messages: Mapping[int, Forms]) -> Forms:
+    """Return the forms of an id from those of its sub-messages, which have one direction."""
+    every = tuple(sub_messages.values())
+    return Forms(
+        f"{every[0].name} or another sub-message",
+        every[0].direction,
+        any(forms.header for forms in every),
+        frozenset().union(*(forms.lengths for forms in every)),
+        sub_messages=sub_messages,
+    )
+
+
+def sub_message_of(raw: bytes) -> int | None:
+    """Return the sub-message in a whole frame of a shared id; None if its packet is too short for one."""
+    if not raw[4] & DATA_FLAG:
+        return raw[2]
+    return _word(raw, HEADER_SIZE) if len(raw) >= HEADER_SIZE + SUB_MESSAGE_SIZE else None
+
+
+def message_key(id: int, sub_message: int | None) -> int:
+    """Return one number for a message: its id, or a greater number if it has a sub-message."""
+    return id if sub_message is None else id | (sub_message + 1) << 16
 
 
 class FramingTable:
@@ -140,7 +176,7 @@ class FramingTable:
     Raises :class:`ValueError` for numbers that no frame can hold.
     """
 
-    __slots__ = ("devices", "forms", "host")
+    __slots__ = ("devices", "forms", "host", "names", "shared")
 
     def __init__(self, forms: Mapping[int, Forms], host: int, devices: frozenset[int]) -> None:
         for address in (host, *devices):
@@ -149,11 +185,24 @@ class FramingTable:
         for id, known in forms.items():
             if not 0 <= id <= 0xFFFF:
                 raise ValueError(f"{known.name}: the id {id:#x} does not fit into 16 bits")
+            least = SUB_MESSAGE_SIZE if known.sub_messages else 1
             for length in known.lengths:
-                if not 0 < length <= MAXIMUM_PACKET:
+                if not least <= length <= MAXIMUM_PACKET:
                     raise ValueError(
-                        f"{known.name}: a packet has 1 to {MAXIMUM_PACKET} bytes, not {length}"
+                        f"{known.name}: a packet has {least} to {MAXIMUM_PACKET} bytes, not {length}"
                     )
         self.forms = forms
+        self.shared = frozenset(id for id, known in forms.items() if known.sub_messages)
+        """The ids that several messages share."""
+        self.names = {id: known.name for id, known in forms.items()}
+        """Key of a message (:func:`message_key`) -> its name."""
+        for id in self.shared:
+            for value, known in forms[id].sub_messages.items():
+                self.names[message_key(id, value)] = known.name
         self.host = host
         self.devices = devices
+
+    def key_of(self, raw: bytes) -> int:
+        """Return the key of the message in a whole frame."""
+        id = _word(raw, 0)
+        return message_key(id, sub_message_of(raw)) if id in self.shared else id

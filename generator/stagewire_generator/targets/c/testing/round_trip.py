@@ -171,6 +171,7 @@ class TripView:
     :param refused: assignments of values just outside a range, if the type allows them.
     :param there: the macro that encodes and decodes a content; dummies have a different one.
     :param has_packet: whether a packet follows its header.
+    :param sub_message: its sub-message; empty if no other message has its id.
     :param wrong_id: for a command, a wrong command byte.
     :param wrong_size: for a command, a wrong value of the size slot.
     """
@@ -182,6 +183,7 @@ class TripView:
     refused: tuple[str, ...]
     there: str
     has_packet: bool
+    sub_message: str
     wrong_id: str
     wrong_size: str
 
@@ -222,6 +224,11 @@ class RoundTripView:
         return not all(trip.has_packet for trip in self.trips)
 
     @property
+    def has_sub_messages(self) -> bool:
+        """Whether several messages share an id."""
+        return any(trip.sub_message for trip in self.trips)
+
+    @property
     def has_dummies(self) -> bool:
         """Whether there are dummies."""
         return any(trip.there == "DUMMY" for trip in self.trips)
@@ -260,6 +267,7 @@ def _trip(layout: LayoutView, of: Subject, terminator: int) -> TripView:
         refused=tuple(refused for field in of.fields for refused in _refused(field)),
         there="DUMMY" if of.message.dummy and of.layout.form == "request" else "THERE",
         has_packet=of.layout.form.startswith("data"),
+        sub_message="" if of.message.sub_message is None else f"{of.message.sub_message}U",
         wrong_id=_other((of.message.id or 0) & 0xFF, terminator),
         wrong_size=_other(of.message.size or 0, terminator),
     )

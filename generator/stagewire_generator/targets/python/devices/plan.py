@@ -74,10 +74,20 @@ class Call:
             readable = {"req", "get"} <= self.members.keys()
             verbs = (("get_", readable), ("set_", "set" in self.members))
             found = [verb for verb, there in verbs if there]
-            return tuple([*found, "change_"] if len(found) == 2 else found)
+            return tuple([*found, "change_"] if len(found) == 2 and self._reads_all else found)
         if self.kind == "query":
             return ("get_",) if self.message.words[len(self._group) :][:1] == ("req",) else ("",)
         return ("", "start_") if self.kind == "action" else ("",)
+
+    @property
+    def _reads_all(self) -> bool:
+        """Whether the GET of a set contains all values of the SET, so that some of them can be changed."""
+        get = self.members["get"].layouts[0]
+        read = {field.name: (field.quantity, field.format.kind) for field in get.all_fields}
+        return all(
+            read.get(a.field.name) == (a.field.quantity, a.field.format.kind)
+            for a in self.arguments
+        )
 
     @property
     def long_words(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from stagewire_conformance.device.check import Case
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
-from stagewire_conformance.registry import Json
+from stagewire_conformance.registry import Json, Registry
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -35,10 +35,12 @@ class ParameterSet:
 
     :param name: such as ``MOT_VELPARAMS``.
     :param fields: the registry entries of the fields with values, without the channel, by name.
+    :param reported: the other fields with values that only the GET has.
     :param announces: the messages that the controller sends unsolicited after a SET.
     :param has_channel: whether the messages have a channel.
     :param effect: the effect of the SET.
-    :param skip: why the set cannot be checked, which only the PICS can decide; empty if it can.
+    :param skip: why the set cannot be checked, because of the PICS or because its GET does not contain all
+        values of its SET; empty if it can.
     """
 
     name: str
@@ -46,6 +48,7 @@ class ParameterSet:
     req: str
     get: str
     fields: Mapping[str, Json]
+    reported: tuple[str, ...]
     announces: tuple[str, ...]
     has_channel: bool
     effect: str
@@ -68,22 +71,27 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
         if not {setting, asking, telling} <= place.listed:
             continue
         entry = registry.messages[setting]
-        fields = {
-            field: facts
-            for field, facts in registry.fields(setting, entry["layouts"][0]["form"]).items()
-            if facts["role"] == "value"
-        }
+        fields, told = _values(registry, setting), _values(registry, telling)
+        unread = ", ".join(field for field in fields if field not in told)
+        lacking = f"{telling} does not contain {unread}" if unread else ""
         yield ParameterSet(
             name=name,
             set=setting,
             req=asking,
             get=telling,
             fields={field: facts for field, facts in fields.items() if field != CHANNEL},
+            reported=tuple(field for field in told if field not in fields),
             announces=tuple(each for each in entry["exchange"].get("announces", ())),
             has_channel=CHANNEL in fields,
             effect=entry["effect"],
-            skip=place.why_none((setting, asking, telling)),
+            skip=place.why_none((setting, asking, telling)) or lacking,
         )
+
+
+def _values(registry: Registry, message: str) -> Mapping[str, Json]:
+    """Return the registry entries of the fields with values of the first form of a message."""
+    fields = registry.fields(message, registry.messages[message]["layouts"][0]["form"])
+    return {field: facts for field, facts in fields.items() if facts["role"] == "value"}
 
 
 @dataclass(frozen=True)
@@ -136,7 +144,9 @@ class PlacedSet:
 
     def expected(self, trial: Trial, values: Values, came: Incoming) -> bytes:
         """Return the bytes of a GET with these values, and the addresses of the one that was received."""
-        raw: bytes = self._message(trial, self.set.get, values).pack(came.dest, came.source)
+        told = {name: getattr(came.message, name) for name in self.set.reported}
+        message = self._message(trial, self.set.get, values, told)
+        raw: bytes = message.pack(came.dest, came.source)
         return raw
 
     def write(self, trial: Trial, values: Values) -> None:
@@ -164,10 +174,12 @@ class PlacedSet:
                 cause=Cause(name, DELIVERY),
             )
 
-    def _message(self, trial: Trial, name: str, values: Values) -> Any:
+    def _message(self, trial: Trial, name: str, values: Values, told: Values | None = None) -> Any:
         """Return a SET or a GET with these values, which may be outside the documented range.
 
         A controller may have had such values before; then they are restored.
+
+        :param told: values that only a GET has.
         """
         allowed = {
             field: max(facts["minimum"], min(values[field], facts["maximum"]))
@@ -175,7 +187,7 @@ class PlacedSet:
             else values[field]
             for field, facts in self.set.fields.items()
         }
-        message = trial.declared.make(name, self.channel, **allowed)
+        message = trial.declared.make(name, self.channel, **allowed, **(told or {}))
         return type(message).keep({**message.values(), **values})
 
     def write_and_ask(self, trial: Trial, values: Values) -> Incoming:

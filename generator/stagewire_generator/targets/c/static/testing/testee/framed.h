@@ -19,7 +19,7 @@ enum {
 struct framed_package {
     /** Get the id at a position in the table of ids; false after the last one. */
     bool (*id_at)(size_t position, uint16_t *id);
-    /** The name of a message by its id, or NULL. */
+    /** The name of a message by its id, or NULL; NULL also for an id that several messages share. */
     const char *(*name)(uint16_t id);
     /** Messages that the document names without an id; NULL after the last one. */
     const char *const *nameless;

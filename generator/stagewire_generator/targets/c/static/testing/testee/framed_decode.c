@@ -132,7 +132,7 @@ bool framed_is_shared(const struct stagewire_layout *layout, const struct stagew
 {
     for (const struct stagewire_layout *other = testee_protocol.layouts;
          other != testee_layouts_end(); ++other) {
-        if (other->id != layout->id || other->context == NULL) {
+        if (strcmp(other->message, layout->message) != 0 || other->context == NULL) {
             continue;
         }
         const struct stagewire_field *found = other->fields;

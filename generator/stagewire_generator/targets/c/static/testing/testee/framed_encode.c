@@ -254,7 +254,8 @@ static bool find_undocumented(const struct json_value *message, uint16_t *id)
 {
     size_t position = 0;
     while (testee_protocol.framed->id_at(position, id)) {
-        if (json_is(message, testee_protocol.framed->name(*id))) {
+        const char *const name = testee_protocol.framed->name(*id);
+        if (name != NULL && json_is(message, name)) {
             return true;
         }
         ++position;
