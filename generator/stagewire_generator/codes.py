@@ -252,10 +252,12 @@ GROUPS: tuple[Group, ...] = (
                 "remove the place from the erratum",
             ),
             "SW043": Code(
-                "a message that is not in the witness",
-                "A message was added to the registry and not to `printed/`, or has another name there. Or "
-                "the document does not describe it, and it is known from another source.",
-                "transcribe what the document prints; add a message of a later issue in an overlay "
+                "a message or fact without a second witness",
+                "A message or another fact was added to the registry only, or has another name in "
+                "`printed/`. Or the document does not describe it, and it is known from another source. "
+                "Facts other than messages are only checked with `witness: complete` in `protocol.yaml`.",
+                "transcribe what the document prints, as a statement if it is a sentence; decide a fact that "
+                "the document leaves open, in decisions.yaml; add a message of a later issue in an overlay "
                 "(docs/how-to/overlays.md)",
             ),
             "SW044": Code(

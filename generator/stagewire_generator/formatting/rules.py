@@ -25,12 +25,12 @@ class Shape:
 
     def __init__(self, schemas: Iterable[dict[str, Any]], definitions: dict[str, Any]) -> None:
         self._definitions = definitions
-        self._schemas = [part for schema in schemas for part in self._parts(schema)]
+        self.schemas = [part for schema in schemas for part in self._parts(schema)]
         self._inside: dict[str | None, Shape] = {}
-        names = [name for schema in self._schemas for name in schema.get("properties", ())]
+        names = [name for schema in self.schemas for name in schema.get("properties", ())]
         self.order = {name: place for place, name in enumerate(dict.fromkeys(names))}
         """Position of each key in the schema; entries under keys from a pattern keep their order."""
-        self.in_hex = any(schema.get(_IN_HEX) is True for schema in self._schemas)
+        self.in_hex = any(schema.get(_IN_HEX) is True for schema in self.schemas)
         """Whether a number is written in hex; otherwise its author chooses the notation."""
 
     def inside(self, key: str | None) -> Shape:
@@ -41,12 +41,12 @@ class Shape:
         return self._inside[key]
 
     def _items(self) -> Iterator[dict[str, Any]]:
-        for schema in self._schemas:
+        for schema in self.schemas:
             if isinstance(schema.get("items"), dict):
                 yield schema["items"]
 
     def _values(self, key: str) -> Iterator[dict[str, Any]]:
-        for schema in self._schemas:
+        for schema in self.schemas:
             if isinstance(found := schema.get("properties", {}).get(key), dict):
                 yield found
                 continue

@@ -11,7 +11,12 @@ from collections.abc import Iterable, Mapping
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.lint.witness.scales import compare_scales
-from stagewire_generator.lint.witness.statements import check_decisions, compare_statements
+from stagewire_generator.lint.witness.statements import (
+    Facts,
+    check_decisions,
+    check_witnesses,
+    compare_statements,
+)
 from stagewire_generator.lint.witness.witness import compare_witness
 from stagewire_generator.model import Erratum, Protocol, errata_of
 from stagewire_generator.strict_yaml import Document
@@ -39,9 +44,12 @@ def check_errata(
         what = "a witness is not allowed, because protocol.yaml has `witness: false`"
         diagnostics.add(document.place(), "SW046", what)
     comparison = compare_witness(protocol, printed if witness else [], overlay)
+    facts = Facts(protocol, files)
     if witness:
-        compare_statements(comparison, files, diagnostics)
-    check_decisions(comparison, files, diagnostics)
+        compare_statements(comparison, facts, files, diagnostics)
+    check_decisions(facts, files, diagnostics)
+    if witness == "complete":
+        check_witnesses(facts, comparison.tables, diagnostics)
     compare_scales(comparison, files)
     errata = [erratum for erratum in protocol.errata if erratum.overlay == overlay]
     claimed: dict[str, str] = {}

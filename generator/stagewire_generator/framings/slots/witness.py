@@ -179,6 +179,8 @@ def _axes(comparison: Comparison, rows: list[Json]) -> None:
         comparison.same(f"{place}/reserved", path, row.get("reserved", False), axis.reserved)
     for axis in known.values():
         comparison.differs(f"axis/{axis.name}/missing", ("axes",), NOTHING, axis.name)
+    table = f"enumerations/{comparison.protocol.framing['axes']}/values/*"
+    comparison.tables |= {f"{table}/{key}" for key in ("value", "keyboard", "reserved")}
 
 
 def compare_wording(comparison: Comparison) -> None:

@@ -12,7 +12,15 @@ from dataclasses import dataclass
 
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.lint.witness.reading import amount, count, find_field, limit, squash
-from stagewire_generator.model import EnumValue, Field, FlagBit, Json, Message, Protocol
+from stagewire_generator.model import (
+    Enumeration,
+    EnumValue,
+    Field,
+    FlagBit,
+    Json,
+    Message,
+    Protocol,
+)
 from stagewire_generator.strict_yaml import KeyPath
 
 
@@ -98,9 +106,11 @@ def _not_told(section: Section, field: Field, told: set[str]) -> None:
 
 def compare_bits(section: Section) -> None:
     """Compare a table of bits with the names of the bits."""
-    tables = [field.flags.bits for field in section.fields if field.flags]
-    known = {str(bit.bit): bit for bits in tables[:1] for bit in bits}
+    tables = [field.flags for field in section.fields if field.flags][:1]
+    known = {str(bit.bit): bit for table in tables for bit in table.bits}
     rows = section.rows("bits")
+    if rows:
+        section.comparison.tables |= {f"flags/{table.name}/bits/*/bit" for table in tables}
     for row, path in rows:
         place = f"bits/{section.command.name}/{row['bit']}"
         if row["bit"] in known:
@@ -147,7 +157,10 @@ _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", 
 
 def compare_replies(section: Section) -> None:
     """Compare every reply that is printed as text, and find values without one."""
-    values = _values(section)
+    enum = _characters(section)
+    values = {value.value: value for value in enum.values} if enum else {}
+    if enum:
+        section.comparison.tables.add(f"enumerations/{enum.name}/values/*/value")
     printed = set()
     for row, path in section.rows("replies"):
         if len(row["text"]) == 1:
@@ -161,11 +174,10 @@ def compare_replies(section: Section) -> None:
             section.comparison.differs(place, section.path, NOTHING, chr(value.value))
 
 
-def _values(section: Section) -> dict[int, EnumValue]:
-    """Return the values of a reply of one byte."""
+def _characters(section: Section) -> Enumeration | None:
+    """Return the values of a reply of one byte, which are characters."""
     fields = next((x.fields for x in section.command.layouts if x.form == "reply"), ())
-    enum = fields[0].enum if len(fields) == 1 else None
-    return {value.value: value for value in enum.values} if enum else {}
+    return fields[0].enum if len(fields) == 1 else None
 
 
 def _character(section: Section, value: EnumValue | None, row: Json, path: KeyPath) -> None:

@@ -50,6 +50,7 @@ class Comparison:
         self.differences: dict[str, Difference] = {}
         self.not_compared: dict[str, Place] = {}  # places that only people can judge
         self.compared = 0
+        self.tables: set[str] = set()  # patterns of facts whose whole table is compared
         self.witnessed: set[str] = set()  # messages that the witness names anywhere
         self.headed: set[str] = set()  # messages that have a heading
         self.unknown: list[tuple[Place, str]] = []  # names of unknown messages

@@ -108,6 +108,7 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
     for name in entry["messages"]:
         if name not in seen:
             comparison.differs(f"lists/{key}/{name}/missing", ("lists", key), "nothing", name)
+    comparison.tables |= {f"lists/{key}/{part}" for part in ("messages", "units", "completes")}
     for name in entry.get("completes", []):
         comparison.differs(f"lists/{key}/{name}/missing", ("lists", key), "nothing", name)
     for name in entry.get("misprinted", {}):

@@ -3,34 +3,52 @@
 Lists and tables of the document have chapters of their own. A fact in a sentence is transcribed as a
 statement: its line, the printed words, and the value of the registry that they mean. A fact that the document
 does not state is a decision, with a reason. Both name facts by their path in the files of the registry, such
-as ``units/TDC001/channels``.
+as ``units/TDC001/channels``. With ``witness: complete``, a fact without any of these is an error.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from fnmatch import fnmatchcase
-from itertools import chain
+from fnmatch import fnmatchcase, translate
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.strict_yaml import Document
+from stagewire_generator.strict_yaml import Document, KeyPath
 
 CHAPTER = "statements"
 OF_REGISTRY = ("protocol", "messages", "units", "quantities", "stages")
 """The kinds of files with facts that a statement can name."""
 
-Found = tuple[str, Json]  # the path of the holder of a fact, and the holder
+Found = tuple[str, Json, bool]  # a path, the mapping there, and whether a pattern names it in full
+
+_ENTRY = 2  # parts of the path of an entry, such as units/TDC001
+
+_PROSE = frozenset(
+    {"page", "pages", "more_pages", "title", "summary", "note", "source", "printed", "document", "chapter",
+     "order", "unknown", "spelling", "witness"}
+)  # fmt: skip
+"""Keys of texts for people, of references to the document, of the words of a name, and of this check."""
+
+_IN_CHAPTERS = (
+    "formats/*/size", "framing/devices", "framing/prefix", "framing/terminator", "units/*/usb_prefix",
+    "messages/*/id", "parameter_sets/*/ids/*", "messages/*/length", "parameter_sets/*/length",
+    "*/header", "*/req", "*/param[12]/name", "*/fields/*/format", "setup_commands/*/byte",
+    "setup_commands/*/keyboard", "commands/*/byte", "commands/*/keyboard", "commands/*/size",
+)  # fmt: skip
+"""Paths of facts that other chapters of the transcription compare at every entry."""
 
 
 def compare_statements(
-    comparison: Comparison, files: Mapping[str, list[Document]], diagnostics: Diagnostics
+    comparison: Comparison,
+    facts: Facts,
+    files: Mapping[str, list[Document]],
+    diagnostics: Diagnostics,
 ) -> None:
     """Compare the statements of the document with the registry, as places ``statements/PATH``."""
-    facts = Facts(comparison.protocol, files)
     for document in files.get("printed", []):
         comparison.document = document
         for index, entry in enumerate(document.data.get(CHAPTER, ())):
@@ -45,10 +63,9 @@ def compare_statements(
 
 
 def check_decisions(
-    comparison: Comparison, files: Mapping[str, list[Document]], diagnostics: Diagnostics
+    facts: Facts, files: Mapping[str, list[Document]], diagnostics: Diagnostics
 ) -> None:
     """Check that the registry has the values that the decisions state."""
-    facts = Facts(comparison.protocol, files)
     for document in files.get("decisions", []):
         for slug, entry in document.data["decisions"].items():
             for pattern, value in entry["states"].items():
@@ -61,12 +78,40 @@ def check_decisions(
                         diagnostics.add(document.place(*path), "SW048", what)
 
 
+def check_witnesses(facts: Facts, tables: Iterable[str], diagnostics: Diagnostics) -> None:
+    """Check that every fact is in a statement, in a decision, or in another chapter.
+
+    :param tables: patterns of the facts whose table in another chapter was compared.
+    """
+    in_chapters = re.compile("|".join(map(translate, (*_IN_CHAPTERS, *tables))))
+    for document in facts.documents:
+        for path in facts_of(document.data):
+            fact = "/".join(map(str, path))
+            if fact not in facts.stated and not in_chapters.match(fact):
+                diagnostics.add(document.place(*path), "SW043", f"{fact} has no second witness")
+
+
+def facts_of(node: Json, path: KeyPath = ()) -> Iterator[KeyPath]:
+    """Yield the path of each fact: of values, of lists, and of entries that contain only prose."""
+    for key, inner in node.items():
+        at = (*path, key)
+        if key in _PROSE:
+            continue
+        found = [*facts_of(inner, at)] if isinstance(inner, dict) else []
+        yield from found or [at]
+
+
 class Facts:
-    """The files of a registry, where facts are found by their paths."""
+    """The files of a registry, where facts are found by their paths.
+
+    ``stated`` contains the paths that :meth:`at` has found, and those of the entries of a mapping, because
+    a mapping is compared by its keys: its entries may be texts.
+    """
 
     def __init__(self, protocol: Protocol, files: Mapping[str, list[Document]]) -> None:
         self.messages = protocol.messages
-        self.roots = [document.data for kind in OF_REGISTRY for document in files.get(kind, [])]
+        self.documents = [document for kind in OF_REGISTRY for document in files.get(kind, [])]
+        self.stated: set[str] = set()
 
     def at(
         self,
@@ -78,35 +123,45 @@ class Facts:
         """Yield path, key and holder of each fact that a pattern names; the holder may lack the key.
 
         In each part of a pattern, ``*`` and ``?`` match as in file names, and ``|`` separates alternatives.
-        An alternative that matches nothing is an error at this path of the document. The last part is a key,
-        which each holder must have. A pattern of one part names a key at the top of a file.
+        An alternative that matches nothing is an error at this path of the document, and so is an entry
+        named in full without the next part. The last part is a key, which each holder must have. A pattern
+        of one part names a key at the top of a file.
         """
         *parts, last = pattern.split("/")
-        roots = self.roots if parts else [r for r in self.roots if last in r] or self.roots[:1]
-        found: list[Found] = [("", root) for root in roots]
-        for part in parts:
-            below, unmatched = _below(found, part)
+        roots = [document.data for document in self.documents]
+        roots = roots if parts else [root for root in roots if last in root] or roots[:1]
+        found: list[Found] = [("", root, False) for root in roots]
+        for depth, part in enumerate(parts):
+            below, unmatched = _below(found, part, in_an_entry=depth >= _ENTRY)
             for wanted in unmatched:
                 what = f"{pattern}: the registry has nothing that {wanted} names"
                 diagnostics.add(document.place(*path), "SW049", what)
             if unmatched:
                 return
             found = below
-        for at, holder in found:
+        for at, holder, _ in found:
             for key in last.split("|"):
+                self._state(f"{at}/{key}".lstrip("/"), holder.get(key))
                 yield at, key, holder
+
+    def _state(self, path: str, value: Any) -> None:
+        self.stated.add(path)
+        if isinstance(value, dict):
+            texts = [key for key, inner in value.items() if isinstance(inner, str | dict)]
+            self.stated.update(f"{path}/{key}" for key in texts)
 
     def sides(self, stated: Any, encoded: Any) -> tuple[str, str]:
         """Return a stated and an encoded value as texts, which are equal if the values are.
 
         Numbers have several spellings, and lists any order. Of two lists, only the differences are shown. A
-        mapping is compared by its keys.
+        mapping is compared by its keys, and facts about firmware by their versions.
         """
         if isinstance(stated, dict):
             stated = self._on_pages(stated)
         if isinstance(encoded, dict):
             encoded = [*encoded]
         if isinstance(stated, list) and isinstance(encoded, list):
+            encoded = [fact["version"] if isinstance(fact, dict) else fact for fact in encoded]
             one, other = Counter(map(str, stated)), Counter(map(str, encoded))
             return _listed(one - other), _listed(other - one)
         return _text(stated), _text(encoded)
@@ -124,19 +179,31 @@ def _pages(run: str) -> Iterable[int]:
     return range(int(first), int(last or first) + 1)
 
 
-def _below(found: Iterable[Found], part: str) -> tuple[list[Found], list[str]]:
-    """Return the mappings one level below others whose names match, and the alternatives that match none."""
-    below = [
-        (f"{at}/{key}".lstrip("/"), key, inner)
-        for at, holder in found
-        for key, inner in holder.items()
-        if isinstance(inner, dict)
-    ]
-    matched = {
-        wanted: [(at, inner) for at, key, inner in below if fnmatchcase(key, wanted)]
-        for wanted in part.split("|")
-    }
-    return list(chain(*matched.values())), [wanted for wanted in matched if not matched[wanted]]
+def _below(
+    found: Iterable[Found], part: str, *, in_an_entry: bool
+) -> tuple[list[Found], list[str]]:
+    """Return the mappings one level below others whose names match, and what the registry lacks.
+
+    :param in_an_entry: whether the others belong to one entry; the entries of a section are in several files.
+    """
+    below: list[Found] = []
+    lacking = []
+    for wanted in part.split("|"):
+        named = not set("*?[") & set(wanted)
+        matched = [
+            (f"{at}/{key}".lstrip("/"), inner, named and (exact or not in_an_entry))
+            for at, holder, exact in found
+            for key, inner in holder.items()
+            if isinstance(inner, dict) and fnmatchcase(key, wanted)
+        ]
+        without = [
+            f"{at}/{wanted}"
+            for at, holder, exact in found
+            if in_an_entry and exact and named and not isinstance(holder.get(wanted), dict)
+        ]
+        lacking += without or ([] if matched else [wanted])
+        below += matched
+    return below, lacking
 
 
 def _listed(members: Counter[str]) -> str:

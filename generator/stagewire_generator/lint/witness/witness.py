@@ -150,10 +150,13 @@ def _values(
             mask = 1 << (int(row[1]) - 1)
             comparison.same(f"{place}/{value:#x}/bit", path, f"{mask:#x}", f"{value:#x}")
     for value in sorted(found.keys() | known.keys()):
-        name = known.get(value, NOTHING).lower()
+        name, fact = known.get(value, (NOTHING, ""))
+        name = name.lower()
         symbol = found[value].lower() or f"{value:#x}" if value in found else NOTHING
         if value in found and value in known and not _SYMBOL.match(found[value]):
             symbol = name  # only the value is printed, or a description
+        elif value in known:  # the symbol is printed, or an erratum has to name it
+            comparison.tables |= {f"{fact}/{key}" for key in ("value", "bit", "symbol")}
         comparison.same(f"{place}/{value:#x}", path, symbol, name)
 
 
@@ -173,16 +176,18 @@ def _field_of_values(
     return find_field(fields, printed) or only
 
 
-def _known_values(field: Field, table: str) -> dict[int, str]:
-    """Return the values of a field in the registry, for the unit of the table."""
+def _known_values(field: Field, table: str) -> dict[int, tuple[str, str]]:
+    """Return the symbol and the path of each value or bit of a field, for the unit of the table."""
     if field.enum:
-        return {value.value: value.symbol or value.name for value in field.enum.values}
+        path = f"enumerations/{field.enum.name}/values"
+        return {v.value: (v.symbol or v.name, f"{path}/{v.name}") for v in field.enum.values}
     assert field.flags
     flags = next(
         (flags for unit, flags in field.flags_by_unit.items() if _is_named(unit, table)),
         field.flags,
     )
-    return {bit.mask: bit.symbol or bit.name for bit in flags.bits}
+    path = f"flags/{flags.name}/bits"
+    return {bit.mask: (bit.symbol or bit.name, f"{path}/{bit.name}") for bit in flags.bits}
 
 
 def _is_named(unit: str, title: str) -> bool:
