@@ -2,7 +2,7 @@
 
 A leaf is a value in a file of messages, units, quantities, stages or of the protocol itself, apart from
 prose: pages, titles, notes, sources and texts for people. Each leaf is changed once, to a value that is wrong
-but likely, and removed once. ``survivors.yaml`` lists the leaves that may survive, with the reasons. As a
+but likely, and removed once. ``survivors.yaml`` lists the mutations that may survive, with the reasons. As a
 program, this module tries leaves and prints those that survive:
 
     python tests/mutation/leaves.py [--seed N] [--number N] [TEXT ...]
@@ -20,6 +20,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -39,10 +40,10 @@ from stagewire_generator.targets.templates import Templates
 SURVIVORS = Path(__file__).with_name("survivors.yaml")
 PROSE = frozenset(
     {"page", "pages", "more_pages", "title", "summary", "note", "source", "printed", "document", "unknown",
-     "chapter", "order", "reported_as", "misprinted", "open", "cause"}
+     "chapter", "order", "witness"}
 )  # fmt: skip
 _NUMBER = re.compile(r"(\d+)(/\d+)?\Z")
-_REMOVED = object()
+REMOVED = object()
 _EXAMPLES = """
 import sys
 from importlib import import_module
@@ -53,7 +54,7 @@ sys.exit(any(verdict.failed for verdict in run(import_module(sys.argv[1]).PROTOC
 
 @dataclass(frozen=True)
 class Leaf(RegistryValue):
-    """A value in a file of the registry.
+    """A place in a file of the registry, with or without a value.
 
     :param kind: kind of the file.
     """
@@ -70,16 +71,6 @@ class Leaf(RegistryValue):
     def value(self) -> Any:
         return self.holder[self.path[-1]]
 
-    @contextmanager
-    def mutated(self, value: Any) -> Iterator[None]:
-        """Change or remove the value while the context lasts."""
-        with self.restored():
-            if value is _REMOVED:
-                del self.holder[self.path[-1]]
-            else:
-                self.holder[self.path[-1]] = value
-            yield
-
 
 @dataclass(frozen=True)
 class Mutation:
@@ -89,8 +80,37 @@ class Mutation:
     value: Any
 
     def __str__(self) -> str:
-        to = "removed" if self.value is _REMOVED else repr(self.value)
-        return f"{self.leaf}: {self.leaf.value!r} -> {to}"
+        to = "removed" if self.value is REMOVED else repr(self.value)
+        return f"{self.leaf}: {self.leaf.value!r} -> {to}"[:160]
+
+    def changed(self) -> list[tuple[Leaf, Any]]:
+        """Return the files that change, as their roots, each with its new contents."""
+        root = Leaf(self.leaf.document, (), self.leaf.kind)
+        return [(root, replaced(root.document.data, self.leaf.path, self.value))]
+
+    @contextmanager
+    def applied(self) -> Iterator[None]:
+        """Change the files while the context lasts."""
+        changed = self.changed()
+        before = [root.document.data for root, _ in changed]
+        for root, data in changed:
+            root.document.data = data
+        try:
+            yield
+        finally:
+            for (root, _), data in zip(changed, before, strict=True):
+                root.document.data = data
+
+
+def replaced(node: Any, path: KeyPath, value: Any) -> Any:
+    """Return a copy of a node with another value at a path, or with a new key or item there."""
+    step, *rest = path
+    inner = replaced(node[step], tuple(rest), value) if rest else value
+    if isinstance(node, list):
+        return [*node[:step], *([] if inner is REMOVED else [inner]), *node[step + 1 :]]
+    if inner is REMOVED:
+        return {key: old for key, old in node.items() if key != step}
+    return {**node, step: inner}
 
 
 def leaves(proof: Proof) -> list[Leaf]:
@@ -128,7 +148,7 @@ def mutations(proof: Proof, seed: int) -> Iterator[Mutation]:
         if (
             leaf.path[-1] != "spelling"
         ):  # without it, the words of a name are those between underscores
-            yield Mutation(leaf, _REMOVED)
+            yield Mutation(leaf, REMOVED)
 
 
 def _wrong(value: Any, alike: set[Any], chance: random.Random) -> Any:
@@ -147,18 +167,23 @@ def _wrong(value: Any, alike: set[Any], chance: random.Random) -> Any:
     return chance.choice(others) if others else f"{value}x"
 
 
-def survives(proof: Proof, mutation: Mutation) -> bool:
-    """Whether neither ``check`` nor a worked example contradicts a mutation."""
-    leaf = mutation.leaf
-    with leaf.mutated(mutation.value):
+def refused_by(proof: Proof, mutation: Mutation) -> str:
+    """Return what contradicts a mutation: ``schema``, ``check`` or ``example``; empty if nothing does."""
+    with mutation.applied():
         diagnostics = Diagnostics()
-        if not fits_schema(leaf.document, leaf.kind, diagnostics):
-            return False
+        if not all(fits_schema(x.document, x.kind, diagnostics) for x, _ in mutation.changed()):
+            return "schema"
         checked = check_protocol(proof.files, diagnostics, lambda _: None)
         if diagnostics.found:
-            return False
+            return "check"
         rendered = python.render(checked.protocol, Templates())
-    return rendered == _rendered(proof) or _examples_pass(proof, rendered)
+    survives = rendered == _rendered(proof) or _examples_pass(proof, rendered)
+    return "" if survives else "example"
+
+
+def survives(proof: Proof, mutation: Mutation) -> bool:
+    """Whether nothing contradicts a mutation."""
+    return not refused_by(proof, mutation)
 
 
 @cache
@@ -194,10 +219,21 @@ def decided(proof: Proof) -> set[str]:
     return found
 
 
+@cache
+def _survivors() -> dict[str, Any]:
+    found: dict[str, Any] = yaml.safe_load(SURVIVORS.read_text(encoding="utf-8"))
+    return found
+
+
 def listed(name: str) -> dict[str, str]:
-    """Return the leaves of a protocol that may survive, each with the reason."""
-    groups = yaml.safe_load(SURVIVORS.read_text(encoding="utf-8"))[name]
-    return {leaf: group["reason"] for group in groups for leaf in group["leaves"]}
+    """Return patterns of the mutations of a protocol that may survive, each with the reason."""
+    groups = _survivors()[name]
+    return {pattern: group["reason"] for group in groups for pattern in group["mutations"]}
+
+
+def excused(name: str, mutation: Mutation) -> bool:
+    """Whether a mutation may survive."""
+    return any(fnmatchcase(str(mutation), pattern) for pattern in listed(name))
 
 
 def main() -> int:
