@@ -248,13 +248,13 @@ class _Run:
         """Note the parts that did not stop in a check. Nothing is moved after it."""
         line = self._line
         for text, is_fault in line.adrift.items():
-            trial.must(False, text) if is_fault else trial.inconclusive(text)
+            trial.must(False, text, rule=line.stop_rule) if is_fault else trial.inconclusive(text)
         if line.disabled and not self._held:
             names = " and ".join(sorted(line.disabled))
             self._held = f"{names} ignored its stops in {check.id} and had to be disabled"
-            trial.must(
-                bool(line.adrift), f"{names} came to rest only when it was disabled; it still is"
-            )
+            if not line.adrift:
+                text = f"{names} came to rest only when it was disabled; it still is"
+                trial.follows(text, line.stop_rule)
 
     def _leave(self) -> None:
         """Leave the controller as it was found, as far as possible after an error."""

@@ -54,11 +54,13 @@ class Undo:
     :param what: a phrase such as ``velocity parameters of channel 1``.
     :param action: undoes the change.
     :param moves: whether the action moves something. If so, it is omitted after an interruption.
+    :param rule: the rule that is broken if the change cannot be undone.
     """
 
     what: str
     action: Callable[[], object]
     moves: bool = False
+    rule: str = ""
 
 
 @dataclass
@@ -140,6 +142,16 @@ class Trial:
         reported = (each for each in (cause, *others) if self.causes.check_of(each))
         return next(reported, cause)
 
+    def follows(self, text: str, rule: str) -> None:
+        """Note a consequence of a defect: an observation if the check has found the defect, otherwise a FAIL.
+
+        :param rule: the rule that is broken if nothing else is.
+        """
+        if self.met or any(finding.result is Result.FAIL for finding in self.findings):
+            self.info(text)
+        else:
+            self.must(False, text, rule=rule)
+
     def info(self, text: str, **figures: float) -> None:
         """Note an observation; the check still passes.
 
@@ -179,7 +191,9 @@ class Trial:
         cause: Cause = self.line.cause_of_silence(request, dest)
         return cause
 
-    def undo(self, what: str, action: Callable[[], object], *, moves: bool = False) -> None:
+    def undo(
+        self, what: str, action: Callable[[], object], *, moves: bool = False, rule: str = ""
+    ) -> None:
         """Register an action that undoes a change. It runs at the end of the check, however the check ends.
 
         The last registered action runs first.
@@ -188,8 +202,9 @@ class Trial:
         :param action: undoes the change. Its failed :meth:`must` calls count as findings.
         :param moves: whether the action moves something. Such an action does not run after Ctrl-C or an
             error, because nothing may move then.
+        :param rule: the rule that is broken if the change cannot be undone.
         """
-        self.undos.append(Undo(what, action, moves))
+        self.undos.append(Undo(what, action, moves, rule))
 
     @property
     def result(self) -> Result:
@@ -252,7 +267,11 @@ class Restoration:
             self._trial.info(f"left as it is, because nothing may move now: {undo.what}")
             return False
         if not line.come_to_rest():  # a setting could make it faster
-            self._left(undo, "not everything is known to be at rest")
+            text = f"not restored: {undo.what} (not everything is known to be at rest)"
+            if line.adrift:  # which is a finding of its own
+                self._trial.info(text)
+            else:
+                self._trial.follows(text, undo.rule)
             return False
         return True
 
@@ -267,9 +286,9 @@ class Restoration:
             self._trial.line.come_to_rest()
             self._moves = False
             if not isinstance(error, EnoughError):  # it has noted a finding
-                self._left(undo, str(error))
+                self._trial.follows(f"not restored: {undo.what} ({error})", undo.rule)
         if len(self._trial.findings) == before:
             self.done.append(undo.what)
 
     def _left(self, undo: Undo, why: str) -> None:
-        self._trial.must(False, f"not restored: {undo.what} ({why})")
+        self._trial.must(False, f"not restored: {undo.what} ({why})", rule=undo.rule)

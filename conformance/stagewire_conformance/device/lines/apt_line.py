@@ -55,6 +55,8 @@ class AptLine(GuardedLink):
     :param allowed: the permissions. Other messages are refused, see :class:`.AptGuard`.
     """
 
+    stop_rule = "stop-any-move"
+
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         super().__init__(link, declared, allowed)
         protocol = declared.protocol

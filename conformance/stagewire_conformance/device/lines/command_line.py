@@ -138,6 +138,8 @@ class CommandLine(GuardedLink):
     :param allowed: the permissions. Other commands are refused, see :class:`.CommandGuard`.
     """
 
+    stop_rule = "stop-disables"
+
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         super().__init__(link, declared, allowed)
         protocol = declared.protocol
@@ -154,6 +156,8 @@ class CommandLine(GuardedLink):
         """Axes that may be moving. A check removes an axis once it has reported rest."""
         # the same, including axes that have reported rest in this check
         self._moved: set[int] = set()
+        # axes whose last motion has a speed instead of a target
+        self._at_speed: set[int] = set()
         self.stopped: set[int] = set()
         """Axes that were stopped, which disables them until they are started again (section 16)."""
 
@@ -181,6 +185,7 @@ class CommandLine(GuardedLink):
         if axis is not None and self._guard.moves(frame):
             self.moving.add(axis)
             self._moved.add(axis)
+            self._note_speed(axis, command)
             self._starts()
         if isinstance(command, m.StopMotor):
             self.stopped.add(frame.axis or 0)
@@ -294,7 +299,8 @@ class CommandLine(GuardedLink):
     def parts(self, *, going: bool = False) -> list[Part]:
         """Return the axes that were set in motion; see :meth:`.GuardedLink.parts`.
 
-        A stop disables an axis (section 16), and is the only measure; it is sent again if it has no effect.
+        A stop disables an axis (section 16). It is sent again if it has no effect. A motion at a vector speed
+        is then ended with the speed 0 (section 25).
         """
         return [self._part(axis) for axis in sorted(self.moving if going else self._moved)]
 
@@ -305,8 +311,22 @@ class CommandLine(GuardedLink):
 
     def _part(self, axis: int) -> Part:
         stop = partial(self._stop_axis, axis)
-        measures = Measure("STOP_MOTOR", stop), Measure("another STOP_MOTOR", stop)
-        return Part(f"axis {self._name(axis)}", measures, partial(self._look, axis))
+        measures = [Measure("STOP_MOTOR", stop), Measure("another STOP_MOTOR", stop)]
+        if axis in self._at_speed:
+            measures.append(Measure("WRITE_VECTOR_SPEED 0", partial(self._end_speed, axis)))
+        return Part(f"axis {self._name(axis)}", tuple(measures), partial(self._look, axis))
+
+    def _note_speed(self, axis: int, command: Command | SetupCommand) -> None:
+        """Note whether a motion has a vector speed instead of a target."""
+        if isinstance(command, m.WriteVectorSpeed):
+            self._at_speed.add(axis)
+        else:
+            self._at_speed.discard(axis)
+
+    def _end_speed(self, axis: int) -> None:
+        """Set the vector speed of an axis to 0."""
+        frame = CommandFrame(m.WriteVectorSpeed(0), axis)
+        self._write_now(frame.encode(), partial(self._words, frame))
 
     def _stop_axis(self, axis: int) -> None:
         """Stop an axis.

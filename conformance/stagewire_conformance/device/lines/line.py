@@ -22,7 +22,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import FrameType, TracebackType
-from typing import Any, Final, Protocol, Self
+from typing import Any, ClassVar, Final, Protocol, Self
 
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
@@ -159,6 +159,9 @@ class GuardedLink(ABC):
     :param declared: the controller.
     :param allowed: the permissions.
     """
+
+    stop_rule: ClassVar[str]
+    """The rule that a stop ends a motion."""
 
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         self.declared = declared

@@ -232,6 +232,11 @@ def rule_of_command(told: str) -> str:
     return f"{rule}-short" if short else rule
 
 
+def rule_of_distance(told: str) -> str:
+    """Return the rule that a motion goes as far as commanded, from its description."""
+    return "jog-single-step" if " by a step of " in told else rule_of_command(told)
+
+
 def rule_of_status(place: Target, what: str) -> str:
     """Return a rule about the status of motors, such as ``position``, for the status of a target."""
     return f"{'dc-' if place.status == 'dc' else ''}status-{what}"

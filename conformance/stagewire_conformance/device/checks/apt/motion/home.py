@@ -23,6 +23,7 @@ from stagewire_conformance.device.checks.apt.motion.motor_check import (
     motor_check,
 )
 from stagewire_conformance.device.checks.apt.motion.pace import velocity_scale
+from stagewire_conformance.device.checks.apt.motion.stopping import judge_stopping
 from stagewire_conformance.device.checks.apt.motion.watch import Decision, Watched, watch
 from stagewire_conformance.device.trial import EnoughError, NotRunError
 
@@ -175,6 +176,8 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         if each.stopped is None or was_over:
             continue
         told = "MOT_MOVE_STOP in MOT_MOVE_HOME"
+        if not judge_stopping(axis, told, before[axis].position, each):
+            continue
         end = judge_end(axis, told, each, STOPPED)
         if end is not None:
             judge_rest(axis, told, end)

@@ -11,6 +11,7 @@ from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import JogMode, MoveDirection
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, STOPPED, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
@@ -36,6 +37,9 @@ _STEPS: Final = 8
 """The number of steps that a continuous jog covers, so that it is certainly not a single step."""
 
 _PARAMETERS: Final = messages_of("JOGPARAMS")
+
+JOGS: Final = Cause("MOT_MOVE_JOG", EFFECT)
+"""The cause that jogs do not go where they should. Later checks do not jog then."""
 
 
 KIND = Kind(
@@ -87,6 +91,7 @@ def _jog_steps(axes: Sequence[Axis]) -> None:
     name="continuous",
 )
 def _jog_continuously(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(JOGS)
     paces = _paces(axes)
     rooms = {axis: room_for(axis, paces[axis]) for axis in axes}
     if not make_room(rooms):

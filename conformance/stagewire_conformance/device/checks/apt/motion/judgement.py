@@ -10,6 +10,7 @@ from stagewire_conformance.device.causes import DELIVERY, EFFECT, UNSOLICITED, C
 from stagewire_conformance.device.checks.apt.broken_rules import (
     command_in,
     rule_of_command,
+    rule_of_distance,
     rule_of_end,
     rule_of_status,
 )
@@ -17,7 +18,7 @@ from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Ax
 from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
 from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
 from stagewire_conformance.device.checks.apt.motion.velocities import judge_velocities
-from stagewire_conformance.device.checks.apt.motion.watch import Watched
+from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.wording import raw_of
 
@@ -80,11 +81,12 @@ def judge_end(
     for other in seen.others:
         judge_unasked(trial, other, f"after {told} at {axis.text}")
     if seen.strayed is not None:
+        left = f"outside of {axis.low}..{axis.high}"
+        where = left if is_outside(axis, seen.strayed) else "further than it should go"
         trial.must(
             False,
-            f"{axis.text}: after {told}, it was at {seen.strayed.position}, outside of "
-            f"{axis.low}..{axis.high} or further than it should go; it was stopped",
-            rule=rule_of_command(told),
+            f"{axis.text}: after {told}, it was at {seen.strayed.position}, {where}; it was stopped",
+            rule=rule_of_distance(told),
             cause=Cause(command_in(told), EFFECT),
             came=seen.strayed.heard.raw,
         )

@@ -23,6 +23,7 @@ from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, 
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import absolute, move
 from stagewire_conformance.device.checks.apt.motion.runs import slow_down
+from stagewire_conformance.device.checks.apt.motion.stopping import need_stops
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 
 if TYPE_CHECKING:
@@ -141,6 +142,7 @@ def _run(axes: Sequence[Axis]) -> None:
     if not shown or not move(shown):
         return
     ends = {axis: end for axis in homed if (end := _end_of(axis)) is not None}
+    need_stops(axes)
     far = [
         absolute(axis, end.place - end.way * end.last)
         for axis, end in ends.items()

@@ -220,7 +220,9 @@ def _places(seen: Watched) -> Iterator[int]:
 def returning(axes: Sequence[Axis]) -> None:
     """Move the motors back together at the end of the check."""
     where = " and ".join(axis.text for axis in axes)
-    axes[0].trial.undo(f"position of {where}", lambda: go_back(axes), moves=True)
+    axes[0].trial.undo(
+        f"position of {where}", lambda: go_back(axes), moves=True, rule="absolute-move"
+    )
 
 
 def go_back(axes: Sequence[Axis]) -> None:

@@ -38,7 +38,11 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
     placed = _placed_set(axis, setting)
     before = placed.read(axis.trial)
     wanted = {**before, **values}
-    axis.trial.undo(f"{setting} at {axis.text}", lambda: placed.put_back(axis.trial, before))
+    axis.trial.undo(
+        f"{setting} at {axis.text}",
+        lambda: placed.put_back(axis.trial, before),
+        rule=rule_of_set(setting),
+    )
     placed.write(axis.trial, wanted)
     came = placed.ask(axis.trial)
     told = placed.values(came)

@@ -16,6 +16,7 @@ from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
+from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import distances, long_enough, make_room
 from stagewire_conformance.device.checks.apt.motion.pace import jog_pace_of, velocity_scale
@@ -135,6 +136,7 @@ def _moves(axes: Sequence[Axis]) -> None:
     name="jogs",
 )
 def _jogs(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(JOGS)
     for axis in axes:
         switch_backlash_off(axis)
     steps = long_enough(

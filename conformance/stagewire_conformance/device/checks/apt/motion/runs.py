@@ -23,6 +23,7 @@ from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_rest,
 )
 from stagewire_conformance.device.checks.apt.motion.parameters import change, present
+from stagewire_conformance.device.checks.apt.motion.stopping import judge_stopping, need_stops
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside, watch
 
 if TYPE_CHECKING:
@@ -103,6 +104,11 @@ class Run:
         return "jog-direction-values" if self.jogging else "velocity-direction-values"
 
     @property
+    def cause(self) -> Cause:
+        """The cause of a run that does not go where it should."""
+        return Cause(self.message.layout.message, "continuous" if self.jogging else EFFECT)
+
+    @property
     def stopping(self) -> float:
         """The counts that the motor may need to come to rest."""
         return self.velocity * (_LATE + self.velocity / self.acceleration / 2)
@@ -139,6 +145,7 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
     Return the positions of each motor until it was stopped; None if not all followed their commands.
     """
     by_axis = {run.axis: run for run in runs}
+    need_stops(list(by_axis))
     for run in runs:
         run.start = run.axis.status().position
     if any(run.free < LEAST_ROOM for run in runs):  # the first run ended where it should not have
@@ -186,19 +193,21 @@ def _judge(run: Run, seen: Watched) -> bool:
                 f"{axis.text}: after {told}, it sent {seen.ends[0].name} without a stop "
                 "command; it should run on",
                 rule=run.rule,
-                cause=Cause(run.message.layout.message, EFFECT),
+                cause=run.cause,
                 came=seen.ends[0].raw,
             )
         else:
             judge_end(axis, told, seen, STOPPED)
         return False
-    way = run.direction.name.lower()
+    way, gone = run.direction.name.lower(), run.gone(last)
+    was = "down" if last.position > run.start else "up"
+    before = f", and it went {was} when it last reported motion {way}" if gone < 0 else ""
     moved = axis.trial.must(
-        run.gone(last) > 0,
+        gone > 0,
         f"{axis.text}: after {run.told}, it went from {run.start} to {last.position}; it should "
-        f"have run {way}",
-        rule=run.rule_of_direction if run.gone(last) < 0 else rule_of_command(run.told),
-        cause=Cause(run.message.layout.message, EFFECT),
+        f"have run {way}{before}",
+        rule=run.rule_of_direction if gone < 0 else rule_of_command(run.told),
+        cause=run.cause,
         came=last.heard.raw,
     )
     if moved:
@@ -214,6 +223,8 @@ def _judge(run: Run, seen: Watched) -> bool:
         )
         axis.learn(1 if gone > 0 else -1, run.direction)
     told = f"MOT_MOVE_STOP in {run.told}"
+    if not judge_stopping(axis, told, run.start, seen, endless=True):
+        return False
     end = judge_end(axis, told, seen, STOPPED)
     if end is not None:
         judge_rest(axis, told, end)

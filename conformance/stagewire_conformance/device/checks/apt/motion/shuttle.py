@@ -17,6 +17,7 @@ from stagewire_conformance.device.checks.apt.motion.course import (
     until_steady,
 )
 from stagewire_conformance.device.checks.apt.motion.moves import absolute, distances
+from stagewire_conformance.device.checks.apt.motion.moves import beyond as too_far
 from stagewire_conformance.device.checks.apt.motion.watch import watch
 
 if TYPE_CHECKING:
@@ -73,18 +74,26 @@ class Shuttle:
 
     def message(self, axis: Axis) -> FramedMessage:
         """Return the command for the next move of a motor."""
-        place = self.begins.get(axis, axis.start)
-        return absolute(axis, place + (0 if self._away.get(axis) else self.ways[axis])).message
+        return absolute(axis, self._target(axis)).message
+
+    def _target(self, axis: Axis) -> int:
+        return self.begins.get(axis, axis.start) + (0 if self._away.get(axis) else self.ways[axis])
+
+    def _way(self, axis: Axis, position: int) -> int:
+        """Return the distance of the next move of a motor."""
+        return self._target(axis) - position
 
     def _go(self, axes: Sequence[Axis]) -> dict[Axis, Course]:
         if not axes:
             return {}
         starts = {axis: axis.status() for axis in axes}
+        ways = {axis: self._way(axis, starts[axis].position) for axis in axes}
+        places = {axis: status.position for axis, status in starts.items()}
         began = {}
         for axis in axes:
             axis.send(self.message(axis))
             began[axis] = axis.trial.line.now
-        seen = watch(axes, dict.fromkeys(axes, _LONGEST))
+        seen = watch(axes, dict.fromkeys(axes, _LONGEST), strays=too_far(places, ways))
         found = {}
         for axis in axes:
             each = seen[axis]
@@ -144,3 +153,7 @@ class JogShuttle(Shuttle):
         """Return the command for the next jog of a motor."""
         direction = MoveDirection.REVERSE if self._away.get(axis) else MoveDirection.FORWARD
         return m.MotMoveJog(axis.channel, direction)
+
+    def _way(self, axis: Axis, position: int) -> int:
+        """Return the step of a jog, which begins anywhere."""
+        return self.ways[axis]

@@ -30,6 +30,7 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
 )
 from stagewire_conformance.device.checks.apt.motion.parameters import messages_of
 from stagewire_conformance.device.checks.apt.motion.runs import slow_down
+from stagewire_conformance.device.checks.apt.motion.stopping import judge_stopping
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
 from stagewire_conformance.device.lines.strays import cause_of_stray
 
@@ -196,6 +197,8 @@ def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
             axis.trial.inconclusive(f"{axis.text}: {one.told} ended before it could be stopped")
         else:
             judge_end(axis, one.told, seen, COMPLETED)
+        return None
+    if not judge_stopping(axis, told, start, seen):
         return None
     end = judge_end(axis, told, seen, STOPPED)
     if end is None:

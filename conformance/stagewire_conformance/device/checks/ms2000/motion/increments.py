@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_incr
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, motion_check
-from stagewire_conformance.device.checks.ms2000.motion.stops import stop
+from stagewire_conformance.device.checks.ms2000.motion.stops import stop_on_the_way
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
@@ -89,12 +89,22 @@ def _after_a_stop(mover: Mover) -> None:
     far = abs(goal - mover.start)
     INCREMENT.set(mover, far // 4)
     mover.begin(m.WriteTargetPosition(goal))
-    mover.follow("on its way", far, until=lambda at: abs(at.position - mover.start) > far // 3)
-    stood = stop(mover)
+    seen = mover.follow(
+        "on its way", far, until=lambda at: abs(at.position - mover.start) > far // 3
+    )
+    stood = stop_on_the_way(mover, seen[-1], goal)
     for command, way in ((m.IncrementMoveUp(), far // 4), (m.IncrementMoveDown(), -(far // 4))):
         if mover.low <= stood + way <= mover.high:
             mover.tell(command)
             _judge_target(mover, command, stood, way, f", stopped on its way to {goal}")
+            mover.line.listen(_SEES)
+            mover.trial.need(
+                abs(mover.position - stood) <= DITHER,
+                f"axis {mover.name} was stopped at {stood}, which disables it, but moved after "
+                f"{command.layout.message}",
+                rule="stop-disables",
+                cause=Cause("STOP_MOTOR", "disables"),
+            )
 
 
 def _move(mover: Mover, command: Command, way: int) -> None:

@@ -12,7 +12,7 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample, motion_check
-from stagewire_conformance.device.checks.ms2000.motion.stops import stop
+from stagewire_conformance.device.checks.ms2000.motion.stops import IGNORED, stop
 from stagewire_conformance.device.checks.ms2000.stored import RAMP_TIME, TOP_SPEED, keep
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
@@ -119,6 +119,7 @@ def _to_target(mover: Mover) -> None:
 )
 def _at_speed(mover: Mover) -> None:
     """Move up at half the top speed, which takes half of the ramp. The document has no way to move down."""
+    mover.trial.depends_on(IGNORED)
     _prepare(mover)
     goal = mover.goal(_LONG * _RAMP)
     if goal < mover.start:

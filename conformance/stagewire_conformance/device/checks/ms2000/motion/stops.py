@@ -25,6 +25,10 @@ _DISABLED: Final = 0.3
 """Seconds in which a disabled axis must not start a move."""
 _NOT_BUSY_FROM: Final = (3, 3)
 """The first firmware in which a disabled axis is not busy."""
+_RESUMES: Final = 0.8
+"""Seconds in which a stopped axis must not resume its motion."""
+IGNORED: Final = Cause("STOP_MOTOR", EFFECT)
+"""The cause that an axis does not stop on command. Later checks do not move it at a vector speed then."""
 
 
 def stop(mover: Mover) -> int:
@@ -44,7 +48,7 @@ def stop(mover: Mover) -> int:
             f"axis {mover.name} was stopped, but {_STANDS:g} s later it moved from {before} to "
             f"{place} at {speed} µm/s",
             rule="stop-disables",
-            cause=Cause("STOP_MOTOR", EFFECT),
+            cause=IGNORED,
         )
     line.moving.discard(mover.address)
     status = mover.status
@@ -93,15 +97,15 @@ def _stop_and_start(mover: Mover) -> None:
     seen = mover.follow(
         "on its way", far, until=lambda at: abs(at.position - mover.start) > far // 3
     )
-    _is_in_time(mover, seen[-1], goal)
-    stood = stop(mover)
-    trial.must(
-        abs(stood - goal) > ARRIVED,
-        f"axis {mover.name} was stopped on its way, but went on to its target {goal}",
-        rule="stop-disables",
-        cause=Cause("STOP_MOTOR", EFFECT),
-    )
+    stood = stop_on_the_way(mover, seen[-1], goal)
     _judge_letter(mover, stood)
+    line.listen(_RESUMES)
+    trial.need(
+        abs(mover.position - stood) <= DITHER,
+        f"axis {mover.name} was stopped and was at rest at {stood}, but then moved on to {mover.position}",
+        rule="stop-disables",
+        cause=IGNORED,
+    )
     line.send(m.WriteTargetPosition(mover.start), mover.address)
     line.listen(_DISABLED)
     trial.must(
@@ -115,6 +119,19 @@ def _stop_and_start(mover: Mover) -> None:
     mover.begin(m.WriteTargetPosition(goal))
     mover.follow("enabled again", abs(goal - stood) + far)
     judge_rest(mover, goal)
+
+
+def stop_on_the_way(mover: Mover, last: Sample, goal: int) -> int:
+    """Stop an axis on its way to a target, and return its position; end the check if it ignores the stop."""
+    _is_in_time(mover, last, goal)
+    stood = stop(mover)
+    mover.trial.need(
+        abs(stood - goal) > ARRIVED,
+        f"axis {mover.name} was stopped on its way, but went on to its target {goal}",
+        rule="stop-disables",
+        cause=IGNORED,
+    )
+    return stood
 
 
 def _is_in_time(mover: Mover, last: Sample, goal: int) -> None:

@@ -7,7 +7,7 @@ from typing import Final
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample, motion_check
-from stagewire_conformance.device.checks.ms2000.motion.stops import stop
+from stagewire_conformance.device.checks.ms2000.motion.stops import IGNORED, stop
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
 
@@ -46,6 +46,7 @@ _MESSAGES: Final = ("WRITE_VECTOR_SPEED", "STOP_MOTOR", "START_MOTOR")
 )
 def _runs(mover: Mover) -> None:
     """Move up at a speed, check that it is kept, set the speed 0, and stop."""
+    mover.trial.depends_on(IGNORED)
     mover.ready()
     trial, line = mover.trial, mover.line
     ramp = mover.ramp_time / 1000
@@ -141,6 +142,7 @@ def _sign(mover: Mover) -> None:
     The axis moves either down slowly or up at the highest speed, limited only by the top speed. So this is
     done only if there is room for both.
     """
+    mover.trial.depends_on(IGNORED)
     mover.ready()
     trial, line = mover.trial, mover.line
     needed = mover.counts_in(2 * _GLANCE, _FASTEST)

@@ -1,0 +1,76 @@
+"""The effect of a stop command: the motor slows down, comes to rest, and reports it only then.
+
+A motor that ignores a stop may still arrive somewhere by itself, so its end message alone does not show that
+it was stopped. Once a stop was ignored, no check starts a motion that only a stop ends.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, HOMED, Axis
+from stagewire_conformance.device.checks.apt.motion.course import points_of, top_speed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from stagewire_conformance.device.checks.apt.motion.watch import Watched
+
+IGNORED: Final = Cause("MOT_MOVE_STOP", EFFECT)
+"""The cause that a motor does not stop on command."""
+
+_SLOWS: Final = 2
+"""The most distance after a profiled stop, relative to the distance in which the motor has sped up."""
+_LATE: Final = 0.3
+"""Seconds by which a stop may be late."""
+
+
+def need_stops(axes: Sequence[Axis]) -> None:
+    """End the check before a motion that only a stop ends, if a motor has ignored a stop."""
+    axes[0].trial.depends_on(IGNORED)
+
+
+def judge_stopping(
+    axis: Axis, told: str, start: int, seen: Watched, *, endless: bool = False
+) -> bool:
+    """Report a motor that ignores a stop, or reports it too early; return whether the motor is right.
+
+    :param start: where the motion began.
+    :param endless: whether only a stop ends the motion. Then the motor is stopped again.
+    """
+    stopped = seen.stopped
+    if stopped is None or seen.halted is not None or not seen.ends:
+        return True
+    status = axis.status()
+    early = seen.after is not None and abs(status.position - seen.after) > HELD
+    ends = [end.name for end in seen.ends]
+    if early:
+        status = axis.halt() if endless else axis.standing()
+        ends += [heard.name for heard in axis.trial.line.listen(0)]
+    end = seen.ends[0]
+    if HOMED in ends:  # it counts from there now
+        ignored = status.bits.homed and abs(status.position) <= HELD
+        where = "to its home position"
+    else:
+        longest = _SLOWS * abs(stopped.position - start) + HELD
+        longest += int(_LATE * top_speed(points_of(seen.statuses)))
+        ignored = abs(status.position - stopped.position) > longest
+        where = f"to {status.position}"
+    if ignored:
+        return axis.trial.must(
+            False,
+            f"{axis.text}: {told} was sent when it was at {stopped.position}, but it went on {where}; it "
+            "should have slowed down and stopped",
+            rule="stop-any-move",
+            cause=IGNORED,
+            came=end.raw,
+        )
+    return axis.trial.must(
+        not early,
+        f"{axis.text}: after {told}, it sent {end.name} at {seen.after}, but moved on to {status.position}; "
+        "it should report the end when it is at rest",
+        rule="stop-completed",
+        cause=Cause(end.name, "early"),
+        came=end.raw,
+    )
