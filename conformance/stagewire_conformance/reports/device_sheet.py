@@ -129,7 +129,12 @@ def missed(report: Report, checks: Sequence[Check]) -> Iterator[str]:
             continue
         said = [finding.text for outcome in ran for finding in outcome.findings]
         reasons = [*said, *(left_out.get(check.id) or check.skip for check in needing)]
-        why = next(filter(None, reasons), "no reason is known")
+        reasons += [
+            f"root cause: {cause}, reported by {first}"
+            for outcome in ran
+            for first, cause in outcome.met.items()
+        ]
+        why = next(filter(None, reasons), "none was selected")
         yield f"{_WHAT[need]} produced a result: {why}"
 
 

@@ -16,7 +16,7 @@ from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 from stagewire_conformance.reports import Grade, Omission
-from stagewire_conformance.reports.device_sheet import sheet_of
+from stagewire_conformance.reports.device_sheet import missed, sheet_of
 from stagewire_virtual.linking import SteppedLink
 
 VEL, INFO, DC, COUNTER = (
@@ -179,3 +179,10 @@ def test_a_correct_controller_meets_no_root_cause() -> None:
     report = whole_run(LinkFault(), on)
     assert not [outcome for outcome in report.outcomes if outcome.met]
     assert isinstance(on.link, SteppedLink)
+
+
+def test_a_report_says_that_checks_with_a_permission_were_not_selected() -> None:
+    on = bench("TDC001", "Z8")
+    report = run_on(on, ("answers",))
+    clauses = list(missed(report, plan(on.declared, on.allowed())))
+    assert "no check that moves produced a result: none was selected" in clauses
