@@ -13,14 +13,7 @@ from typing import Any
 import pytest
 from corpus_benches import BENCHES, CorpusBench
 from corpus_faults import Fault
-from corpus_faults_ms2000_bytes import FAULTS as MS2000_BYTES
-from corpus_faults_ms2000_motion import FAULTS as MS2000_MOTION
-from corpus_faults_stepper_bytes import FAULTS as STEPPER_BYTES
-from corpus_faults_stepper_motion import FAULTS as STEPPER_MOTION
-from corpus_faults_tdc001_bytes import FAULTS as TDC001_BYTES
-from corpus_faults_tdc001_motion import FAULTS as TDC001_MOTION
-from corpus_faults_tdc001_reports import FAULTS as TDC001_REPORTS
-from corpus_faults_tdc001_settings import FAULTS as TDC001_SETTINGS
+from corpus_firmware import EVERY
 
 import stagewire_apt
 import stagewire_ms2000
@@ -28,12 +21,6 @@ from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 
 SAMPLE = 40
-FAULTS = {
-    "tdc001": (*TDC001_MOTION, *TDC001_REPORTS, *TDC001_BYTES, *TDC001_SETTINGS),
-    "stepper": (*STEPPER_MOTION, *STEPPER_BYTES),
-    "ms2000": (*MS2000_MOTION, *MS2000_BYTES),
-}
-EVERY = [(name, fault) for name, faults in FAULTS.items() for fault in faults]
 WRONG = (Result.FAIL, Result.NON_STRICT)
 
 NOT_FOUND_YET: set[str] = {

@@ -190,7 +190,10 @@ VEL_50, IDENTITY, STATUS = (
 )
 STATUS, FRAMES, UPDATES = "status/0x50/1", "frames/0x50", "updates/start-stop"
 
-BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
+
+def broken() -> dict[str, Broken]:
+    """Return the defective controllers by description, with faults that have counted nothing yet."""
+    return {name: Broken(*entry) for name, entry in {
     "no answer":
         ("TDC001", sends(VEL, dropped), VEL_50, FAIL, "was not answered"),
     "an answer that is too short":
@@ -376,3 +379,6 @@ BROKEN: dict[str, Broken] = {name: Broken(*entry) for name, entry in {
         ("BSC103", sends(STEPPER, of_source(0x22, from_the(31, dropped))), "keep-alive", FAIL,
          "0x22 stopped after it had sent MOT_GET_STATUSUPDATE 30 times without MOT_ACK_DCSTATUSUPDATE"),
 }.items()}  # fmt: skip
+
+
+BROKEN = broken()

@@ -174,6 +174,22 @@ def test_findings_about_robustness_are_not_part_of_the_verdict() -> None:
     assert (str(sheet.verdict), sheet.exit_status) == ("PASSED", 0)
 
 
+def test_a_controller_that_damage_silences_has_no_failures() -> None:
+    """No sentence of the document demands that a controller recovers, so every bay counts as silent."""
+    locked = [False]
+
+    def change(raw: bytes) -> bytes:
+        locked[0] = locked[0] or len(raw) < 6
+        return b"" if locked[0] else raw
+
+    report = whole_run(LinkFault(to_controller=change), bench("BBD102"))
+    assert [outcome.check.id for outcome in of_result(report, Result.FRAGILE)] == [
+        "truncated/header"
+    ]
+    assert not of_result(report, Result.FAIL)
+    assert of_result(report, Result.NOT_RUN)
+
+
 def test_a_correct_controller_meets_no_root_cause() -> None:
     on = bench("BBD102", "MLS203")
     report = whole_run(LinkFault(), on)

@@ -38,8 +38,6 @@ PUTTING_BACK = tuple(
 
 UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
 """Kinds that cannot run, because the document does not define the status bits of the unit."""
-WITHOUT_SCALE = {f"BBD{number}": {"disabled"} for number in (101, 102, 103, 201, 202, 203)}
-"""Kinds without a verdict if the unit has no scale: no move is long enough."""
 
 
 QUIRKS = ("header_only_completion", "long_status", "unswapped_addresses", "fault_codes_in_response")
@@ -68,8 +66,7 @@ def test_a_virtual_controller_passes_and_is_restored(unit: str, stage: str | Non
     assert not complaints(later)
     outcomes = [*report.outcomes, *later.outcomes]
     undecided = {outcome.kind.name for outcome in outcomes if outcome.result is Result.INFO}
-    open_kinds = {} if stage else WITHOUT_SCALE
-    assert undecided == UNDECIDED.get(unit, set()) | open_kinds.get(unit, set())
+    assert undecided == UNDECIDED.get(unit, set())
     lacking = dict.fromkeys(why for _, why in [*report.not_run, *later.not_run])
     assert not lacking or stage is None
     assert all("declares no travel" in why for why in lacking)

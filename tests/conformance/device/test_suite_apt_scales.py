@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import pytest
-from apt_runs import MOVES, Bench, readable, run_on
+from apt_runs import MOVES, Bench, bench, readable, run_on
 from faulty_apt_link import Change, FaultyAptLink, LinkFault, of, of_source
 from test_suite_apt_range import MOVING, id_of
 from watched_links import WatchedLink
 
 import stagewire_virtual
 from stagewire_apt import stages
+from stagewire_conformance.device.checks.apt.motion.pace import is_printed, velocity_scale
 from stagewire_conformance.device.declaration import declare
 from stagewire_conformance.device.permissions import Permissions, Range
 from stagewire_conformance.device.pics import BayPics, ChannelPics, Pics
@@ -173,3 +174,14 @@ def test_each_module_of_a_rack_is_identified() -> None:
     assert set(not_run(report).values()) == {
         "its motors are declared alike but report different controllers; give counts_per_mm of each in a PICS"
     }
+
+
+@pytest.mark.parametrize(
+    ("unit", "stage", "printed"), [("BBD102", "MLS203", True), ("TDC001", "Z812", False)]
+)
+def test_only_a_scale_of_the_document_excludes_the_printed_unit(
+    unit: str, stage: str, printed: bool
+) -> None:
+    place = bench(unit, stage).declared.places[-1]
+    assert velocity_scale(place, 1) is not None
+    assert is_printed(place, 1) is printed

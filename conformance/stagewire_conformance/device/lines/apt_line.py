@@ -64,7 +64,9 @@ class AptLine(GuardedLink):
         self.heard: list[Incoming] = []
         """Received messages that have not been taken yet."""
         self.measured: dict[tuple[int, int], float] = {}
-        """Measured counts/s of one unit of a velocity without a scale, by address and channel."""
+        """Measured counts/s of one unit of a velocity without a certain scale, by address and channel."""
+        self.confirmed: set[tuple[int, int]] = set()
+        """The channels that were seen to move at the velocity of a scale that the document does not have."""
         self._protocol = protocol
         self._guard = AptGuard(declared, allowed)
         self._matching = Matching(protocol)

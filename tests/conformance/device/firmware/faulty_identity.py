@@ -105,15 +105,16 @@ def _identify_upsets(draw: Draw) -> tuple[Firmware, str]:
 
 
 IDENTITY = (
-    Defect("MOD_IDENTIFY is answered", of("identify"), _identify_answered),
-    Defect("Messages are lost while the light flashes", of("identify"), _identify_upsets),
-    Defect("Occupied and empty bays are exchanged", of("bays"), _bays(_exchanged)),
-    Defect("Another bay is reported", of("bays"), _bays(lambda f: f.with_("bay_ident", f["bay_ident"] + 2))),
-    Defect("Bays are counted from one", of("bays"), _from_one, result=Result.NON_STRICT),
-    Defect("An empty bay answers", of("bays"), _empty_bay_answers, _WITH_EMPTY_BAYS),
-    Defect("It reports another number of channels", of(_SAYS), _info("nchs", lambda n: n + 1)),
-    Defect("Its serial number has seven digits", of(_SAYS), _info("serial_number", lambda n: n // 10)),
-    Defect("Its serial number is of another unit", of(_SAYS), _of_another_unit, result=Result.NON_STRICT),
-    Defect("A card reports to be a motherboard", of(_SAYS), _info("type", lambda n: 45)),
-    Defect("Its model number is unreadable", of(_SAYS), _unreadable),
+    Defect(1, "MOD_IDENTIFY is answered", of("identify"), _identify_answered),
+    Defect(1, "Messages are lost while the light flashes", of("identify"), _identify_upsets),
+    Defect(6, "Occupied and empty bays are exchanged", of("bays"), _bays(_exchanged)),
+    Defect(8, "Another bay is reported", of("bays"),
+           _bays(lambda f: f.with_("bay_ident", f["bay_ident"] + 2))),
+    Defect(14, "Bays are counted from one", of("bays"), _from_one, result=Result.NON_STRICT),
+    Defect(3, "An empty bay answers", of("bays"), _empty_bay_answers, _WITH_EMPTY_BAYS),
+    Defect(2, "It reports another number of channels", of(_SAYS), _info("nchs", lambda n: n + 1)),
+    Defect(10, "Its serial number has seven digits", of(_SAYS), _info("serial_number", lambda n: n // 10)),
+    Defect(6, "Its serial number is of another unit", of(_SAYS), _of_another_unit, result=Result.NON_STRICT),
+    Defect(15, "A card reports to be a motherboard", of(_SAYS), _info("type", lambda n: 45)),
+    Defect(1, "Its model number is unreadable", of(_SAYS), _unreadable),
 )  # fmt: skip

@@ -25,6 +25,7 @@ _ANY = f"{_TO} {_STOPS} home suspend limits"
 
 
 def _said(
+    seed: int,
     name: str,
     found_by: str,
     change: Change,
@@ -38,10 +39,10 @@ def _said(
         draw.claims(end)
         return Says(named(end), change), end
 
-    return Defect(name, of(found_by), make, result=result)
+    return Defect(seed, name, of(found_by), make, result=result)
 
 
-def _taken(name: str, found_by: str, start: str, change: Change) -> Defect:
+def _taken(seed: int, name: str, found_by: str, start: str, change: Change) -> Defect:
     """Return a defect in the effect of a message that moves something."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
@@ -49,11 +50,11 @@ def _taken(name: str, found_by: str, start: str, change: Change) -> Defect:
         draw.claims(start)
         return Takes(named(start), change), start
 
-    return Defect(name, of(found_by), make)
+    return Defect(seed, name, of(found_by), make)
 
 
 def _moving_ones(
-    name: str, make: Callable[[Draw], tuple[Firmware, str]], found_by: str = _ANY
+    seed: int, name: str, make: Callable[[Draw], tuple[Firmware, str]], found_by: str = _ANY
 ) -> Defect:
     """Return a defect of units that move stages."""
 
@@ -61,7 +62,7 @@ def _moving_ones(
         draw.moves()
         return make(draw)
 
-    return Defect(name, of(found_by), checked)
+    return Defect(seed, name, of(found_by), checked)
 
 
 def _bare(frame: Frame) -> list[bytes]:
@@ -217,44 +218,48 @@ def _halved(field: str) -> Change:
 
 
 MOVES = (
-    _said("The end of a move is never reported", _ANY, lambda f: []),
-    _said("The end of a move is reported twice", _ANY, lambda f: [f, f]),
-    _said("The end of a move is only a header", _ANY, _bare, result=Result.NON_STRICT),
-    _said("The end of a move reports motion", _ANY, _moving, result=Result.NON_STRICT),
-    _said("The end of a move is about channel 0", _ANY, lambda f: [f.with_("chan_ident", 0)]),
-    _said("The end of a move is reported as a stop", _ANY, lambda f: [f.renamed(_STOPPED)]),
-    _said("The end of a move has a packet of another length", _ANY, lambda f: [f.with_packet(f.packet[:-2])]),
-    _said("The end of homing is never reported", "home", lambda f: [], _HOMED),
-    _said("The end of homing is reported as a move", "home", lambda f: [f.renamed(_COMPLETED)], _HOMED),
-    _said("The end of homing is reported twice", "home", lambda f: [f, f], _HOMED),
-    _said("A stop is never reported", _STOPS, lambda f: [], _STOPPED),
-    _said("A stop is reported twice", _STOPS, lambda f: [f, f], _STOPPED),
-    _said("A stop is reported as a completed move", _STOPS, lambda f: [f.renamed(_COMPLETED)], _STOPPED),
-    _moving_ones("The end of a move is reported before it", lambda draw: (_Ends(again=False), _COMPLETED)),
-    _moving_ones("The end of a move is doubled and early", lambda draw: (_Ends(again=True), _COMPLETED)),
-    _moving_ones("The end of a move is reported too late", lambda draw: (_LateEnds(), _COMPLETED)),
-    _moving_ones("The end of a move comes from another bay", _other_bay),
-    _moving_ones("The end of a move is reported for two bays", _all_bays),
-    _moving_ones("The end of a move is reported for another channel", _other_channel),
-    _moving_ones("Another bay also moves", _both_bays_move),
-    _moving_ones("Another channel also moves", _both_channels_move),
-    _moving_ones("A move is reported as complete without motion", lambda draw: (_WithoutMoving(), _ABSOLUTE)),
-    _moving_ones("A move is answered when it begins", lambda draw: (Echoes(named(_ABSOLUTE, _HOME)), "")),
-    _taken("An absolute move is ignored", _TO, _ABSOLUTE, lambda f: []),
-    _taken("A relative move is ignored", _TO, _RELATIVE, lambda f: []),
-    _taken("A jog is ignored", "move-jog", _JOG, lambda f: []),
-    _taken("A move at constant velocity is ignored", "move-velocity", _VELOCITY, lambda f: []),
-    _taken("Homing is ignored", "home", _HOME, lambda f: []),
-    _taken("A stop is ignored", _STOPS, _STOP, lambda f: []),
-    _moving_ones("One way to stop is ignored", _one_stop_mode, _STOPS),
-    _taken("A move falls short", _TO, _ABSOLUTE, _off("absolute_distance", lambda n: n - n // 16)),
-    _taken("A relative move goes twice as far", _TO, _RELATIVE, _off("relative_distance", lambda n: n * 2)),
-    _taken("A relative move goes half as far", _TO, _RELATIVE, _halved("relative_distance")),
-    _taken("A relative move is done as an absolute one", _TO, _RELATIVE, lambda f: [f.renamed(_ABSOLUTE)]),
-    _taken("A jog goes in the other direction", "move-jog", _JOG, _other_direction),
-    _taken("A move at constant velocity goes in the other direction", _STOPS, _VELOCITY, _other_direction),
-    _moving_ones("A move without a target is not accepted", _short_form, "move-stored"),
-    _moving_ones("A move without a target uses the last one", _stored_is_forgotten, "move-stored"),
-    _taken("End messages cannot be suspended", "suspend", "MOT_SUSPEND_ENDOFMOVEMSGS", lambda f: []),
-    _taken("End messages cannot be resumed", "suspend", "MOT_RESUME_ENDOFMOVEMSGS", lambda f: []),
+    _said(7, "The end of a move is never reported", _ANY, lambda f: []),
+    _said(2, "The end of a move is reported twice", _ANY, lambda f: [f, f]),
+    _said(1, "The end of a move is only a header", _ANY, _bare, result=Result.NON_STRICT),
+    _said(13, "The end of a move reports motion", _ANY, _moving, result=Result.NON_STRICT),
+    _said(6, "The end of a move is about channel 0", _ANY, lambda f: [f.with_("chan_ident", 0)]),
+    _said(1, "The end of a move is reported as a stop", _ANY, lambda f: [f.renamed(_STOPPED)]),
+    _said(7, "The end of a move has a packet of another length", _ANY,
+          lambda f: [f.with_packet(f.packet[:-2])]),
+    _said(3, "The end of homing is never reported", "home", lambda f: [], _HOMED),
+    _said(7, "The end of homing is reported as a move", "home", lambda f: [f.renamed(_COMPLETED)], _HOMED),
+    _said(14, "The end of homing is reported twice", "home", lambda f: [f, f], _HOMED),
+    _said(11, "A stop is never reported", _STOPS, lambda f: [], _STOPPED),
+    _said(1, "A stop is reported twice", _STOPS, lambda f: [f, f], _STOPPED),
+    _said(10, "A stop is reported as a completed move", _STOPS, lambda f: [f.renamed(_COMPLETED)], _STOPPED),
+    _moving_ones(11, "The end of a move is reported before it",
+                 lambda draw: (_Ends(again=False), _COMPLETED)),
+    _moving_ones(1, "The end of a move is doubled and early", lambda draw: (_Ends(again=True), _COMPLETED)),
+    _moving_ones(1, "The end of a move is reported too late", lambda draw: (_LateEnds(), _COMPLETED)),
+    _moving_ones(6, "The end of a move comes from another bay", _other_bay),
+    _moving_ones(14, "The end of a move is reported for two bays", _all_bays),
+    _moving_ones(1, "The end of a move is reported for another channel", _other_channel),
+    _moving_ones(6, "Another bay also moves", _both_bays_move),
+    _moving_ones(2, "Another channel also moves", _both_channels_move),
+    _moving_ones(1, "A move is reported as complete without motion",
+                 lambda draw: (_WithoutMoving(), _ABSOLUTE)),
+    _moving_ones(14, "A move is answered when it begins", lambda draw: (Echoes(named(_ABSOLUTE, _HOME)), "")),
+    _taken(1, "An absolute move is ignored", _TO, _ABSOLUTE, lambda f: []),
+    _taken(1, "A relative move is ignored", _TO, _RELATIVE, lambda f: []),
+    _taken(1, "A jog is ignored", "move-jog", _JOG, lambda f: []),
+    _taken(10, "A move at constant velocity is ignored", "move-velocity", _VELOCITY, lambda f: []),
+    _taken(10, "Homing is ignored", "home", _HOME, lambda f: []),
+    _taken(6, "A stop is ignored", _STOPS, _STOP, lambda f: []),
+    _moving_ones(3, "One way to stop is ignored", _one_stop_mode, _STOPS),
+    _taken(14, "A move falls short", _TO, _ABSOLUTE, _off("absolute_distance", lambda n: n - n // 16)),
+    _taken(4, "A relative move goes twice as far", _TO, _RELATIVE,
+           _off("relative_distance", lambda n: n * 2)),
+    _taken(1, "A relative move goes half as far", _TO, _RELATIVE, _halved("relative_distance")),
+    _taken(1, "A relative move is done as an absolute one", _TO, _RELATIVE, lambda f: [f.renamed(_ABSOLUTE)]),
+    _taken(1, "A jog goes in the other direction", "move-jog", _JOG, _other_direction),
+    _taken(1, "A move at constant velocity goes in the other direction", _STOPS, _VELOCITY, _other_direction),
+    _moving_ones(13, "A move without a target is not accepted", _short_form, "move-stored"),
+    _moving_ones(2, "A move without a target uses the last one", _stored_is_forgotten, "move-stored"),
+    _taken(1, "End messages cannot be suspended", "suspend", "MOT_SUSPEND_ENDOFMOVEMSGS", lambda f: []),
+    _taken(1, "End messages cannot be resumed", "suspend", "MOT_RESUME_ENDOFMOVEMSGS", lambda f: []),
 )  # fmt: skip

@@ -18,7 +18,7 @@ _STATUS = "PZ_GET_PZSTATUSUPDATE"
 _SOLENOID = ("MOT_SET_SOL_STATE", "MOT_SET_SOL_OPERATINGMODE")
 
 
-def _taken(name: str, found_by: str, message: str, change: Change) -> Defect:
+def _taken(seed: int, name: str, found_by: str, message: str, change: Change) -> Defect:
     """Return a defect in the effect of a message."""
 
     def make(draw: Draw) -> tuple[Firmware, str]:
@@ -27,7 +27,7 @@ def _taken(name: str, found_by: str, message: str, change: Change) -> Defect:
             _senses(draw)
         return Takes(named(message), change), message
 
-    return Defect(name, of(found_by), make)
+    return Defect(seed, name, of(found_by), make)
 
 
 def _senses(draw: Draw) -> None:
@@ -37,23 +37,25 @@ def _senses(draw: Draw) -> None:
         raise NotHereError
 
 
-def _command(name: str, found_by: str, message: str, change: Change) -> Defect:
+def _command(seed: int, name: str, found_by: str, message: str, change: Change) -> Defect:
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.claims(message)
         _senses(draw)
         return Takes(named(message), change), message
 
-    return Defect(name, of(found_by), make)
+    return Defect(seed, name, of(found_by), make)
 
 
-def _said(name: str, found_by: str, message: str, change: Change) -> Defect:
+def _said(
+    seed: int, name: str, found_by: str, message: str, change: Change, *, senses: bool = False
+) -> Defect:
     def make(draw: Draw) -> tuple[Firmware, str]:
         draw.claims(message)
-        if "closed loop" in name:
+        if senses:
             _senses(draw)
         return Says(named(message), change), message
 
-    return Defect(name, of(found_by), make)
+    return Defect(seed, name, of(found_by), make)
 
 
 def _in_any_mode(setter: str, other: str, mode: int) -> Callable[[Draw], tuple[Firmware, str]]:
@@ -122,12 +124,12 @@ def _never_announced(draw: Draw) -> tuple[Firmware, str]:
     return Silent(), "PZ_SET_OUTPUTMAXVOLTS"
 
 
-def _digital(name: str, change: Callable[[int], int]) -> Defect:
+def _digital(seed: int, name: str, change: Callable[[int], int]) -> Defect:
     def make(draw: Draw) -> tuple[Firmware, str]:
         setter = draw.one_of("RACK_SET_DIGOUTPUTS")
         return Takes(named(setter), lambda f: [f.with_("dig_op", change(f["dig_op"]))]), setter
 
-    return Defect(name, of("digital-outputs"), make)
+    return Defect(seed, name, of("digital-outputs"), make)
 
 
 def _without(bits: int) -> Change:
@@ -147,27 +149,29 @@ def _without_second(frame: Frame) -> list[Frame]:
 
 
 OUTPUTS = (
-    _taken("A voltage is ignored", "piezo-volts", _VOLTS, lambda f: []),
-    _taken("A voltage is halved", "piezo-volts", _VOLTS, _times("voltage", 0.5)),
-    _taken("A voltage changes its sign", "piezo-volts", _VOLTS, _times("voltage", -1)),
-    _taken("A position is ignored", "piezo-position", _POSITION, lambda f: []),
-    _taken("A position is halved", "piezo-position", _POSITION, _times("position_sw", 0.5)),
-    _taken("The loop is never closed", _LOOP, _MODE, lambda f: [] if f["mode"] in (2, 4) else [f]),
-    _taken("The smooth modes are not supported", _LOOP, _MODE, lambda f: [] if f["mode"] > 2 else [f]),
-    Defect("A voltage is accepted in closed loop", of(_PIEZO), _in_any_mode(_VOLTS, _POSITION, 1)),
-    Defect("A position is accepted in open loop", of(_PIEZO), _in_any_mode(_POSITION, _VOLTS, 2)),
-    _said("The status reports half of the voltage", "piezo-volts status", _STATUS, _times("op_voltage", 0.5)),
-    _said("The status never reports a closed loop", f"{_LOOP} status", _STATUS, _without(0x400)),
-    _command("A waveform cannot be started", "piezo-lut", "PZ_START_LUTOUTPUT", lambda f: []),
-    _command("A waveform cannot be stopped", "piezo-lut", "PZ_STOP_LUTOUTPUT", lambda f: []),
-    _command("Samples of a waveform are shifted by one", "piezo-lut", _SAMPLE, _shifted),
-    _command("A waveform loses its second sample", "piezo-lut", _SAMPLE, _without_second),
-    _command("Zeroing is ignored", "piezo-zero", "PZ_SET_ZERO", lambda f: []),
-    Defect("A new maximum voltage is not announced", of("readback"), _never_announced),
-    Defect("A solenoid does not obey", of("solenoid-state solenoid-mode"), _disobedient_solenoid),
-    Defect("A channel cannot be disabled", of("enable"), _enabling(2)),
-    Defect("A channel cannot be enabled", of("enable"), _enabling(1)),
-    _digital("Digital outputs cannot be set", lambda bits: 0),
-    _digital("A digital output is stuck", lambda bits: bits | 0x04),
-    _digital("Digital outputs are exchanged", lambda bits: bits >> 1 | bits << 3 & 0x08),
+    _taken(7, "A voltage is ignored", "piezo-volts", _VOLTS, lambda f: []),
+    _taken(1, "A voltage is halved", "piezo-volts", _VOLTS, _times("voltage", 0.5)),
+    _taken(15, "A voltage changes its sign", "piezo-volts", _VOLTS, _times("voltage", -1)),
+    _taken(1, "A position is ignored", "piezo-position", _POSITION, lambda f: []),
+    _taken(1, "A position is halved", "piezo-position", _POSITION, _times("position_sw", 0.5)),
+    _taken(3, "The loop is never closed", _LOOP, _MODE, lambda f: [] if f["mode"] in (2, 4) else [f]),
+    _taken(2, "The smooth modes are not supported", _LOOP, _MODE, lambda f: [] if f["mode"] > 2 else [f]),
+    Defect(4, "A voltage is accepted in closed loop", of(_PIEZO), _in_any_mode(_VOLTS, _POSITION, 1)),
+    Defect(9, "A position is accepted in open loop", of(_PIEZO), _in_any_mode(_POSITION, _VOLTS, 2)),
+    _said(7, "The status reports half of the voltage", "piezo-volts status", _STATUS,
+          _times("op_voltage", 0.5)),
+    _said(3, "The status never reports a closed loop", f"{_LOOP} status", _STATUS, _without(0x400),
+          senses=True),
+    _command(1, "A waveform cannot be started", "piezo-lut", "PZ_START_LUTOUTPUT", lambda f: []),
+    _command(6, "A waveform cannot be stopped", "piezo-lut", "PZ_STOP_LUTOUTPUT", lambda f: []),
+    _command(12, "Samples of a waveform are shifted by one", "piezo-lut", _SAMPLE, _shifted),
+    _command(12, "A waveform loses its second sample", "piezo-lut", _SAMPLE, _without_second),
+    _command(4, "Zeroing is ignored", "piezo-zero", "PZ_SET_ZERO", lambda f: []),
+    Defect(15, "A new maximum voltage is not announced", of("readback"), _never_announced),
+    Defect(6, "A solenoid does not obey", of("solenoid-state solenoid-mode"), _disobedient_solenoid),
+    Defect(6, "A channel cannot be disabled", of("enable"), _enabling(2)),
+    Defect(1, "A channel cannot be enabled", of("enable"), _enabling(1)),
+    _digital(1, "Digital outputs cannot be set", lambda bits: 0),
+    _digital(1, "A digital output is stuck", lambda bits: bits | 0x04),
+    _digital(1, "Digital outputs are exchanged", lambda bits: bits >> 1 | bits << 3 & 0x08),
 )  # fmt: skip

@@ -187,28 +187,28 @@ class _Swaps(Firmware):
 
 
 RECEPTION = (
-    Defect("An unknown id upsets it", of("unknown-id"), _upset(_is_unknown)),
-    Defect("The packet of an unknown message is read as messages", of("unknown-id"), _made(_ReadsPackets)),
-    Defect("Unknown messages are sent back", of("unknown-id wrong-length"), _made(_Parrot)),
-    Defect("A packet where none belongs upsets it", of("wrong-length"), _upset(_has_odd_length)),
-    Defect("A truncated frame upsets it", of("truncated"), _upset(_is_cut_short),
+    Defect(1, "An unknown id upsets it", of("unknown-id"), _upset(_is_unknown)),
+    Defect(6, "The packet of an unknown message is read as messages", of("unknown-id"), _made(_ReadsPackets)),
+    Defect(1, "Unknown messages are sent back", of("unknown-id wrong-length"), _made(_Parrot)),
+    Defect(1, "A packet where none belongs upsets it", of("wrong-length"), _upset(_has_odd_length)),
+    Defect(1, "A truncated frame upsets it", of("truncated"), _upset(_is_cut_short),
            result=Result.FRAGILE),
-    Defect("Garbage upsets it", of("garbage"), _upset(_is_rubbish), result=Result.FRAGILE),
-    Defect("It waits for ever for the rest of a frame", of("truncated"), _made(_WaitsForTheRest),
+    Defect(1, "Garbage upsets it", of("garbage"), _upset(_is_rubbish), result=Result.FRAGILE),
+    Defect(1, "It waits for ever for the rest of a frame", of("truncated"), _made(_WaitsForTheRest),
            result=Result.FRAGILE),
     Defect(
-        "It completes a frame with the next one", of("truncated"), _made(_FillsUp),
+        1, "It completes a frame with the next one", of("truncated"), _made(_FillsUp),
         result=Result.FRAGILE,
     ),
     Defect(
-        "It answers to every address", of("foreign-destination"), _takes_every_address,
+        11, "It answers to every address", of("foreign-destination"), _takes_every_address,
         result=Result.NON_STRICT,
     ),
     Defect(
-        "It answers to addresses of other units", of("foreign-destination"), _takes_documented_addresses,
+        3, "It answers to addresses of other units", of("foreign-destination"), _takes_documented_addresses,
         result=Result.NON_STRICT,
     ),
-    Defect("It buffers only five messages", of("back-to-back"), _made(lambda: _SmallBuffer(5))),
-    Defect("It buffers only ten messages", of("back-to-back"), _made(lambda: _SmallBuffer(10))),
-    Defect("Replies come in another order", of("back-to-back"), _made(_Swaps)),
+    Defect(1, "It buffers only five messages", of("back-to-back"), _made(lambda: _SmallBuffer(5))),
+    Defect(1, "It buffers only ten messages", of("back-to-back"), _made(lambda: _SmallBuffer(10))),
+    Defect(1, "Replies come in another order", of("back-to-back"), _made(_Swaps)),
 )  # fmt: skip

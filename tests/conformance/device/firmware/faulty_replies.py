@@ -31,6 +31,7 @@ def _is_long(asked: Asked) -> bool:
 
 
 def _reply(
+    seed: int,
     name: str,
     change: Callable[[Draw, Asked], Change],
     allow: Callable[[Asked], bool] = _always,
@@ -43,7 +44,7 @@ def _reply(
         asked = draw.asked(allow)
         return Says(asked.is_answer, change(draw, asked)), asked.answer
 
-    return Defect(name, found_by, make, result=result)
+    return Defect(seed, name, found_by, make, result=result)
 
 
 def _always_so(change: Change) -> Callable[[Draw, Asked], Change]:
@@ -166,30 +167,32 @@ class _AnswersBeforehand(Firmware):
 
 
 REPLIES = (
-    _reply("A request is never answered", _always_so(lambda frame: [])),
-    _reply("A request is answered twice", _always_so(lambda frame: [frame, frame])),
-    _reply("A reply is too short", _shorter, _has_packet),
-    _reply("A reply is longer than documented", _longer, _is_long, Result.NON_STRICT),
-    _reply("The header of a reply states another length", _length_in_header, _has_packet),
+    _reply(7, "A request is never answered", _always_so(lambda frame: [])),
+    _reply(1, "A request is answered twice", _always_so(lambda frame: [frame, frame])),
+    _reply(1, "A reply is too short", _shorter, _has_packet),
+    _reply(7, "A reply is longer than documented", _longer, _is_long, Result.NON_STRICT),
+    _reply(1, "The header of a reply states another length", _length_in_header, _has_packet),
     _reply(
+        12,
         "A reply with a packet lacks the packet flag",
         _always_so(lambda frame: [frame.patched(4, bytes((frame.dest,)))]),
         _has_packet,
     ),
-    _reply("A reply comes from another address", _other_place),
-    _reply("A reply goes to another address", _always_so(lambda frame: [frame.to(0x2A)])),
+    _reply(1, "A reply comes from another address", _other_place),
+    _reply(1, "A reply goes to another address", _always_so(lambda frame: [frame.to(0x2A)])),
     _reply(
+        15,
         "A reply keeps the addresses of the request",
         _always_so(lambda frame: [frame.to(frame.source).coming_from(HOST)]),
         result=Result.NON_STRICT,
     ),
-    _reply("A reply is about another channel", _other_channel, _has_channel),
-    _reply("A reply has the id of another message", _other_id),
-    _reply("A reply has an unknown id", _unknown_id),
-    _reply("Another message follows a reply", _two_in_a_row),
-    Defect("One reply in fifty is lost", _ANYWHERE | {"back-to-back"}, _drops),
-    Defect("A reply comes after more than a second", _ANYWHERE, _too_late),
-    Defect("Replies take longer than promised", of("timing"), _slow),
-    Defect("Channel 2 is answered as channel 1", _ANYWHERE, _other_channel_answers),
-    Defect("Two bays are mixed up", _ANYWHERE | {"bays"}, _bays_mixed_up),
+    _reply(3, "A reply is about another channel", _other_channel, _has_channel),
+    _reply(1, "A reply has the id of another message", _other_id),
+    _reply(1, "A reply has an unknown id", _unknown_id),
+    _reply(1, "Another message follows a reply", _two_in_a_row),
+    Defect(1, "One reply in fifty is lost", _ANYWHERE | {"back-to-back"}, _drops),
+    Defect(15, "A reply comes after more than a second", _ANYWHERE, _too_late),
+    Defect(11, "Replies take longer than promised", of("timing"), _slow),
+    Defect(5, "Channel 2 is answered as channel 1", _ANYWHERE, _other_channel_answers),
+    Defect(2, "Two bays are mixed up", _ANYWHERE | {"bays"}, _bays_mixed_up),
 )

@@ -69,6 +69,7 @@ def a_setting(
 
 
 def _taken(
+    seed: int,
     name: str,
     change: Callable[[Setting], Change],
     hows: Iterable[How] = (),
@@ -81,7 +82,7 @@ def _taken(
         setting = a_setting(draw, hows, allow)
         return Takes(setting.is_set, change(setting)), setting.set
 
-    return Defect(name, _READ_BACK, make, result=result)
+    return Defect(seed, name, _READ_BACK, make, result=result)
 
 
 def _is_wide(setting: Setting) -> bool:
@@ -278,20 +279,20 @@ def _neighbour(draw: Draw) -> tuple[Firmware, str]:
 
 
 SETTINGS = (
-    _taken("A SET is ignored", lambda setting: lambda frame: []),
-    _taken("One value of a SET is not stored", _kept),
-    _taken("A value is off by one", _off_by_one, NUMBERS),
-    _taken("A value is stored with the wrong byte order", _reversed, NUMBERS, _turns_round),
-    _taken("Only half of the bytes of a value are stored", _half, NUMBERS, _is_wide),
-    _taken("A value is rounded", _rounded, NUMBERS, _can_be_rounded, Result.NON_STRICT),
-    Defect("Two values of a SET are exchanged", _READ_BACK, _swapped),
-    Defect("A bit of a mask is lost", _READ_BACK, partial(_bit, stuck=False), ("TDC001",)),
-    Defect("A bit of a mask is stuck", _READ_BACK, partial(_bit, stuck=True), ("TDC001",)),
-    Defect("A documented value is refused", _READ_BACK, _one_value, result=Result.NON_STRICT),
-    Defect("A SET also sets another channel", of("channels"), partial(_elsewhere, bays=False)),
-    Defect("A SET also sets another bay", of("bays-apart"), partial(_elsewhere, bays=True)),
-    Defect("A SET is answered", _READ_BACK, _answered),
-    Defect("A SET takes effect one message late", _READ_BACK, _one_late),
-    Defect("A GET always repeats its first value", _READ_BACK, _as_it_woke),
-    Defect("A SET writes into another parameter set", _READ_BACK, _neighbour),
+    _taken(1, "A SET is ignored", lambda setting: lambda frame: []),
+    _taken(1, "One value of a SET is not stored", _kept),
+    _taken(10, "A value is off by one", _off_by_one, NUMBERS),
+    _taken(1, "A value is stored with the wrong byte order", _reversed, NUMBERS, _turns_round),
+    _taken(1, "Only half of the bytes of a value are stored", _half, NUMBERS, _is_wide),
+    _taken(10, "A value is rounded", _rounded, NUMBERS, _can_be_rounded, Result.NON_STRICT),
+    Defect(1, "Two values of a SET are exchanged", _READ_BACK, _swapped),
+    Defect(1, "A bit of a mask is lost", _READ_BACK, partial(_bit, stuck=False), ("TDC001",)),
+    Defect(1, "A bit of a mask is stuck", _READ_BACK, partial(_bit, stuck=True), ("TDC001",)),
+    Defect(2, "A documented value is refused", _READ_BACK, _one_value, result=Result.NON_STRICT),
+    Defect(9, "A SET also sets another channel", of("channels"), partial(_elsewhere, bays=False)),
+    Defect(3, "A SET also sets another bay", of("bays-apart"), partial(_elsewhere, bays=True)),
+    Defect(1, "A SET is answered", _READ_BACK, _answered),
+    Defect(12, "A SET takes effect one message late", _READ_BACK, _one_late),
+    Defect(11, "A GET always repeats its first value", _READ_BACK, _as_it_woke),
+    Defect(1, "A SET writes into another parameter set", _READ_BACK, _neighbour),
 )  # fmt: skip

@@ -31,7 +31,11 @@ def _bits(name: str) -> Mapping[str, int]:
 
 
 def _told(
-    name: str, found_by: str, change: Callable[[str], Change], which: tuple[str, ...] = _MOTORS
+    seed: int,
+    name: str,
+    found_by: str,
+    change: Callable[[str], Change],
+    which: tuple[str, ...] = _MOTORS,
 ) -> Defect:
     """Return a defect in the status, solicited or not."""
 
@@ -39,7 +43,7 @@ def _told(
         status = draw.one_of(*which)
         return Says(named(status), change(status)), status
 
-    return Defect(name, of(found_by), make)
+    return Defect(seed, name, of(found_by), make)
 
 
 def _bit_set(*wanted: str) -> Callable[[str], Change]:
@@ -59,6 +63,10 @@ def _stuck(*wanted: str, on: bool) -> Callable[[Draw], tuple[Firmware, str]]:
         status = draw.one_of(*_MOTORS)
         if any(name not in _bits(status) for name in wanted):
             raise NotHereError
+        if (
+            not on and "channel_enabled" not in wanted
+        ):  # a unit without motion never sets the others
+            draw.moves()
         mask = sum(_bits(status)[name] for name in wanted)
 
         def change(frame: Frame) -> list[Frame]:
@@ -91,6 +99,7 @@ def _frozen(field: str) -> Callable[[Draw], tuple[Firmware, str]]:
 
 def _one_behind(draw: Draw) -> tuple[Firmware, str]:
     """Report the bits of the previous status."""
+    draw.moves()
     status = draw.one_of(*_MOTORS)
     last: dict[tuple[int, int | None], int] = {}
 
@@ -136,20 +145,21 @@ def _channel_zero(status: str) -> Change:
 
 
 STATUS = (
-    Defect("Both limit bits are stuck on", of("status"), _stuck(*_LIMITS, on=True), result=Result.NON_STRICT),
-    _told("The status reports motion in both directions", "status", _bit_set(*_MOVING[:2])),
-    Defect("The moving bit is stuck on", of("status"), _stuck("moving_forward", on=True)),
-    Defect("The moving bits are never set", of(_MOVES), _stuck(*_MOVING, on=False)),
-    Defect("The homed bit is never set", of("home"), _stuck("homed", on=False)),
-    Defect("The homing bit is never set", of("home"), _stuck("homing", on=False)),
-    Defect("The limit bits are never set", of("limits"), _stuck(*_LIMITS, on=False), _WITH_SWITCHES),
-    Defect("The enabled bit is never set", of("status enable"), _stuck("channel_enabled", on=False)),
-    Defect("The position in the status is stale", of("status counters"), _frozen("position")),
-    Defect("The bits in the status are stale", of(f"status {_MOVES}"), _frozen("status_bits")),
-    Defect("The status is one behind", of(f"status {_MOVES}"), _one_behind),
-    _told("A field of the status has another width", f"status answers {_MOVES}", _shifted),
-    Defect("The status is that of another family", of("status answers"), _of_the_other_family),
-    _told("The status is about channel 0", "status answers updates", _channel_zero, _STATUSES),
-    Defect("Two messages report different status bits", of("status"), _at_odds),
-    Defect("Counter and status report different positions", of("status"), _other_position),
+    Defect(1, "Both limit bits are stuck on", of("status"), _stuck(*_LIMITS, on=True),
+           result=Result.NON_STRICT),
+    _told(1, "The status reports motion in both directions", "status", _bit_set(*_MOVING[:2])),
+    Defect(3, "The moving bit is stuck on", of("status"), _stuck("moving_forward", on=True)),
+    Defect(7, "The moving bits are never set", of(_MOVES), _stuck(*_MOVING, on=False)),
+    Defect(1, "The homed bit is never set", of("home"), _stuck("homed", on=False)),
+    Defect(7, "The homing bit is never set", of("home"), _stuck("homing", on=False)),
+    Defect(2, "The limit bits are never set", of("limits"), _stuck(*_LIMITS, on=False), _WITH_SWITCHES),
+    Defect(15, "The enabled bit is never set", of("status enable"), _stuck("channel_enabled", on=False)),
+    Defect(1, "The position in the status is stale", of("status counters"), _frozen("position")),
+    Defect(1, "The bits in the status are stale", of(f"status {_MOVES}"), _frozen("status_bits")),
+    Defect(1, "The status is one behind", of(f"status {_MOVES}"), _one_behind),
+    _told(10, "A field of the status has another width", f"status answers {_MOVES}", _shifted),
+    Defect(1, "The status is that of another family", of("status answers"), _of_the_other_family),
+    _told(1, "The status is about channel 0", "status answers updates", _channel_zero, _STATUSES),
+    Defect(1, "Two messages report different status bits", of("status"), _at_odds),
+    Defect(1, "Counter and status report different positions", of("status"), _other_position),
 )  # fmt: skip

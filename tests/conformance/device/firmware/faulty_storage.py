@@ -49,12 +49,12 @@ def _beyond_its_range(draw: Draw) -> tuple[Firmware, str]:
     return Says(asked.is_answer, lambda frame: [frame.with_(name, top)]), asked.answer
 
 
-def _counter(name: str, change: Change) -> Defect:
+def _counter(seed: int, name: str, change: Change) -> Defect:
     def make(draw: Draw) -> tuple[Firmware, str]:
         setter = draw.one_of("MOT_SET_POSCOUNTER", "MOT_SET_ENCCOUNTER")
         return Takes(named(setter), change), setter
 
-    return Defect(name, of("counters"), make)
+    return Defect(seed, name, of("counters"), make)
 
 
 def _field_of_counter(frame: Frame) -> str:
@@ -89,14 +89,15 @@ def _saving_takes_its_time(draw: Draw) -> tuple[Firmware, str]:
 
 
 STORAGE = (
-    Defect("A start velocity is not zero", of("answers readback"), _not_zero),
-    Defect("A value is told that is beyond its range", of("answers"), _beyond_its_range),
-    _counter("A counter cannot be set", lambda frame: []),
+    Defect(6, "A start velocity is not zero", of("answers readback"), _not_zero),
+    Defect(8, "A value is told that is beyond its range", of("answers"), _beyond_its_range),
+    _counter(1, "A counter cannot be set", lambda frame: []),
     _counter(
+        1,
         "A counter loses its sign",
         lambda f: [f.with_(_field_of_counter(f), abs(f[_field_of_counter(f)]))],
     ),
-    Defect("Saving is answered", of("eeprom"), _saving_answered),
-    Defect("Saving spoils a value", of("eeprom"), _saving_spoils),
-    Defect("Messages are lost while parameters are saved", of("eeprom"), _saving_takes_its_time),
+    Defect(1, "Saving is answered", of("eeprom"), _saving_answered),
+    Defect(1, "Saving spoils a value", of("eeprom"), _saving_spoils),
+    Defect(7, "Messages are lost while parameters are saved", of("eeprom"), _saving_takes_its_time),
 )

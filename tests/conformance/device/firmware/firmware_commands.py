@@ -68,14 +68,15 @@ class FaultyCommandLink(WrappedLink):
 class CommandDefect:
     """A defect in the firmware of an MS-2000; see :class:`.Defect`."""
 
+    seed: int
     name: str
     found_by: frozenset[str]
     make: Callable[[Random], tuple[CommandFirmware, str]]
     result: Result = Result.FAIL
 
-    def draw(self, seed: int) -> tuple[str, CommandFirmware, str]:
+    def draw(self, number: int) -> tuple[str, CommandFirmware, str]:
         """Return a unit, the firmware, and the command that the check must name; empty for any."""
-        random = Random(f"{self.name}/{seed}")
+        random = Random(f"{self.seed}/{number}")
         unit = random.choice(_UNITS)
         firmware, about = self.make(random)
         return unit, firmware, about

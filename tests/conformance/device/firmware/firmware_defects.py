@@ -25,6 +25,7 @@ class NotHereError(Exception):
 class Defect:
     """A defect of firmware.
 
+    :param seed: selects the unit and the message, so that a new name changes neither.
     :param name: as in a bug report.
     :param found_by: kinds of checks, one of which must find it.
     :param make: makes the firmware for a unit; returns it with the message that the check must name; empty
@@ -33,15 +34,16 @@ class Defect:
     :param result: its severity.
     """
 
+    seed: int
     name: str
     found_by: frozenset[str]
     make: Callable[[Draw], tuple[Firmware, str]]
     units: Sequence[str] = ()
     result: Result = Result.FAIL
 
-    def draw(self, seed: int) -> Drawn:
-        """Return the defect on a unit and in a message, selected by the seed."""
-        random = Random(f"{self.name}/{seed}")
+    def draw(self, number: int) -> Drawn:
+        """Return the defect on a unit and in a message, selected by its seed and the number of the draw."""
+        random = Random(f"{self.seed}/{number}")
         names = list(self.units or [name for name in BENCHES if not name.endswith("2000")])
         random.shuffle(names)
         for name in names:

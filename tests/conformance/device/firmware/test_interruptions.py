@@ -9,29 +9,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from random import Random
 from typing import Any
 
 import pytest
-from faulty_commands import COMMANDS
-from faulty_dynamics import DYNAMICS
-from faulty_moves import MOVES
 from firmware_bench import bench
 from firmware_commands import CommandDefect, FaultyCommandLink
+from firmware_corpus import COMMANDS, DEFECTS
 from firmware_defects import Defect
 from firmware_line import FaultyLink
+from runaways import RUNAWAYS, with_runaway, with_runaway_axis
+
 from interruptions import (
     Firmware,
     Interruption,
-    commanded,
+    Rig,
     correct,
-    draws,
-    judge,
+    interrupt,
+    interrupt_kinds,
     kinds_that_move,
     run_kind,
+    virtual_rig,
 )
-from runaways import RUNAWAYS, with_runaway, with_runaway_axis
-
 from stagewire.links import Link
 from stagewire_cli.conformance.sheets import show_end
 from stagewire_conformance.reports import as_html, as_json, as_junit
@@ -48,17 +46,9 @@ FAMILIES = {
 POINTS = 50
 
 
-def interrupt(unit: str, kind: str, firmware: Callable[[], Firmware], count: int, name: str) -> int:
-    """Interrupt the checks of a kind at some points, and judge each run; return the number of runs."""
-    on = bench(unit)
-    whole = run_kind(on, kind, Interruption(), firmware())
-    if not whole.link.began:
-        return 0  # nothing moves there
-    number = 0
-    for what in draws(name, whole.link.began, whole.link.operations, count):
-        judge(on, run_kind(on, kind, what, firmware()))
-        number += 1
-    return number
+def rigs(unit: str, firmware: Firmware = correct) -> Callable[[], Rig]:
+    """Return a function that makes a unit with defective firmware."""
+    return lambda: virtual_rig(bench(unit).make(seed=0), firmware)
 
 
 def cases() -> Iterator[Any]:
@@ -72,7 +62,7 @@ def cases() -> Iterator[Any]:
 
 @pytest.mark.parametrize(("unit", "kind", "count"), [*cases()])
 def test_an_interrupted_check_is_safe(unit: str, kind: str, count: int) -> None:
-    interrupt(unit, kind, lambda: correct, count, f"{unit}/{kind}")
+    interrupt(bench(unit), kind, rigs(unit), count, f"{unit}/{kind}")
 
 
 def runaway_cases() -> Iterator[Any]:
@@ -87,53 +77,48 @@ def runaway_cases() -> Iterator[Any]:
 
 @pytest.mark.parametrize(("unit", "name", "kind", "count"), [*runaway_cases()])
 def test_a_runaway_motor_is_never_made_faster(unit: str, name: str, kind: str, count: int) -> None:
-    def make() -> Firmware:
-        return lambda link: with_runaway(name, link, bench(unit).status)
+    def firmware(link: Link) -> Link:
+        return with_runaway(name, link, bench(unit).status)
 
-    interrupt(unit, kind, make, count, f"{unit}/{name}/{kind}")
+    interrupt(bench(unit), kind, rigs(unit, firmware), count, f"{unit}/{name}/{kind}")
 
 
 @pytest.mark.parametrize("kind", kinds_that_move(bench("MS2000")))
 def test_a_runaway_axis_is_never_made_faster(kind: str) -> None:
-    interrupt("MS2000", kind, lambda: with_runaway_axis, 2, f"runaway axis/{kind}")
+    interrupt(bench("MS2000"), kind, rigs("MS2000", with_runaway_axis), 2, f"runaway axis/{kind}")
+
+
+def moves(defect: Defect) -> bool:
+    """Return whether the unit of a defect moves something."""
+    return bool(kinds_that_move(bench(defect.draw(0).unit)))
+
+
+MOVING = (*filter(moves, DEFECTS), *COMMANDS)
 
 
 def faulty_cases() -> Iterator[Any]:
-    for number, defect in enumerate((*MOVES, *DYNAMICS, *COMMANDS)):
-        if number % 24 == 0:
+    for number, defect in enumerate(MOVING):
+        if number % 40 == 0:
             yield pytest.param(defect, 3, id=f"{defect.name}-some".replace(" ", "-"))
         yield pytest.param(
             defect, POINTS, id=defect.name.replace(" ", "-"), marks=pytest.mark.matrix
         )
 
 
-def faulty(defect: Defect | CommandDefect) -> tuple[str, Callable[[], Firmware]]:
-    """Return the unit of a defect, and a function that makes its firmware."""
+def faulty(defect: Defect | CommandDefect) -> tuple[str, Firmware]:
+    """Return the unit of a defect, and its firmware, which is made anew for each link."""
     if isinstance(defect, CommandDefect):
-        unit, _, _ = defect.draw(0)
-
-        def command(link: Link) -> Link:
-            return FaultyCommandLink(link, defect.draw(0)[1])
-
-        return unit, lambda: command
+        return defect.draw(0)[0], lambda link: FaultyCommandLink(link, defect.draw(0)[1])
     unit = defect.draw(0).unit
-
-    def framed(link: Link) -> Link:
-        return FaultyLink(link, defect.draw(0).firmware, bench(unit).status)
-
-    return unit, lambda: framed
+    return unit, lambda link: FaultyLink(link, defect.draw(0).firmware, bench(unit).status)
 
 
 @pytest.mark.parametrize(("defect", "count"), [*faulty_cases()])
 def test_an_interrupted_faulty_controller_is_safe(
     defect: Defect | CommandDefect, count: int
 ) -> None:
-    unit, make = faulty(defect)
-    kinds = kinds_that_move(bench(unit))
-    Random(defect.name).shuffle(kinds)
-    each = max(1, count // len(kinds))
-    for kind in kinds[:count]:
-        interrupt(unit, kind, make, each, f"{defect.name}/{kind}")
+    unit, firmware = faulty(defect)
+    interrupt_kinds(bench(unit), rigs(unit, firmware), count, defect.seed)
 
 
 def test_the_last_line_and_every_report_say_that_a_motor_still_moves(
@@ -144,10 +129,11 @@ def test_the_last_line_and_every_report_say_that_a_motor_still_moves(
     def firmware(link: Link) -> Link:
         return with_runaway("obeys nothing", link, on.status)
 
-    whole = run_kind(on, "move-velocity", Interruption(), firmware)
+    make = rigs("TDC001", firmware)
+    whole = run_kind(on, make(), "move-velocity", Interruption())
     at = (whole.link.began + whole.link.operations) // 2
-    ended = run_kind(on, "move-velocity", Interruption(at, "SIGINT"), firmware)
-    assert any(commanded(ended.controller).values())
+    ended = run_kind(on, make(), "move-velocity", Interruption(at, "SIGINT"))
+    assert any(ended.rig.commanded().values())
     [text] = ended.report.adrift
     sheet = sheet_of(ended.report, on.checks, 1.0, lambda only: f"repeat {only}")
     show_end(sheet, [])

@@ -8,8 +8,8 @@ from fractions import Fraction
 
 import pytest
 from firmware_bench import BENCHES, Bench, bench
-from interruptions import commanded
 
+from interruptions import commanded
 from parts import chosen
 from stagewire.links import Link
 from stagewire_conformance.device.permissions import Range

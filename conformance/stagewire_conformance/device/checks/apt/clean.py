@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from stagewire.protocols import HEADER_SIZE
 from stagewire_conformance.device.causes import Cause, Causes, silence
 from stagewire_conformance.device.check import Case
 from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED
@@ -30,7 +31,11 @@ _PATIENCE: Final = 0.4
 """Seconds to wait for the reply when a clean request is repeated."""
 
 _LONGEST: Final = 300
-"""Enough bytes to complete any packet that a controller may be waiting for, and a header."""
+"""Enough bytes to complete the longest documented packet and a header."""
+_LONGER: Final = 0x10000
+"""Enough bytes to complete any packet whose length a header can state, and a header."""
+_PER_SECOND: Final = 11_520
+"""Bytes per second on the line (page 8)."""
 
 
 def identity_of(declared: Declaration) -> tuple[str, ...]:
@@ -99,7 +104,8 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
         came=raw_of(came),
     )
     if not _put_into_step(trial, request):
-        trial.causes.report(silence(request.place.name), trial.check)
+        for silent in _silent_places(trial, request.place):
+            trial.causes.report(silence(silent.name), trial.check)
     return False
 
 
@@ -134,13 +140,26 @@ def _put_into_step(trial: Trial, request: Request) -> bool:
 
     Return whether the controller answers again.
     """
-    for zeros in (1, 1, 1, 1, 1, _LONGEST, 1, 1, 1, 1, 1):
+    singles = (1,) * (HEADER_SIZE - 1)
+    for zeros in (*singles, _LONGEST, *singles, _LONGER, *singles):
         trial.line.send_bytes(
             bytes(zeros), "zeros, to complete what the controller may be waiting for"
         )
-        if trial.line.ask(request.message, request.place.address, wait=_PATIENCE) is not None:
+        wait = _PATIENCE + zeros / _PER_SECOND
+        if trial.line.ask(request.message, request.place.address, wait=wait) is not None:
             return True
     return False
+
+
+def _silent_places(trial: Trial, silent: Target) -> Iterator[Target]:
+    """Yield a place that does not answer, and all others that do not answer either."""
+    yield silent
+    for place in trial.declared.places:
+        request = clean_request(trial.declared, place, trial.causes)
+        if place is silent or request is None:
+            continue
+        if trial.line.ask(request.message, place.address, wait=_PATIENCE) is None:
+            yield place
 
 
 def before_clean_request(declared: Declaration, allowed: Permissions) -> Iterator[Case]:

@@ -206,8 +206,9 @@ def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
             yield Fault(
                 name, f"{name} is {value:#x}; the document does not define the bits {more:#x}"
             )
-    elif table and not is_open and "modifiers" not in field:
-        if value not in table.values():
+    elif table and not is_open:
+        modifiers = {table[each] for each in field.get("modifiers", ())}
+        if value & ~sum(modifiers) not in set(table.values()) - modifiers:
             known = ", ".join(
                 f"{each} ({key})" for key, each in sorted(table.items(), key=lambda item: item[1])
             )

@@ -7,7 +7,7 @@ disabled again if it was disabled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import messages as m
@@ -45,8 +45,6 @@ _SETTLING: Final = 0.5
 
 _SHORTEST: Final = 16
 """The shortest move in counts that can be observed."""
-_CREEPS: Final = 10.0
-"""Counts/s up to which a motor may only tremble."""
 JITTER: Final = 4
 """Counts by which a servo at rest may be seen to move."""
 HELD: Final = 64
@@ -155,7 +153,7 @@ class Axis:
         status = self.inside()
         self.send_if_claimed(m.MotResumeEndOfMoveMsgs())
         switch(self.trial, self.place, self.channel, EnableState.ENABLE)
-        self.pace = self._measured(pace_of(self.trial, self.place, self.channel))
+        self.pace = pace_of(self.trial, self.place, self.channel)
         if status.bits.homed and "MOT_REQ_PMDSTAGEAXISPARAMS" in self.place.messages:
             # Such a controller has the travel of its stage (page 76), which the allowed range may exceed.
             told = self.ask(m.MotReqPmdStageAxisParams(self.channel)).message
@@ -167,20 +165,6 @@ class Axis:
         if "MOT_REQ_GENMOVEPARAMS" in self.place.messages:
             reply = self.ask(m.MotReqGenMoveParams(self.channel))
             self.backlash = reply.message.backlash_distance
-
-    def _measured(self, pace: Pace) -> Pace:
-        """Return a pace with the velocity that was measured in earlier moves, if it has no scale."""
-        ratio = self.trial.line.measured.get((self.place.address, self.channel))
-        return (
-            pace if pace.known or ratio is None else replace(pace, measured=pace.velocity * ratio)
-        )
-
-    def note_speed(self, speed: float) -> None:
-        """Note the highest speed of a move in counts/s, in case the velocity parameter has no scale."""
-        if not self.pace.known and speed > _CREEPS:
-            key, ratios = (self.place.address, self.channel), self.trial.line.measured
-            ratios[key] = max(ratios.get(key, 0.0), speed / self.pace.velocity)
-            self.pace = self._measured(self.pace)
 
     def can_return_to(self, position: int) -> bool:
         """Return whether a move to a position from anywhere in the range stays within it.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Final
 
@@ -19,6 +19,8 @@ _SECONDS: Final = 0.8
 """The approximate duration of the move in seconds."""
 _BEFORE: Final = 0.25
 """Seconds after which a motor is disabled at the latest."""
+_LOOK: Final = 0.02
+"""Seconds between two looks at a motor that is going to be disabled."""
 
 
 KIND = Kind(
@@ -50,8 +52,7 @@ def _stops(axes: Sequence[Axis]) -> None:
         )
     for axis in axes:
         axis.send(absolute(axis, axis.start + ways[axis]).message)
-    known = [axis.pace.seconds(way) / 3 for axis, way in ways.items() if axis.pace.known]
-    axes[0].pause(min([_BEFORE, *known]))
+    _wait_for_a_fifth(ways)
     for axis in axes:
         axis.send(m.ModSetChanEnableState(axis.channel, EnableState.DISABLE))
     begun = {axis: axis.position() for axis in axes}
@@ -69,3 +70,13 @@ def _stops(axes: Sequence[Axis]) -> None:
             came=rest.heard.raw,
         )
     axes[0].trial.line.listen(0)
+
+
+def _wait_for_a_fifth(ways: Mapping[Axis, int]) -> None:
+    """Wait until a motor has covered a fifth of its way: the time of a move may not be known."""
+    line = next(iter(ways)).trial.line
+    end = line.now + _BEFORE
+    while line.now < end:
+        if any(abs(axis.position() - axis.start) >= abs(way) / 5 for axis, way in ways.items()):
+            return
+        line.pause(_LOOK)

@@ -22,7 +22,8 @@ from stagewire_conformance.device.checks.apt.motion.motor_check import (
     MOTION_BITS,
     motor_check,
 )
-from stagewire_conformance.device.checks.apt.motion.pace import velocity_scale
+from stagewire_conformance.device.checks.apt.motion.pace import home_pace_of, velocity_scale
+from stagewire_conformance.device.checks.apt.motion.speed_notes import note_speed
 from stagewire_conformance.device.checks.apt.motion.stopping import judge_stopping
 from stagewire_conformance.device.checks.apt.motion.watch import Decision, Watched, watch
 from stagewire_conformance.device.trial import EnoughError, NotRunError
@@ -110,6 +111,9 @@ def _home(axes: Sequence[Axis]) -> None:
         axis.send(m.MotMoveHome(axis.channel))
     seen = watch(safe, limits, strays=strays, longest=_LONGEST)
     for axis in safe:
+        if axis.pace.printed:
+            homing = home_pace_of(axis.trial, axis.place, axis.channel, axis.pace)
+            note_speed(axis, seen[axis].statuses, homing)
         if not _went_too_far(axis, seen[axis]):
             _judge(axis, before[axis], seen[axis])
 
@@ -135,14 +139,15 @@ def homing_bound(axis: Axis) -> tuple[int, float]:
     velocity = axis.pace.velocity
     if "MOT_REQ_HOMEPARAMS" in axis.place.messages:
         told = axis.ask(m.MotReqHomeParams(axis.channel)).message.home_velocity
-        velocity = told * float(scale or 1) or velocity  # one of 0 is judged when it homes
+        velocity = told * axis.pace.unit or velocity  # one of 0 is judged when it homes
     if travel is None:
-        return int(velocity * _UNKNOWN) + HELD, _UNKNOWN
+        fastest = velocity * axis.pace.fastest.unit / axis.pace.unit
+        return int(fastest * _UNKNOWN) + HELD, _UNKNOWN
     length = travel.high - travel.low
     way = length + length // 10 + HELD
-    if scale is None:
-        return way, _UNKNOWN
     needed = way / velocity
+    if scale is None or (needed > _LONGEST and axis.pace.printed):
+        return way, _UNKNOWN
     if needed > _LONGEST:
         raise NotRunError(
             f"homing over up to {way} counts may take {needed:.0f} s at {velocity:.0f} counts/s, but "

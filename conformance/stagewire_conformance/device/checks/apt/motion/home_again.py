@@ -80,7 +80,7 @@ def _judge_no_time(axis: Axis, place: int, seen: Watched) -> None:
     """Report homing that ended before the motor can have moved."""
     speed = abs(place) / max(seen.seconds, 1e-3)
     axis.trial.must(
-        speed <= _IMPOSSIBLE * axis.pace.velocity,
+        speed <= _IMPOSSIBLE * axis.pace.fastest.velocity,
         f"{axis.text}: MOT_MOVE_HOME at {place} was followed by {HOMED} after {seen.seconds:.3f} s, and "
         "no status reported homing; it should have moved home",
         rule="home-starts",

@@ -98,14 +98,19 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
         return
     velocities = {}
     for axis, room in rooms.items():
-        pace = paces[axis]
+        pace = paces[axis].fastest
         velocities[axis] = slow_down(axis, room, pace, "MOT_SET_JOGPARAMS", "jog_max_velocity")
         step = max(1, int(velocities[axis] * _SECONDS / _STEPS))
         change(axis, "MOT_SET_JOGPARAMS", jog_mode=int(JogMode.CONTINUOUS), jog_step_size=step)
     for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
         runs = [
             Run(
-                axis, way, m.MotMoveJog(axis.channel, way), velocity, paces[axis].acceleration, True
+                axis,
+                way,
+                m.MotMoveJog(axis.channel, way),
+                velocity,
+                paces[axis].fastest.acceleration,
+                True,
             )
             for axis, velocity in velocities.items()
         ]

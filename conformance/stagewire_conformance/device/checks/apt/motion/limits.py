@@ -156,7 +156,7 @@ def _run(axes: Sequence[Axis]) -> None:
 
     limits = {}
     for axis, end in ends.items():
-        axis.pace = axis.pace.as_measured()
+        axis.pace = axis.pace.fastest.as_measured()
         limits[axis] = axis.pace.slower(slow_down(axis, 4 * end.last)).bound(end.last + end.beyond)
     for axis, end in ends.items():
         axis.send(m.MotMoveVelocity(axis.channel, end.direction))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
@@ -13,7 +12,6 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     HELD,
     JITTER,
-    POLL,
     Axis,
     Status,
 )
@@ -26,6 +24,7 @@ from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_positions,
     judge_rest,
 )
+from stagewire_conformance.device.checks.apt.motion.speed_notes import note_speed
 from stagewire_conformance.device.checks.apt.motion.watch import (
     Decision,
     Watched,
@@ -143,8 +142,9 @@ def move(moves: Sequence[Move]) -> bool:
     for each in moves:
         each.axis.send(each.message)
     seen = watch(list(ways), limits, strays=beyond(starts, ways))
-    for axis in ways:
-        axis.note_speed(fastest(seen[axis].statuses))
+    for each in moves:
+        axis = each.axis
+        note_speed(axis, seen[axis].statuses, each.jog or axis.pace)
     arrived = [_judge(each, starts[each.axis], seen[each.axis]) for each in moves]
     return all(arrived)
 
@@ -163,15 +163,6 @@ def beyond(starts: Mapping[Axis, int], ways: Mapping[Axis, int]) -> Decision:
         return is_outside(axis, status) or abs(status.position - starts[axis]) > most[axis]
 
     return strays
-
-
-def fastest(statuses: Sequence[Status]) -> float:
-    """Return the highest speed between two statuses in counts/s; 0 if it is not known."""
-    pairs = [(one, other) for one, other in pairwise(statuses) if other.time - one.time >= POLL / 2]
-    return max(
-        (abs(other.position - one.position) / (other.time - one.time) for one, other in pairs),
-        default=0.0,
-    )
 
 
 def _judge(one: Move, start: int, seen: Watched) -> bool:

@@ -12,6 +12,7 @@ from stagewire_apt import messages as m
 from stagewire_conformance.device.trial import NotRunError
 
 if TYPE_CHECKING:
+    from stagewire.quantities import Scale
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
 
@@ -29,6 +30,8 @@ _MOST_PER_MM: Final = 34_304
 """The counts/mm of the finest DC servo of the document (page 56)."""
 _LEAST_PER_MM_S: Final = 2.048
 """The velocity in a status that is 1 mm/s by the coarsest scale."""
+_FASTER: Final = 4.0
+"""The ratio of a measured velocity to that of a scale from which the scale does not apply."""
 _FRACTION: Final = 65536
 """Velocities and accelerations of DC servo controllers have 16 fractional bits (page 14)."""
 
@@ -41,12 +44,22 @@ class Pace:
         controllers are known to scale them so that the motor is slower, none so that it is faster.
     :param measured: the velocity of earlier moves, if it is not known; None without one. The motor may be
         faster, because short moves do not reach its velocity.
+    :param unit: the counts/s of one unit of a velocity on the wire.
+    :param printed: the pace if the controller takes the units of page 30 literally, while this is not
+        excluded: the scale is not from the document, and no move has confirmed it.
     """
 
     velocity: float
     acceleration: float
     known: bool
     measured: float | None = None
+    unit: float = 1.0
+    printed: Pace | None = None
+
+    @property
+    def fastest(self) -> Pace:
+        """The pace that a motion without a target may have."""
+        return self.printed or self
 
     def distance(self, seconds: float) -> int:
         """Return the distance of a move from rest to rest in some time."""
@@ -104,13 +117,13 @@ def pace_of(trial: Trial, place: Target, channel: int) -> Pace:
     if "MOT_REQ_VELPARAMS" not in place.messages:
         return Pace(1000.0, 1000.0, known=False)
     told = trial.reply(m.MotReqVelParams(channel), place.address).message
-    return _pace(place, channel, told.max_velocity, told.acceleration)
+    return _pace(trial, place, channel, told.max_velocity, told.acceleration)
 
 
 def jog_pace_of(trial: Trial, place: Target, channel: int) -> Pace:
     """Return the pace of jogs (page 32)."""
     told = trial.reply(m.MotReqJogParams(channel), place.address).message
-    return _pace(place, channel, told.jog_max_velocity, told.jog_acceleration)
+    return _pace(trial, place, channel, told.jog_max_velocity, told.jog_acceleration)
 
 
 def home_pace_of(trial: Trial, place: Target, channel: int, moves: Pace) -> Pace:
@@ -118,8 +131,7 @@ def home_pace_of(trial: Trial, place: Target, channel: int, moves: Pace) -> Pace
     if "MOT_REQ_HOMEPARAMS" not in place.messages:
         return moves
     told = trial.reply(m.MotReqHomeParams(channel), place.address).message
-    speed = velocity_scale(place, channel) or 1.0
-    return replace(moves, velocity=max(1.0, told.home_velocity * speed))
+    return replace(moves, velocity=max(1.0, told.home_velocity * moves.unit))
 
 
 def status_velocity(place: Target, channel: int) -> float | None:
@@ -134,6 +146,15 @@ def velocity_scale(place: Target, channel: int) -> float | None:
     return None if ratio is None else float(ratio)
 
 
+def is_printed(place: Target, channel: int) -> bool:
+    """Return whether the document has the scale of a velocity parameter.
+
+    Otherwise a controller may take the unit of page 30 literally, which is one count/s.
+    """
+    scale = _scale(place, channel, "velocity")
+    return scale is not None and not scale.source
+
+
 def coarsest_velocity(place: Target, channel: int) -> float:
     """Return the counts/s of one unit of velocity in a status by the coarsest of the documented scales.
 
@@ -144,26 +165,44 @@ def coarsest_velocity(place: Target, channel: int) -> float:
     return counts / _LEAST_PER_MM_S
 
 
-def _pace(place: Target, channel: int, velocity: int, acceleration: int) -> Pace:
+def _pace(trial: Trial, place: Target, channel: int, velocity: int, acceleration: int) -> Pace:
+    ratio = trial.line.measured.get((place.address, channel))
     speed = _ratio(place, channel, "velocity")
     gain = _ratio(place, channel, "acceleration")
     if gain is None and speed is not None and place.status == "dc":
         gain = speed**2 * _FRACTION  # both are changes per servo cycle (page 14)
-    return Pace(
-        velocity=max(1.0, velocity * float(speed or 1)),
-        acceleration=max(1.0, acceleration * float(gain or 1)),
-        known=speed is not None and gain is not None,
+    printed = Pace(max(1.0, velocity), max(1.0, acceleration), known=False)
+    if ratio is not None:
+        printed = replace(printed, measured=printed.velocity * ratio)
+    if speed is None or gain is None:
+        return printed
+    scaled = Pace(
+        velocity=max(1.0, velocity * float(speed)),
+        acceleration=max(1.0, acceleration * float(gain)),
+        known=True,
+        unit=float(speed),
     )
+    if is_printed(place, channel):
+        return scaled
+    if ratio is not None and ratio > _FASTER * speed:
+        return printed
+    confirmed = (place.address, channel) in trial.line.confirmed
+    return scaled if confirmed else replace(scaled, printed=printed)
 
 
 def _ratio(place: Target, channel: int, quantity: str) -> Fraction | None:
     """Return the counts (of position, per second) of one unit on the wire; None if unknown."""
-    position = place.position_scale(channel)
-    scales = place.connected_to(channel).scales
-    if position is None or quantity not in scales.rules:
-        return None
-    try:
-        scale = scales.of(quantity, scales.unit_of(quantity))
-    except UnknownScaleError:
+    position, scale = place.position_scale(channel), _scale(place, channel, quantity)
+    if position is None or scale is None:
         return None
     return position.counts_per_unit / scale.counts_per_unit
+
+
+def _scale(place: Target, channel: int, quantity: str) -> Scale | None:
+    scales = place.connected_to(channel).scales
+    if quantity not in scales.rules:
+        return None
+    try:
+        return scales.of(quantity, scales.unit_of(quantity))
+    except UnknownScaleError:
+        return None

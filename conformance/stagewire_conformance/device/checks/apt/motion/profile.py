@@ -19,7 +19,11 @@ from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import distances, long_enough, make_room
-from stagewire_conformance.device.checks.apt.motion.pace import jog_pace_of, velocity_scale
+from stagewire_conformance.device.checks.apt.motion.pace import (
+    is_printed,
+    jog_pace_of,
+    velocity_scale,
+)
 from stagewire_conformance.device.checks.apt.motion.parameters import (
     change,
     jog_single_steps,
@@ -224,15 +228,19 @@ def _is_trapezoidal(axis: Axis) -> bool:
 
 
 def _judge_scale(axis: Axis, found: Search, profile: _Profile) -> None:
-    """Compare the measured speed with the velocity parameter, if its scale is known."""
+    """Compare the measured speed with the velocity parameter, if its scale is known.
+
+    If the document does not have the scale, a controller may also take the printed unit literally.
+    """
     scale = velocity_scale(axis.place, axis.channel)
     if scale is None:
         return
-    due, speed = found.values[-1] * scale, found.found[-1]
+    scales = [scale] if is_printed(axis.place, axis.channel) else [scale, 1.0]
+    dues, speed = [found.values[-1] * each for each in scales], found.found[-1]
     axis.trial.must(
-        abs(speed - due) <= _OFF * due,
-        f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is {due:.0f} counts/s, "
-        f"{profile.what} reached {speed:.0f} counts/s",
+        any(abs(speed - due) <= _OFF * due for due in dues),
+        f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is "
+        f"{' or '.join(f'{due:.0f}' for due in dues)} counts/s, {profile.what} reached {speed:.0f} counts/s",
         rule=rule_of_set(profile.setting),
         cause=Cause(profile.setting, "max_velocity"),
     )

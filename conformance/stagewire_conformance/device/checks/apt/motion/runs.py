@@ -61,7 +61,7 @@ def slow_down(
     :param setting: the message that sets the velocity.
     :param name: its field.
     """
-    pace = pace or axis.pace
+    pace = (pace or axis.pace).fastest
     slow = min(pace.velocity, room / 2, math.sqrt(room * pace.acceleration / 2))
     told: int = present(axis, setting)[name]
     lower = max(1, int(told * slow / pace.velocity))
@@ -166,7 +166,9 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
         too_far = run.enough + 2 * run.stopping + HELD
         return is_outside(axis, status) or abs(run.gone(status)) > too_far
 
-    limits = {run.axis: 10 * _RUNNING + run.axis.pace.limit(int(run.stopping)) for run in runs}
+    limits = {
+        run.axis: 10 * _RUNNING + run.axis.pace.fastest.limit(int(run.stopping)) for run in runs
+    }
     latest = {run.axis: run.latest for run in runs}
     seen = watch(list(by_axis), limits, stop=enough, strays=strays, deadlines=latest)
     done = [_judge(run, seen[run.axis]) for run in runs]

@@ -70,11 +70,14 @@ def _run(axes: Sequence[Axis]) -> None:
     rooms = {axis: room_for(axis, axis.pace) for axis in axes}
     if not make_room(rooms):
         return
-    velocities = {axis: slow_down(axis, room) for axis, room in rooms.items()}
+    velocities = {
+        axis: (slow_down(axis, room), axis.pace.fastest.acceleration)
+        for axis, room in rooms.items()
+    }
     courses: dict[Axis, list[Point]] = {}
     for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
         runs = [
-            Run(axis, way, m.MotMoveVelocity(axis.channel, way), velocity, axis.pace.acceleration)
+            Run(axis, way, m.MotMoveVelocity(axis.channel, way), *velocity)
             for axis, velocity in velocities.items()
         ]
         found = run_all(runs)

@@ -6,17 +6,17 @@ The truth is that of the simulated axes. It is sampled at every operation of the
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from random import Random
-from typing import Any
-
-from firmware_bench import Bench
+from typing import Any, NamedTuple, Protocol
 
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.check import Check
-from stagewire_conformance.device.permissions import Need
+from stagewire_conformance.device.declaration import Declaration
+from stagewire_conformance.device.permissions import Need, Permissions
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.run import RunInterrupted, run
 from stagewire_virtual import VirtualController
@@ -33,6 +33,47 @@ Firmware = Callable[[Link], Link]
 
 def correct(link: Link) -> Link:
     return link
+
+
+class Declared(Protocol):
+    """A declared controller with permissions."""
+
+    @property
+    def declared(self) -> Declaration: ...
+
+    @property
+    def allowed(self) -> Permissions: ...
+
+    @property
+    def checks(self) -> Sequence[Check]: ...
+
+
+class Chosen(NamedTuple):
+    """A declared controller with permissions and some checks."""
+
+    declared: Declaration
+    allowed: Permissions
+    checks: Sequence[Check]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A simulated controller on a stepped line.
+
+    :param commanded: returns the commanded speed of each axis or output that moves at this instant; 0 at
+        rest.
+    :param advance: lets some seconds pass.
+    """
+
+    link: Link
+    commanded: Callable[[], Mapping[str, float]]
+    advance: Callable[[float], object]
+
+
+def virtual_rig(controller: VirtualController, firmware: Firmware = correct) -> Rig:
+    """Return a rig of a virtual controller."""
+    link = firmware(SteppedLink(controller))
+    return Rig(link, partial(commanded, controller), controller.advance)
 
 
 def commanded(controller: VirtualController) -> dict[str, float]:
@@ -79,14 +120,12 @@ class Interruption:
 class InterruptedLink(WrappedLink):
     """A stepped line that is interrupted at one of its reads or writes."""
 
-    def __init__(
-        self, controller: VirtualController, link: Link, interruption: Interruption
-    ) -> None:
-        super().__init__(link)
+    def __init__(self, rig: Rig, interruption: Interruption) -> None:
+        super().__init__(rig.link)
         self.operations = 0
         self.began = 0
         """The operation at which something was first seen to move."""
-        self._controller = controller
+        self._commanded = rig.commanded
         self._what = interruption
         self._lost = False
 
@@ -97,19 +136,19 @@ class InterruptedLink(WrappedLink):
 
     def write(self, data: bytes) -> None:
         if self._what.before is not None and not self._lost:
-            self._what.sent.append((data, commanded(self._controller)))
+            self._what.sent.append((data, dict(self._commanded())))
         interrupted = self._count()
         self._link.write(data)
         if interrupted:  # this write still belongs to the check
-            self._what.before = commanded(self._controller)
+            self._what.before = dict(self._commanded())
         self._compare()
 
     def _count(self) -> bool:
         self.operations += 1
-        if not self.began and any(commanded(self._controller).values()):
+        if not self.began and any(self._commanded().values()):
             self.began = self.operations
         if self.operations == self._what.at:
-            self._what.before = commanded(self._controller)
+            self._what.before = dict(self._commanded())
             if self._what.way == LOST:
                 self._lost = True
             else:
@@ -122,7 +161,7 @@ class InterruptedLink(WrappedLink):
         before = self._what.before
         if before is None:
             return
-        for name, speed in commanded(self._controller).items():
+        for name, speed in self._commanded().items():
             if speed > before[name]:
                 self._what.rises.append(f"{name}: from {before[name]} to {speed}")
             before[name] = min(before[name], speed)
@@ -135,34 +174,64 @@ class Ended:
     report: Report
     link: InterruptedLink
     interruption: Interruption
-    controller: VirtualController
+    rig: Rig
 
 
-def kinds_that_move(bench: Bench) -> list[str]:
+def kinds_that_move(on: Declared) -> list[str]:
     """Return the kinds with a check that moves something and runs on a unit."""
     running = (
         check
-        for check in bench.checks
-        if Need.MOTION in check.needs and not check.skip and not check.refusal(bench.allowed)
+        for check in on.checks
+        if Need.MOTION in check.needs and not check.skip and not check.refusal(on.allowed)
     )
     return [*dict.fromkeys(check.kind.name for check in running if check.kind)]
 
 
-def run_kind(
-    bench: Bench, kind: str, interruption: Interruption, firmware: Firmware = correct
-) -> Ended:
+def run_kind(on: Declared, rig: Rig, kind: str, interruption: Interruption) -> Ended:
     """Run the checks of a kind on a new controller; if it needs positions from home, home first."""
-    controller = bench.make(seed=0)
-    wanted = {kind, "home"} if kind == "limits" else {kind}
-    checks: list[Check] = [c for c in bench.checks if c.kind and c.kind.name in wanted]
-    link = InterruptedLink(controller, firmware(SteppedLink(controller)), interruption)
+    wanted = {kind, "home"} if kind in ("limits", "home-again") else {kind}
+    checks = [check for check in on.checks if check.kind and check.kind.name in wanted]
+    link = InterruptedLink(rig, interruption)
     try:
-        report = run(link, checks, bench.declared, bench.allowed, 1)
+        report = run(link, checks, on.declared, on.allowed, 1)
     except RunInterrupted as error:
         report = error.report
     if report.defect is not None:
         raise report.defect
-    return Ended(report, link, interruption, controller)
+    return Ended(report, link, interruption, rig)
+
+
+def interrupt(on: Declared, kind: str, make: Callable[[], Rig], count: int, name: str) -> int:
+    """Interrupt the checks of a kind at some points, and judge each run; return the number of runs.
+
+    :param make: makes the controller of one run.
+    :param name: seeds the points.
+    """
+    whole = run_kind(on, make(), kind, Interruption())
+    if not whole.link.began:
+        return 0  # nothing moves there
+    number = 0
+    for what in draws(name, whole.link.began, whole.link.operations, count):
+        judge(on, run_kind(on, make(), kind, what))
+        number += 1
+    return number
+
+
+def interrupt_kinds(on: Declared, make: Callable[[], Rig], count: int, seed: int) -> int:
+    """Interrupt a controller at some points, spread over the kinds that move; return the number of runs.
+
+    If nothing moves in some kinds, the others get their points.
+
+    :param seed: selects the kinds and the points.
+    """
+    kinds = kinds_that_move(on)
+    Random(seed).shuffle(kinds)
+    number, left = 0, kinds[:count]
+    while left:
+        share = -(-(count - number) // len(left))
+        kind = left.pop()
+        number += interrupt(on, kind, make, share, f"{seed}/{kind}")
+    return number
 
 
 def draws(name: str, began: int, operations: int, count: int) -> Iterator[Interruption]:
@@ -176,15 +245,15 @@ def draws(name: str, began: int, operations: int, count: int) -> Iterator[Interr
         yield Interruption(at, WAYS[number % len(WAYS)])
 
 
-def judge(bench: Bench, ended: Ended) -> None:
+def judge(on: Declared, ended: Ended) -> None:
     """Fail if anything got faster or started after an interruption, or moves on without a warning."""
     what, report = ended.interruption, ended.report
     where = f"{what.way} at operation {what.at}: "
     assert report.unfinished, f"{where}the run went to its end"
     assert not what.rises, where + "; ".join(what.rises)
-    registry = bench.declared.registry
+    registry = on.declared.registry
     for raw, speeds in what.sent:
-        name = _name(bench, raw)
+        name = _name(on.declared, raw)
         effect = registry.messages[name]["effect"] if name else "none"
         if effect == "settings":
             assert not any(speeds.values()), f"{where}{name} was sent while {speeds}"
@@ -192,21 +261,21 @@ def judge(bench: Bench, ended: Ended) -> None:
             f"{where}{raw.hex(' ')} ({name})"
         )
     if what.way == LOST:
-        ended.controller.advance(0.01)
-    moving = any(commanded(ended.controller).values())
+        ended.rig.advance(0.01)
+    moving = any(ended.rig.commanded().values())
     assert not moving or report.adrift, f"{where}still moves, but the report says nothing"
     if not moving:
-        ended.controller.advance(3.0)
-        assert not any(commanded(ended.controller).values()), f"{where}it started again"
+        ended.rig.advance(3.0)
+        assert not any(ended.rig.commanded().values()), f"{where}it started again"
 
 
-def _name(bench: Bench, raw: bytes) -> str:
-    if bench.unit.endswith("2000"):
-        names = bench.declared.protocol.rule.requests  # type: ignore[attr-defined]
+def _name(declared: Declaration, raw: bytes) -> str:
+    if declared.unit.kind == "line":
+        names = declared.protocol.rule.requests  # type: ignore[attr-defined]
         entry = names.get(raw[1]) if len(raw) > 1 and raw[0] in (0x18, 0x19, 0x1A) else None
         return entry.name if entry else ""
     id = int.from_bytes(raw[:2], "little")
-    entries = bench.declared.registry.messages.items()
+    entries = declared.registry.messages.items()
     return next((name for name, entry in entries if entry["id"] == id), "")
 
 
@@ -216,6 +285,6 @@ _RESTORED = {"MOD_SET_CHANENABLESTATE", "MOT_SET_SOL_OPERATINGMODE", "MOT_SET_SO
 """Settings that may switch something, which may be restored at rest."""
 
 
-def _is_harmless(name: str, raw: bytes, speeds: dict[str, float]) -> bool:
+def _is_harmless(name: str, raw: bytes, speeds: Mapping[str, float]) -> bool:
     """Return whether a message that may move something stops it, or restores a setting at rest."""
     return raw[3] == _OFF.get(name) or (name in _RESTORED and not any(speeds.values()))

@@ -1,0 +1,21 @@
+"""All defects of firmware."""
+
+from __future__ import annotations
+
+from faulty_commands import COMMANDS
+from faulty_dynamics import DYNAMICS
+from faulty_identity import IDENTITY
+from faulty_moves import MOVES
+from faulty_outputs import OUTPUTS
+from faulty_reception import RECEPTION
+from faulty_replies import REPLIES
+from faulty_settings import SETTINGS
+from faulty_status import STATUS
+from faulty_storage import STORAGE
+from faulty_updates import UPDATES
+
+__all__ = ["COMMANDS", "DEFECTS"]
+
+DEFECTS = (
+    *REPLIES, *SETTINGS, *STORAGE, *STATUS, *UPDATES, *IDENTITY, *RECEPTION, *MOVES, *DYNAMICS, *OUTPUTS
+)  # fmt: skip
