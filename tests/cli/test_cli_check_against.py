@@ -213,7 +213,7 @@ def test_overlays_are_compared(stagewire: Stagewire, repository: Path) -> None:
     result = stagewire("check", "--against", "HEAD")
     assert result.code == 1
     assert result.out.startswith(
-        "spec/tiny/overlays/second/messages/core.yaml:45:14: SW050 LAMP_TEST header "
+        "spec/tiny/overlays/second/messages/core.yaml:46:14: SW050 LAMP_TEST header "
     )
     assert "in the overlay second" in result.out
     edit(repository / "spec", *EDITION)
