@@ -17,7 +17,10 @@ if TYPE_CHECKING:
     from conftest import Stagewire
 
 GOOD = SMALL_SPECS / "good_spec"
-KINDS = "captures decisions errata examples messages overlay printed protocol quantities rules stages units"
+KINDS = (
+    "additions captures decisions errata examples messages overlay printed protocol quantities rules "
+    "stages units"
+)
 
 
 @pytest.fixture(scope="module")
