@@ -46,7 +46,7 @@ static int16_t velocity_of(const struct firmware *it)
         CHANNEL, motor_position(&(it)->motor), velocity_of(it), 0, status_bits(it) \
     }
 
-/* Report the end of a movement, which was stopped or not. */
+/* Report the end of a movement, completed or stopped. */
 static void report_end(const struct firmware *it, bool stopped)
 {
     if (!it->reports_ends) {
@@ -202,7 +202,7 @@ static void take(struct firmware *it, const apt_event *event)
     }
 }
 
-/* Take received messages. After a gap, give up a frame whose rest has not arrived. */
+/* Process received messages. After a gap, abandon an incomplete frame. */
 static void receive(struct firmware *it)
 {
     uint8_t bytes[64];

@@ -14,7 +14,7 @@ size_t firmware_read(uint8_t *bytes, size_t cap);
 /** Send all bytes. */
 void firmware_write(const uint8_t *bytes, size_t size);
 
-/** Return the number of servo cycles of 102.4 us since some time; it may wrap around. */
+/** Return the number of servo cycles of 102.4 us since an arbitrary start; it may wrap around. */
 uint32_t firmware_cycles(void);
 
 /** State of the controller. */

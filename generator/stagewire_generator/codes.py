@@ -290,7 +290,7 @@ GROUPS: tuple[Group, ...] = (
                 "correct the registry, or the decision and its reason",
             ),
             "SW049": Code(
-                "a statement or decision about nothing",
+                "a statement or decision that matches nothing",
                 "The path under `states` is misspelt, or the entry that it names was renamed or removed.",
                 "correct the path: the keys from the top of the file, separated by /",
             ),

@@ -16,7 +16,7 @@ EXTRA: Final = "extra"
 CHANNEL: Final = "channel"
 """It names another channel."""
 UNSOLICITED: Final = "unsolicited"
-"""It comes without a request."""
+"""It was sent without a request."""
 EFFECT: Final = "effect"
 """The command does not have its effect."""
 
@@ -37,12 +37,12 @@ class Cause:
 
 
 def silence(place: str) -> Cause:
-    """Return the cause that a target answers no request at all."""
+    """Return the cause for a target that answers no request."""
     return Cause(place, "silence")
 
 
 def addresses(place: str, dest: int | None, source: int | None) -> Cause:
-    """Return the cause that messages of a target have wrong addresses."""
+    """Return the cause for messages of a target with wrong addresses."""
     return Cause(place, f"addresses {_hex(source)} to {_hex(dest)}")
 
 

@@ -288,7 +288,7 @@ class _Addresses:
         return tuple(bays)
 
     def _bays_alone(self) -> tuple[BayPics, ...]:
-        """Return the bays that identify themselves, where no motherboard answers."""
+        """Return the bays that identify themselves, if no motherboard answers."""
         return tuple(
             BayPics(number=number)
             for number, address in enumerate(self._line.declared.unit.bays, 1)

@@ -102,7 +102,7 @@ class _Run:
         self._jitter = 0.0
         self._unfinished = ""
         self._stops: tuple[str, ...] = ()
-        self._held = ""  # why nothing may move any more
+        self._held = ""  # why nothing may move in the rest of the run
         self._left_out: dict[str, str] = {}  # why a check was not run, by its id
         self._causes = Causes()
         self._defect: BaseException | None = None

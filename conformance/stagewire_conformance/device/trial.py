@@ -238,9 +238,10 @@ class Restoration:
             self._undos.pop()
 
     def restore_at_rest(self) -> None:
-        """Undo, after an error, all changes whose action moves nothing, if everything rests. Raises nothing.
+        """Undo, after an error, all changes whose action moves nothing, if everything is at rest.
 
-        If the line is lost or the run is interrupted again, note the remaining changes as not restored.
+        Raises nothing. If the line is lost or the run is interrupted again, note the remaining changes as not
+        restored.
         """
         self._moves = False
         why = ""

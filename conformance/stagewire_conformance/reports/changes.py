@@ -68,7 +68,7 @@ class Changes:
     :param facts: about the implementation and the permissions.
     :param inputs: such as the suite and the PICS, by the beginning of their digests.
     :param broken: rules that only the new report lists as broken.
-    :param mended: rules that only the old report lists as broken.
+    :param fixed: rules that only the old report lists as broken.
     :param new_gaps: reasons why only the new run is partial.
     :param same: the number of cases without a change.
     """
@@ -79,7 +79,7 @@ class Changes:
     inputs: tuple[Difference, ...]
     cases: tuple[CaseChange, ...]
     broken: tuple[str, ...]
-    mended: tuple[str, ...]
+    fixed: tuple[str, ...]
     new_gaps: tuple[str, ...]
     gone_gaps: tuple[str, ...]
     same: int
@@ -114,7 +114,7 @@ def compare(old: Run, new: Run) -> Changes:
         inputs=tuple(_differences(_short(old.digests), _short(new.digests))),
         cases=tuple(found),
         broken=tuple(sorted(new.broken - old.broken)),
-        mended=tuple(sorted(old.broken - new.broken)),
+        fixed=tuple(sorted(old.broken - new.broken)),
         new_gaps=_without(new.gaps, old.gaps),
         gone_gaps=_without(old.gaps, new.gaps),
         same=len({*old.results, *new.results}) - len(found),
@@ -194,7 +194,7 @@ def changes_as_json(changes: Changes) -> str:
         "inputs": [asdict(each) for each in changes.inputs],
         "cases": [asdict(each) for each in changes.cases],
         "same": changes.same,
-        "rules": {"broken": list(changes.broken), "mended": list(changes.mended)},
+        "rules": {"broken": list(changes.broken), "fixed": list(changes.fixed)},
         "gaps": {"new": list(changes.new_gaps), "gone": list(changes.gone_gaps)},
     }
     return json.dumps(data, indent=1) + "\n"
@@ -231,7 +231,7 @@ def changes_as_text(changes: Changes) -> Iterator[str]:
             yield f"  {case.id}: {case.old or 'no case'} -> {case.new or 'no case'}"
             yield from (f"    new: {finding.text}" for finding in case.new_findings)
             yield from (f"    gone: {finding.text}" for finding in case.gone_findings)
-    for heading, names in (("now broken", changes.broken), ("no longer broken", changes.mended)):
+    for heading, names in (("now broken", changes.broken), ("no longer broken", changes.fixed)):
         if names:
             yield f"rules {heading}: {', '.join(names)}"
     for heading, gaps in (("now partial", changes.new_gaps), ("no longer", changes.gone_gaps)):

@@ -1,4 +1,4 @@
-"""Read a JSON report again, as far as it is compared with another one."""
+"""Read the parts of a JSON report that are compared with another report."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Result:
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """One report, as far as it is compared.
+    """The compared parts of one report.
 
     :param gaps: the reasons why it is partial.
     """

@@ -266,8 +266,8 @@ class Sheet:
         to the selected ones.
     :param missed: permissions that were not used, with the reasons.
     :param interrupted: whether Ctrl-C or SIGTERM ended the run.
-    :param adrift: sentences about the parts that may still be moving after the run. Every report shows them
-        prominently.
+    :param adrift: sentences about the parts that may still be moving after the run. Every report shows
+        them prominently.
     """
 
     kind: str

@@ -45,8 +45,8 @@ def stated_cases(protocol: Protocol) -> Iterator[Case]:
 def _needs(protocol: Protocol, message: str, request: Json, answer: Json) -> frozenset[str] | None:
     """Return the messages that a testee has to implement for a case; None for all.
 
-    A stream of several messages needs all of them, also those that only begin a damaged frame. A context may
-    be known only from other messages than the tested one.
+    A stream of several messages needs all of them, including those that only begin a damaged frame. A context
+    may be known only from other messages than the tested one.
     """
     if message:
         layouts = registry_of(protocol).messages[message]["layouts"]

@@ -35,7 +35,7 @@ class AptUnit:
         self.since_alive = 0
 
     def catch_up(self) -> None:
-        """Do everything that was due, at its own instant."""
+        """Do everything that is due, each at its own time."""
         raise NotImplementedError
 
     def write(self, data: bytes) -> None:
@@ -90,7 +90,7 @@ class AptUnit:
         self.leaving += struct.pack("<HHBB", id, len(packet), dest | 0x80, UNIT) + packet
 
     def send_status(self, id: int, packet: bytes, dest: int = HOST) -> None:
-        """Send a message of the status update kind, unless the host seems to be dead."""
+        """Send a message of the status update kind, unless the host seems to be gone."""
         if self.KEEP_ALIVE:
             if self.since_alive >= 50:
                 return

@@ -39,7 +39,7 @@ class IncrementNeverNegative(Ms2000):
 
 @FAULTS.moves("top-speed-limits-travel", "maximum-speed-reply")
 class TopSpeedOfTheFactory(Ms2000):
-    """Moves always use the top speed of the factory."""
+    """Moves always use the default top speed."""
 
     def top_speed(self, axis: Axis) -> float:
         return 60_000
@@ -47,7 +47,7 @@ class TopSpeedOfTheFactory(Ms2000):
 
 @FAULTS.moves("top-speed-limits-travel", "maximum-speed-reply")
 class TopSpeedPassed(Ms2000):
-    """Moves to a target run half as fast again as the top speed."""
+    """Moves to a target run at one and a half times the top speed."""
 
     def path_to(self, axis: Axis, place: float) -> Path:
         x, v = self.place(axis), axis.path.speed(self.now)
@@ -119,7 +119,7 @@ class VectorWithoutARamp(Ms2000):
 
 @FAULTS.moves(*BUSY)
 class NeverBusy(Ms2000):
-    """READ_STATUS is answered b during motion."""
+    """READ_STATUS returns b during motion."""
 
     def busy(self, axis: Axis) -> bool:
         return False
@@ -127,7 +127,7 @@ class NeverBusy(Ms2000):
 
 @FAULTS.moves(*BUSY)
 class BusyTooLong(Ms2000):
-    """READ_STATUS is answered B for a long time after a move."""
+    """READ_STATUS returns B for a long time after a move."""
 
     def busy(self, axis: Axis) -> bool:
         return self.now < axis.path.end + 20
@@ -135,7 +135,7 @@ class BusyTooLong(Ms2000):
 
 @FAULTS.moves(*BUSY)
 class NotBusyWhileRampingDown(Ms2000):
-    """READ_STATUS is answered b as soon as an axis ramps down."""
+    """READ_STATUS returns b as soon as an axis ramps down."""
 
     def busy(self, axis: Axis) -> bool:
         return super().busy(axis) and self.ramping(axis) >= 0

@@ -81,7 +81,7 @@ class AbsolutePositionOfSixteenBits(Stepper):
 
 @FAULTS.breaks("eeprom-save", "eeprom-message-id", "command-without-acknowledgement")
 class SavingRestoresTheFactory(Stepper):
-    """MOT_SET_EEPROMPARAMS sets the parameters to those of the factory."""
+    """MOT_SET_EEPROMPARAMS restores the default parameters."""
 
     def receive(self, frame: bytes) -> None:
         super().receive(frame)
@@ -171,7 +171,7 @@ class KeepAliveOnRs232(Stepper):
 
 @FAULTS.breaks("status-updates-every-100-ms", "status-updates-periodic")
 class UpdatesTwiceAsOften(Stepper):
-    """Status updates come twenty times a second."""
+    """Status updates are sent twenty times a second."""
 
     def start_updates(self, frame: bytes) -> None:
         self.updates_every = 0.05

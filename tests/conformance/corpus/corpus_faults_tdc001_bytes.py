@@ -76,7 +76,7 @@ class ReplyToTheMotherboard(Tdc001):
 
 @FAULTS.breaks("reply-addresses-swapped", "slot-source", "generic-unit-address")
 class EveryReplyFromABay(Tdc001):
-    """All messages come from bay 0."""
+    """All messages have the source address of bay 0."""
 
     def send_header(self, id: int, param1: int = 0, param2: int = 0, dest: int = HOST) -> None:
         self.leaving += struct.pack("<HBBBB", id, param1, param2, dest, 0x21)

@@ -14,7 +14,7 @@ FAULTS = Faults()
 
 @FAULTS.moves("velocity-parameters")
 class AccelerationIgnored(Tdc001):
-    """Moves always use the acceleration of the factory."""
+    """Moves always use the default acceleration."""
 
     def velocity_parameters(self) -> tuple[float, float]:
         return self.SETTINGS["velocity"].values[1], super().velocity_parameters()[1]
@@ -22,7 +22,7 @@ class AccelerationIgnored(Tdc001):
 
 @FAULTS.moves("velocity-parameters")
 class CapOfTheFactory(Tdc001):
-    """Moves always use the maximum velocity of the factory."""
+    """Moves always use the default maximum velocity."""
 
     def velocity_parameters(self) -> tuple[float, float]:
         return super().velocity_parameters()[0], self.SETTINGS["velocity"].values[2]
@@ -80,7 +80,7 @@ class RelativeTwiceAsFar(Tdc001):
 
 @FAULTS.moves("relative-move-short")
 class StoredDistanceIgnored(Tdc001):
-    """The short relative move uses the distance of the factory, not the stored one."""
+    """The short relative move uses the default distance, not the stored one."""
 
     def stored_distance(self) -> int:
         return self.SETTINGS["relative"].values[0]
@@ -127,7 +127,7 @@ class SingleStepRunsOn(Tdc001):
 
 @FAULTS.moves("jog-single-step")
 class JogStepIgnored(Tdc001):
-    """A jog always makes the step of the factory."""
+    """A jog always uses the default step."""
 
     def jog_parameters(self) -> tuple[int, float, float, float]:
         mode, _, acceleration, speed = super().jog_parameters()
@@ -214,7 +214,7 @@ class StopSendsCompleted(Tdc001):
 
 @FAULTS.moves("home-parameters", "home-starts")
 class HomeVelocityIgnored(Tdc001):
-    """Homing always uses the velocity of the factory."""
+    """Homing always uses the default velocity."""
 
     def home_parameters(self) -> tuple[float, float]:
         return self.SETTINGS["home"].values[2], super().home_parameters()[1]

@@ -252,7 +252,7 @@ class UpdatesPauseInMotion(Tdc001):
 
 @FAULTS.breaks("status-updates-every-100-ms", "status-updates-periodic")
 class UpdatesSlow(Tdc001):
-    """Status updates come once a second, whatever the rate."""
+    """Status updates are sent once a second, whatever the rate."""
 
     def start_updates(self, frame: bytes) -> None:
         super().start_updates(frame)

@@ -150,7 +150,7 @@ class VelocityOfSixteenBits(Tdc001):
 
 @FAULTS.breaks("velocity-parameters")
 class VelocityFieldsSwapped(Tdc001):
-    """MOT_SET_VELPARAMS stores the acceleration as the velocity, and the reverse."""
+    """MOT_SET_VELPARAMS stores the acceleration as the velocity, and vice versa."""
 
     def accepted(self, name: str, values: tuple[int, ...]) -> tuple[int, ...] | None:
         kept = super().accepted(name, values)

@@ -93,7 +93,7 @@ class MotorController(AptUnit):
         return min(self.next_update, self.axis.path.end if self.axis.motion else math.inf)
 
     def catch_up(self) -> None:
-        """Do everything that was due, at its own instant."""
+        """Do everything that is due, each at its own time."""
         until = self.clock()
         while (at := self.due()) <= until:
             self.now = max(at, self.now)

@@ -121,7 +121,7 @@ def test_a_motherboard_that_is_declared_missing_must_not_answer() -> None:
     assert "HW_REQ_INFO to 0x11, declared without a motherboard" in outcome.findings[0].text
 
 
-def test_a_silent_motherboard_fails_with_a_hint_at_the_pics() -> None:
+def test_a_silent_motherboard_fails_with_a_hint_about_the_pics() -> None:
     declared = declare("BBD101")
     checks = plan(declared, Permissions(), only=["identification"])
     link = BayLink(SteppedLink(stagewire_virtual.BBD101()))

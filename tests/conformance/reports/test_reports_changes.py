@@ -74,7 +74,9 @@ WORSE, BETTER, OTHER = Change.WORSE, Change.BETTER, Change.OTHER
     ],
     ids=lambda value: value.word if isinstance(value, Case) else str(value),
 )
-def test_the_kind_of_a_change(between: Between, old: Case, new: Case, change: Change) -> None:
+def test_a_change_is_worse_better_or_other(
+    between: Between, old: Case, new: Case, change: Change
+) -> None:
     changes = between(sheet(result(old), NOTED), sheet(result(new), NOTED))
     (found,) = changes.cases
     assert (found.id, found.change, found.old, found.new) == (PASSED.id, change, old.word, new.word)
@@ -110,9 +112,9 @@ def test_cases_of_one_report_only(between: Between) -> None:
 
 def test_broken_rules(between: Between) -> None:
     changes = between(sheet(PASSED), sheet(PASSED, FAILED))
-    assert (changes.broken, changes.mended) == (("request-answered",), ())
+    assert (changes.broken, changes.fixed) == (("request-answered",), ())
     back = between(sheet(PASSED, FAILED), sheet(PASSED))
-    assert (back.broken, back.mended) == ((), ("request-answered",))
+    assert (back.broken, back.fixed) == ((), ("request-answered",))
 
 
 def test_a_run_that_is_no_longer_complete_is_worse(between: Between) -> None:
@@ -136,7 +138,7 @@ def test_facts_and_inputs_that_differ(between: Between) -> None:
     assert any("the registry differs" in line for line in text)
 
 
-def test_texts_of_a_malicious_report_survive(between: Between) -> None:
+def test_texts_of_a_malicious_report_are_kept(between: Between) -> None:
     assert between(sheet(), hostile()).worse
 
 

@@ -177,7 +177,7 @@ class GuardedLink(ABC):
 
         The value is whether the controller is to blame.
         """
-        self._rests = True  # whether everything rests, as its positions have shown
+        self._rests = True  # whether everything is at rest, as its positions have shown
         self._lost = ""  # why a stop could not be sent
         self._stopped: set[str] = set()  # the parts that were stopped since then
         self.interruption = Interruption(link)
@@ -248,7 +248,7 @@ class GuardedLink(ABC):
         self._stop(self.parts())
 
     def rest(self) -> bool:
-        """Stop what is in motion without a reported end, and return whether everything rests."""
+        """Stop each motion whose end was not reported; return whether everything is at rest."""
         self._stop(self.parts(going=True))
         return self.come_to_rest()
 
@@ -259,7 +259,7 @@ class GuardedLink(ABC):
             part.measures[0].take()
 
     def come_to_rest(self) -> bool:
-        """Wait until everything rests that this check has set in motion; return whether it does.
+        """Wait until everything that this check has set in motion is at rest; return whether it is.
 
         A part that does not come to rest is stopped, then stopped immediately, then disabled. If nothing
         helps, or if the line is lost, :attr:`adrift` says so.
@@ -278,16 +278,16 @@ class GuardedLink(ABC):
         return not self.adrift
 
     def _everything(self) -> list[Part]:
-        """Return the parts that were set in motion, and those others that may be seen to move."""
+        """Return the parts that were set in motion, and others whose motion can be observed."""
         moved = self.parts()
         if not moved:
             return []
         return [*moved, *(part.if_seen(lambda: self.now) for part in self.others())]
 
     def give_up(self, why: str) -> None:
-        """Take all measures against everything at once, without waiting for rest.
+        """Take all measures for all parts at once, without waiting for rest.
 
-        :param why: why it is not known whether everything rests.
+        :param why: why it is not known whether everything is at rest.
         """
         if self._rests or self.adrift:
             return

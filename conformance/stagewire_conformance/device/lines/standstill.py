@@ -1,4 +1,4 @@
-"""Bring everything to rest that a check has set in motion, and find out whether it rests.
+"""Bring everything to rest that a check has set in motion, and verify that it is at rest.
 
 A controller may ignore a stop, report the end of a motion that continues, or stop answering. So a part rests
 only if its position shows it. Each part has measures, such as a stop with a profile, an immediate stop, and
@@ -12,27 +12,27 @@ from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple, Protocol
 
 _POLL: Final = 0.05
-"""Seconds between two looks at a part."""
+"""Seconds between two readings of a part."""
 _HALF: Final = 0.25
-"""Seconds of motion that are compared with the same time before: does the part slow down?"""
+"""The length in seconds of two successive intervals whose speeds show whether a part slows down."""
 _SLOWER: Final = 0.9
 """The largest ratio of two successive speeds of a part that slows down."""
 _PATIENCE: Final = 3.0
-"""Seconds after which the next measure is taken against a part that hardly moves but does not rest."""
+"""Seconds after which the next measure is taken for a part that hardly moves but is not at rest."""
 _LONGEST: Final = 10.0
 """Seconds after which the next measure is taken, even if the part slows down."""
 _UNANSWERED: Final = 3
-"""Looks without an answer after which the next measure is taken."""
+"""Readings without an answer after which the next measure is taken."""
 
 _STILL: Final = ((0.3, 1), (0.75, 4), (1.5, 8))
-"""A part rests if its position has changed by at most so many counts for so many seconds.
+"""Times in seconds, each with the most counts by which the position of a part at rest changes in that time.
 
-A servo that holds its stage may tremble, and a slow motion must not be taken for it.
+A servo that holds its stage may oscillate, and a slow motion must not be mistaken for that.
 """
 _TREMBLES: Final = 8
-"""Counts in :data:`_HALF` that may still be trembling."""
+"""Counts in :data:`_HALF` up to which a change may be an oscillation."""
 _STILL_AFTER_ALL: Final = 1.0
-"""Seconds without a change of the position after which motion that is still reported is not believed.
+"""Seconds without a change of the position after which a motion that is still reported is ignored.
 
 This applies only after an immediate stop.
 """
@@ -70,7 +70,7 @@ class Part:
     :param name: such as ``0x50 channel 1``.
     :param measures: the mildest first.
     :param look: returns its state, or None without an answer. None for a part without a position, such as a
-        solenoid: it rests when its first measure was taken.
+        solenoid: it is at rest after its first measure.
     """
 
     name: str
@@ -78,7 +78,7 @@ class Part:
     look: Callable[[], Sighting | None] | None
 
     def if_seen(self, now: Callable[[], float]) -> Part:
-        """Return the part as one that rests if it does not answer."""
+        """Return the part, with a missing answer counted as rest."""
         look = self.look
         if look is None:
             return self
@@ -86,7 +86,7 @@ class Part:
 
 
 class Clocked(Protocol):
-    """A line on which one can wait."""
+    """A line with a clock, which can wait."""
 
     @property
     def now(self) -> float:
@@ -100,7 +100,7 @@ class Clocked(Protocol):
 
 @dataclass
 class _Watched:
-    """A part that is brought to rest.
+    """A part that is being brought to rest.
 
     :param taken: the number of measures taken.
     :param since: when the last measure was taken.
@@ -124,7 +124,7 @@ class _Watched:
 
     @property
     def rests(self) -> bool:
-        """Whether the part rests, as far as its positions show."""
+        """Whether the part is at rest, according to its positions."""
         if self._stays(_STILL_AFTER_ALL, 1) and self.taken > 1:
             return True
         stays = any(self._stays(seconds, most) for seconds, most in _STILL)
@@ -168,7 +168,7 @@ class _Watched:
 
     @property
     def words(self) -> str:
-        """A sentence about a part that does not rest."""
+        """A sentence about a part that is not at rest."""
         taken = ", ".join(each.text for each in self.part.measures[: self.taken])
         if self.unanswered or not self.seen:
             return f"{self.part.name} may still be moving: it does not answer after {taken}"
@@ -183,7 +183,7 @@ class _Watched:
 
 
 def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str]) -> list[str]:
-    """Wait until all parts rest, and take measures against the others.
+    """Wait until all parts are at rest, and take measures for those that are not.
 
     Returns a sentence about each part that does not come to rest.
 

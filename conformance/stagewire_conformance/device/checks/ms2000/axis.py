@@ -87,7 +87,7 @@ class Axis:
         came, self.line.unasked = self.line.unasked, b""
         self.trial.must(
             not came,
-            f"{_bytes(len(came))} came without a request",
+            f"{_bytes(len(came))} arrived without a request",
             came=came,
             rule="no-blanks-in-replies",
             cause=Cause("the line", UNSOLICITED),

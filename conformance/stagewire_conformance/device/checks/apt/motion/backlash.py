@@ -42,7 +42,9 @@ KIND = Kind(
 )
 def _corrects(axes: Sequence[Axis]) -> None:
     distances = {axis: axis.step(_SECONDS, axis.pace) // 2 for axis in axes}
-    distances = long_enough(distances, "a backlash distance of {} counts is too short to be seen")
+    distances = long_enough(
+        distances, "a backlash distance of {} counts is too short to be observed"
+    )
     if not distances or not make_room({axis: 2 * each for axis, each in distances.items()}):
         return
     begins = {axis: axis.place_with_room(2 * each) for axis, each in distances.items()}

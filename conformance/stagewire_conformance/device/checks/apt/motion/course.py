@@ -13,7 +13,7 @@ from typing import Final
 from stagewire_conformance.device.checks.apt.motion.axis import Status
 
 _WINDOW: Final = 0.1
-"""The least seconds between two positions whose difference gives a speed."""
+"""The minimum time in seconds between two positions from which a speed is calculated."""
 _SURE: Final = 3
 """The number of successive speeds that show a trend."""
 _STEADY: Final = 0.15

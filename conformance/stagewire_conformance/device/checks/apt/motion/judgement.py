@@ -38,7 +38,7 @@ _WAYS = {
 """Names of the directions in sentences; None is an unknown direction."""
 
 _FEW = 3
-"""The least number of statuses between the first and the last that must show a motion."""
+"""The minimum number of statuses between the first and the last that must show a motion."""
 _FOLLOWS = 0.1
 """Seconds after which the position must have changed."""
 _STILL_SPEED = 3

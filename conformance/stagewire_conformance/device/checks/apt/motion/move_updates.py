@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 _SECONDS: Final = 0.6
 """The approximate duration of the move in seconds."""
 _LONG: Final = 0.5
-"""Seconds within which at least one periodic status message comes."""
+"""Seconds within which at least one periodic status message arrives."""
 _AT_REST: Final = 0.25
 """Seconds of status messages before the motion."""
 _GIVEN_UP: Final = 5.0
-"""Seconds after which a move is given up."""
-_TWO: Final = 2
-"""Messages of a moving motor of which the last one cannot come from the instant of the start."""
+"""Seconds after which a move is stopped."""
+_FOLLOWS: Final = 2
+"""The number of statuses of a moving motor after which the position must have changed."""
 _FRESH: Final = 0.5
 """Seconds within which a status message from after the end of a move arrives."""
 
@@ -105,7 +105,7 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
 def _listen_to_motion(axes: Sequence[Axis], began: float) -> list[Incoming]:
     """Return everything received until all motors have reported their ends. Nothing is requested meanwhile.
 
-    Motors that are given up, or leave their range, are stopped.
+    Motors that take too long or leave their range are stopped.
     """
     line = axes[0].trial.line
     heard: list[Incoming] = []
@@ -160,7 +160,7 @@ def _judge_updates(axis: Axis, came: Sequence[Status], last: Status) -> None:
     )
     moving = [status for status in came if status.moving]
     axis.trial.must(
-        len(moving) < _TWO or abs(moving[-1].position - axis.start) > JITTER,
+        len(moving) < _FOLLOWS or abs(moving[-1].position - axis.start) > JITTER,
         f"{axis.text}: during a move, {len(moving)} periodic {last.heard.name} reported motion, but all "
         f"at {axis.start}, where it began; the position should follow the motion",
         rule="status-updates-position",

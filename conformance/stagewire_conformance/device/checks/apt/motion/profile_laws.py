@@ -1,7 +1,7 @@
 """How a motion changes with a parameter: a search for a value that is low enough to have an effect.
 
-The unit of a velocity or acceleration may be unknown, so a measurement at one value decides nothing. Its
-ratio at two values does: a motion at a constant speed has a quarter of the speed with a quarter of the
+The unit of a velocity or acceleration may be unknown, so one measurement decides nothing. The
+ratio of two does: a motion at a constant speed has a quarter of the speed with a quarter of the
 velocity, and a motion that only speeds up and slows down takes twice as long with a quarter of the
 acceleration. A value may be too high to matter, so it is divided by four until two successive measurements
 have that ratio.
@@ -21,7 +21,7 @@ from stagewire_conformance.device.checks.apt.motion.parameters import change, pr
 DIVISOR: Final = 4
 """The ratio of successive values."""
 _MOST: Final = 7
-"""The most values that are tried."""
+"""The maximum number of values that are tried."""
 _ENOUGH: Final = 5
 """The number of values with which even the effect of a low value must show: it was divided by 256."""
 
@@ -32,8 +32,8 @@ class Law:
 
     :param setting: the message that sets it.
     :param name: its field.
-    :param low: the least ratio of successive measurements, the later one to the earlier one.
-    :param high: the greatest such ratio.
+    :param low: the minimum ratio of successive measurements, the later one to the earlier one.
+    :param high: the maximum such ratio.
     :param measured: what is measured, for sentences, with the measurement in braces.
     :param should: the consequence that the document demands, for sentences.
     """

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from stagewire import FramedMessage
 
 _LONGEST: Final = 15.0
-"""Seconds after which a slow move is given up; with correct firmware it takes a few."""
+"""Seconds after which a slow move is stopped; with correct firmware it takes a few."""
 _MOST_TIMES: Final = 20.0
-"""The most by which a distance is extended."""
+"""The maximum factor by which a distance is extended."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ from stagewire_conformance.device.lines.strays import cause_of_stray
 _SECONDS: Final = 1.0
 """The approximate duration of the move in seconds."""
 _LEAST: Final = 0.4
-"""The least duration in seconds that allows a stop before the motor slows down by itself."""
+"""The minimum duration in seconds that allows a stop before the motor slows down by itself."""
 _SHARE: Final = 0.1
 """The fraction of the distance after which the motor is stopped."""
 _TELLING: Final = 50

@@ -1,4 +1,4 @@
-"""``suspend``: suspended end messages do not come, and come again when resumed (pages 82 and 83)."""
+"""``suspend``: suspended end messages are not sent, and are sent again when resumed (pages 82 and 83)."""
 
 from __future__ import annotations
 

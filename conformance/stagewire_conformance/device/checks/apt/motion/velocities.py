@@ -11,11 +11,11 @@ from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Stat
 from stagewire_conformance.device.checks.apt.motion.pace import coarsest_velocity, status_velocity
 
 _TELLING: Final = 3.0
-"""The least velocity, in units of the status, that must not be reported as 0."""
+"""The minimum velocity, in units of the status, that must not be reported as 0."""
 _OFF: Final = 0.4
 """The tolerance of the average of the reported velocities, as a fraction of the measured speed."""
 _LONG: Final = 0.12
-"""The least seconds over which velocities and positions are compared."""
+"""The minimum time in seconds over which velocities and positions are compared."""
 
 
 def judge_velocities(axis: Axis, told: str, midway: Sequence[Status], way: int) -> None:

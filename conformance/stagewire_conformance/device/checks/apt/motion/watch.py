@@ -64,7 +64,7 @@ class Watched:
         watched until it is at rest, whatever it reports; None if it was not.
     :param disabled: whether it was then disabled because it ignored the stop.
     :param unheard: whether it was stopped at its deadline without a recent position.
-    :param seconds: seconds until its end, or until it was given up.
+    :param seconds: seconds until its end, or until the watch ended.
     :param over: whether it is no longer watched.
     :param moved: when it was last seen to move.
     :param place: its position then.

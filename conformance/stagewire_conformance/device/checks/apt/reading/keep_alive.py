@@ -45,7 +45,7 @@ _SIGN_ALONE: Final = 0.1
 """Seconds in which a reply to a keep-alive message would arrive; there should be none."""
 
 _LONGEST: Final = 15.0
-"""The most seconds to listen to a controller."""
+"""The maximum time in seconds to listen to a controller."""
 
 _AGAIN: Final = 1.0
 """Seconds after a keep-alive message in which status messages must resume."""

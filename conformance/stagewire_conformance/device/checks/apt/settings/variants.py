@@ -48,7 +48,7 @@ _SHARE: Final = 16
 _WIDE: Final = (0x1_0000, 0x1_FFFF)
 """The change of a number that tests its width."""
 _LEAST: Final = 8
-"""The least change of a small number that may go up or down."""
+"""The minimum change of a small number that may go up or down."""
 
 
 def variants(

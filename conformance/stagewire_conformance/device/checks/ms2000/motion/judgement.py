@@ -106,7 +106,7 @@ def judge_rest(mover: Mover, goal: int) -> None:
     over = f"axis {name} is no longer busy, but"
     trial.must(
         not sample.busy,
-        f"axis {name} is busy again after it was not, without a command",
+        f"axis {name} is busy again without a command",
         rule="status-not-busy",
         cause=Cause("READ_STATUS", "busy at rest"),
     )

@@ -22,9 +22,9 @@ from stagewire_ms2000.flags import StatusBits
 from stagewire_ms2000.quantities import POSITION, SPEED
 
 LONGEST: Final = 30.0
-"""The most seconds that a motion may take."""
+"""The maximum duration of a motion in seconds."""
 _EXPECTED: Final = 20.0
-"""The most seconds that a motion is expected to take. A longer one is not started."""
+"""The maximum expected duration of a motion in seconds. A longer one is not started."""
 ARRIVED: Final = 10
 """Counts (1 µm) by which an axis may miss its target; the document does not say."""
 
@@ -114,7 +114,7 @@ class Mover(Axis):
         return int((self.top_speed if speed is None else speed) * _COUNTS_PER_SPEED * seconds)
 
     def patience(self, counts: int) -> float:
-        """Return the most seconds that a move may take: twice its duration plus five, within the bound.
+        """Return the maximum duration of a move in seconds: twice its duration plus five, within the bound.
 
         End the check before a move that would take too long.
         """
@@ -123,7 +123,7 @@ class Mover(Axis):
         if needed > _EXPECTED:
             raise NotRunError(
                 f"a motion of axis {self.name} over {counts} counts would take about {needed:.0f} s at "
-                f"{speed} counts/s, but the suite starts none that takes more than {_EXPECTED:.0f} s; "
+                f"{speed} counts/s, but the suite starts no motion of more than {_EXPECTED:.0f} s; "
                 "set a higher top speed, or allow a smaller range"
             )
         return min(2 * needed + 5, LONGEST)

@@ -20,7 +20,7 @@ from stagewire_ms2000 import messages as m
 _SECONDS: Final = 0.5
 """The duration of the move at the set speed in seconds."""
 _SPARE: Final = 0.9
-"""The least fraction of the calculated duration of a move, because its start is not known exactly."""
+"""The minimum fraction of the calculated duration of a move, because its start is not known exactly."""
 
 
 SPEEDS: Final = Kind(
@@ -73,7 +73,7 @@ _OFF_RAMP: Final = 0.1
 _FASTEST: Final = 0x7FFF
 """The highest speed that a reply can represent, in µm/s."""
 _BLUR: Final = 0.1 * _RAMP
-"""The most seconds between request and reply of a speed; half of its tolerance on a ramp."""
+"""The maximum time in seconds between request and reply of a speed; half of its tolerance on a ramp."""
 _LEAST: Final = 4
 """Samples that are required."""
 _SLOWEST: Final = 50

@@ -140,7 +140,7 @@ def _one_by_one(trial: Trial) -> None:
     behind = line_of(trial).listen(QUIET)
     trial.must(
         not behind,
-        f"{len(behind)} bytes came after the last reply",
+        f"{len(behind)} bytes arrived after the last reply",
         came=behind,
         rule="no-blanks-in-replies",
         cause=Cause("the line", UNSOLICITED),
