@@ -39,6 +39,14 @@ Stage = Annotated[
         "--stage", metavar="NAME", help="Stage on the controller, such as Z8; needed for mm."
     ),
 ]
+ScaleSource = Annotated[
+    str | None,
+    typer.Option(
+        "--scale-source",
+        metavar="NAME",
+        help="Source of scales on which sources disagree, such as vendor.",
+    ),
+]
 
 Travel = float | tuple[float, float]
 """A length from 0, or both ends, in mm."""
@@ -75,7 +83,7 @@ def called_wrongly() -> Iterator[None]:
         yield
     except UnknownScaleError as error:
         raise CalledWronglyError(
-            f"{error}; on the command line: --unit, --stage and --counts"
+            f"{error}; on the command line: --unit, --scale-source, --stage and --counts"
         ) from None
     except (EncodeError, UnsupportedError) as error:
         raise CalledWronglyError(str(error)) from None

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, LinkUrl, Stage, Unit, seconds_above_0
+from stagewire_cli.devices import Bay, LinkUrl, ScaleSource, Stage, Unit, seconds_above_0
 from stagewire_cli.errors import CalledWronglyError
 
 EXAMPLE = """\b
@@ -22,6 +22,7 @@ def monitor(
     url: LinkUrl,
     unit: Unit = None,
     stage: Stage = None,
+    scale_source: ScaleSource = None,
     bay: Bay = None,
     seconds: Annotated[
         float | None,
@@ -57,4 +58,5 @@ def monitor(
         from stagewire_cli.monitor_board import check_plot
 
         check_plot(plot)
-    watch(url, unit, stage, bay, seconds=seconds, picture=plot, log=log)
+    scales = {"stage": stage, "scale_source": scale_source}
+    watch(url, unit, scales, bay, seconds=seconds, picture=plot, log=log)

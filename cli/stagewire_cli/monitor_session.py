@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ PartStatus = tuple[str, Values[Any] | None]
 def watch(
     url: str,
     unit: str | None,
-    stage: str | None,
+    options: Mapping[str, Any],
     bay: int | None,
     *,
     seconds: float | None,
@@ -43,6 +43,7 @@ def watch(
 ) -> None:
     """Watch a controller until Ctrl-C, or for a time.
 
+    :param options: options of its class that determine scales; None means not given.
     :param bay: the bay of a module in its rack; for a rack, the bay to watch.
     :param picture: file for a picture of the recorded positions; None draws none.
     :param log: file for a capture; None records none.
@@ -53,7 +54,7 @@ def watch(
     board = Board(track=picture is not None)
     title = url
     try:
-        with opened(url, unit, bay=bay, stage=stage, log=log, on_close="leave") as device:
+        with opened(url, unit, bay=bay, log=log, on_close="leave", **options) as device:
             title = title_of(device)
             with suppress(KeyboardInterrupt), _shown(title, board) as draw:
                 parts = PartAddress(url, unit, bay, None, None).parts(device)

@@ -6,7 +6,15 @@ from typing import Annotated
 
 import typer
 
-from stagewire_cli.devices import Bay, LinkUrl, Stage, Unit, seconds_above_0, travel_in_mm
+from stagewire_cli.devices import (
+    Bay,
+    LinkUrl,
+    ScaleSource,
+    Stage,
+    Unit,
+    seconds_above_0,
+    travel_in_mm,
+)
 from stagewire_cli.errors import CalledWronglyError
 
 MOVE_EXAMPLE = """\b
@@ -72,6 +80,7 @@ def move(
     ] = False,
     unit: Unit = None,
     stage: Stage = None,
+    scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
     channel: ChannelOption = None,
@@ -91,7 +100,8 @@ def move(
     target = Target.parse(number, relative=by is not None, counts=counts)
     where = PartAddress(url, unit, bay, channel, axis)
     length = None if travel is None else travel_in_mm(travel)
-    run_move(where, target, stage=stage, travel=length, timeout=timeout, yes=yes)
+    options = {"stage": stage, "scale_source": scale_source, "travel_mm": length}
+    run_move(where, target, options, timeout=timeout, yes=yes)
 
 
 def home(
@@ -123,6 +133,7 @@ def jog(
     ],
     unit: Unit = None,
     stage: Stage = None,
+    scale_source: ScaleSource = None,
     travel: MoveTravel = None,
     bay: Bay = None,
     channel: ChannelOption = None,
@@ -139,7 +150,8 @@ def jog(
 
     where = PartAddress(url, unit, bay, channel, axis)
     length = None if travel is None else travel_in_mm(travel)
-    run_jog(where, direction, stage=stage, travel=length, timeout=timeout, yes=yes)
+    options = {"stage": stage, "scale_source": scale_source, "travel_mm": length}
+    run_jog(where, direction, options, timeout=timeout, yes=yes)
 
 
 def stop(
@@ -151,6 +163,7 @@ def stop(
     to: Annotated[str | None, typer.Option("--to", hidden=True)] = None,
     by: Annotated[str | None, typer.Option("--by", hidden=True)] = None,
     stage: Annotated[str | None, typer.Option("--stage", hidden=True)] = None,
+    scale_source: Annotated[str | None, typer.Option("--scale-source", hidden=True)] = None,
     travel: Annotated[str | None, typer.Option("--travel", hidden=True)] = None,
     timeout: Annotated[str | None, typer.Option("--timeout", hidden=True)] = None,
     counts: Annotated[bool, typer.Option("--counts", hidden=True)] = False,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,7 +24,6 @@ from stagewire.errors import (
 )
 from stagewire.quantities import exact
 from stagewire_cli.devices import (
-    Travel,
     called_wrongly,
     keywords,
     opened,
@@ -156,14 +155,16 @@ def _opened_part(
 def run_move(
     where: PartAddress,
     target: Target,
+    options: Mapping[str, Any],
     *,
-    stage: str | None,
-    travel: Travel | None,
     timeout: float,
     yes: bool,
 ) -> None:
-    """Move one part, after a confirmation."""
-    with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
+    """Move one part, after a confirmation.
+
+    :param options: options of its class; None means not given.
+    """
+    with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, f"start_move_{'relative' if target.relative else 'absolute'}")
         given = target.given(start, device.unit.name)
         saying = f"will move from {_position(part)} {target}"
@@ -185,14 +186,13 @@ def run_home(where: PartAddress, *, timeout: float, yes: bool) -> None:
 def run_jog(
     where: PartAddress,
     direction: str,
+    options: Mapping[str, Any],
     *,
-    stage: str | None,
-    travel: Travel | None,
     timeout: float,
     yes: bool,
 ) -> None:
-    """Jog one part, after a confirmation."""
-    with _opened_part(where, yes, timeout, stage=stage, travel_mm=travel) as (device, name, part):
+    """Jog one part, after a confirmation; the options are as for :func:`run_move`."""
+    with _opened_part(where, yes, timeout, **options) as (device, name, part):
         start = _call(device, part, "start_jog")
         stored = _call(device, part, "get_jog_params")()
         step = _in_words(numbers_of(stored).get("jog_step_size"), "an unknown distance")

@@ -99,7 +99,9 @@ def _rule(registry: Registry, stated: Mapping[str, Any]) -> Json:
         if name not in scales:
             where = f"{stated.get('stage')} on {stated.get('controller')}"
             raise UnknownScaleError(f"{name} of {where} is not in the registry")
-        return {"unit": rule["unit"], **scales[name]}
+        rotary = (stage or {}).get("rotary")
+        unit = quantity.get("rotary_unit") if rotary else rule["unit"]
+        return {"unit": unit, **scales[name]}
     return rule
 
 
@@ -112,6 +114,9 @@ def scale_of(registry: Registry, stated: Mapping[str, Any]) -> Scale:
     unit = rule["unit"]
     if "unknown" in rule:
         raise UnknownScaleError(f"{stated['quantity']}: {rule['unknown']}")
+    if "conflict" in rule:
+        sources = " and ".join(rule["conflict"])
+        raise UnknownScaleError(f"{stated['quantity']}: {sources} contradict each other")
     if rule.get("by") == "setting":
         setting = rule["setting"]
         value = stated.get("setting", {}).get(setting)

@@ -195,7 +195,8 @@ GROUPS: tuple[Group, ...] = (
                 "a scale that is not an exact positive rational, or is in the wrong unit",
                 "A factor is zero, or is written with a decimal point or a sign. Or a scale has no factor "
                 "or several, its key names a different unit than the quantity, or it has no source. Or a "
-                "unit has scales in two groups.",
+                "unit has scales in two groups, a rotary stage has scales or limits in mm, or the figures "
+                "of a `conflict` agree.",
                 "write the factor as N or N/D",
             ),
             "SW038": Code(

@@ -112,11 +112,19 @@ class Factor:
     printed: str
     source: str
     page: int | None
+    note: str = ""
 
     @property
     def counts_per_unit(self) -> Fraction:
         """Counts per unit, in either direction of the key."""
         return 1 / self.value if self.key.endswith("_per_count") else self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """Scales of sources that contradict each other; the user chooses one."""
+
+    factors: Mapping[str, Factor]  # source -> its factor
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +139,11 @@ class Quantity:
     rule: Json  # such as {"by": "stage"}; {} if there is a factor
     place: Place
     overlay: str = ""
+    rotary_unit: str = ""  # its unit on a rotary stage
+
+    def unit_on(self, stage: Stage) -> str:
+        """Return the unit of the quantity on a stage; empty if it has none there."""
+        return self.rotary_unit if stage.rotary else self.unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +167,8 @@ class Controller:
 class Limit:
     """A limit that a stage must not exceed."""
 
-    value: Fraction
-    unit: str  # mm | mm/s | mm/s^2
+    value: Fraction | None  # None: the travel is endless
+    unit: str  # mm | mm/s | mm/s^2, or the same with deg; empty if the travel is endless
     source: str
     page: int | None
     note: str = ""
@@ -163,15 +176,20 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """A stage: its exact factors for each controller, and its limits; a text states why one is unknown."""
+    """A stage: its exact factors for each controller, and its limits; a text states why one is unknown.
+
+    If sources contradict each other, a scale is a conflict.
+    """
 
     name: str
     title: str
     page: int
-    scales: Mapping[str, Mapping[str, Factor | str]]
+    scales: Mapping[str, Mapping[str, Factor | Conflict | str]]
     place: Place
     overlay: str = ""
     limits: Mapping[str, Limit | str] = field(default_factory=dict)
+    catalogue: tuple[str, ...] = ()  # names in the catalogue of the vendor
+    rotary: bool = False
 
 
 @dataclass(frozen=True, slots=True)

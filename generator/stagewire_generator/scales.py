@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Factor, Json, Protocol, Quantity
+from stagewire_generator.model import Conflict, Factor, Json, Protocol, Quantity, Stage
 
 FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 """The key of a factor, which names its unit and its direction."""
@@ -18,7 +18,8 @@ RATIONAL = re.compile(r"[1-9][0-9]*(?:/[1-9][0-9]*)?\Z")
 class ScaleEntry:
     """One scale, known or unknown.
 
-    :param words: the parts of its name: quantity and case or unit, or stage, controller and quantity.
+    :param words: the parts of its name: quantity and case or unit; or stage, controller and quantity, and the
+        source if several contradict each other.
     :param scale: a factor, the rule of a scale that depends on a setting, or the reason why it is unknown.
     :param of: what else it depends on, in words; may be empty.
     :param page: its page, unless the scale has a page itself.
@@ -69,17 +70,35 @@ def scales_of(protocol: Protocol) -> Iterator[ScaleEntry]:
             for name, found in scales.items():
                 if name not in quantities or controller not in units:
                     continue  # an error in the spec, which is reported elsewhere
-                yield ScaleEntry(
+                entry = ScaleEntry(
                     words=(stage.name, controller, name),
                     quantity=quantities[name],
-                    unit=quantities[name].unit,
-                    scale={"unknown": found} if isinstance(found, str) else found,
+                    unit=quantities[name].unit_on(stage),
+                    scale={"unknown": found} if isinstance(found, str) else {},
                     of=f"of {stage.name} on {controller}",
                     page=stage.page,
                     overlay=stage.overlay,
                     place=stage.place,
-                    controller=f"{stage.name}: {stage.title}. {controller}: {units[controller]}.",
+                    controller=f"{_called(stage)}: {stage.title}. {controller}: {units[controller]}.",
                 )
+                if isinstance(found, Conflict):
+                    yield from _by_source(entry, found)
+                else:
+                    yield entry if isinstance(found, str) else replace(entry, scale=found)
+
+
+def _called(stage: Stage) -> str:
+    """Return the name of a stage, and those in the catalogue if they differ."""
+    others = ", ".join(name for name in stage.catalogue if name != stage.name)
+    return f"{stage.name} ({others})" if others else stage.name
+
+
+def _by_source(entry: ScaleEntry, conflict: Conflict) -> Iterator[ScaleEntry]:
+    """Yield an entry for each source; the user chooses one by its name."""
+    for source, factor in conflict.factors.items():
+        others = " and ".join(name for name in conflict.factors if name != source)
+        of = f"{entry.of} according to {source}, which contradicts {others}"
+        yield replace(entry, words=(*entry.words, source), scale=factor, of=of)
 
 
 def _cases(entry: ScaleEntry) -> Iterator[ScaleEntry]:

@@ -16,13 +16,16 @@ from typing import Final, NoReturn
 from stagewire.errors import BadValueError, UnknownScaleError
 
 __all__ = [
+    "EndlessTravel",
     "Limit",
     "Number",
     "Scale",
+    "ScaleConflict",
     "Stage",
     "UnknownLimit",
     "UnknownScale",
     "exact",
+    "find_stages",
     "round_half_away",
 ]
 
@@ -157,11 +160,35 @@ class UnknownScale:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
+class ScaleConflict(UnknownScale):
+    """A scale whose sources contradict each other; conversions are refused until the user chooses a source.
+
+    :param scales: source -> its scale.
+    """
+
+    scales: Mapping[str, Scale]
+
+    @classmethod
+    def of(cls, unit: str, scales: Mapping[str, Scale]) -> ScaleConflict:
+        """Return the scale in ``unit``, with a reason that states the figure of each source."""
+        figures = "; ".join(
+            f"{name}: {float(scale.counts_per_unit):.10g} counts per {unit} ({scale.source})"
+            for name, scale in scales.items()
+        )
+        ways = " or ".join(f'scale_source="{name}"' for name in scales)
+        reason = f"its sources contradict each other ({figures}); pass {ways} to open"
+        return cls(unit, reason, scales)
+
+    def __repr__(self) -> str:
+        return f"<ScaleConflict in {self.unit}: {', '.join(self.scales)}>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
 class Limit:
     """A limit of a stage.
 
     :param value: exact value in ``unit``.
-    :param unit: ``mm``, ``mm/s`` or ``mm/s^2``.
+    :param unit: ``mm``, ``mm/s`` or ``mm/s^2``; for a rotary stage ``deg``, ``deg/s`` or ``deg/s^2``.
     :param source: origin of the value, for messages.
     """
 
@@ -191,6 +218,16 @@ class UnknownLimit:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class EndlessTravel:
+    """The travel of a stage without ends, such as a rotation stage.
+
+    :param source: origin of the fact, for messages.
+    """
+
+    source: str
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Stage:
     """A stage: its limits, and its scales on each controller in the registry that drives it.
@@ -201,6 +238,8 @@ class Stage:
     :param controllers: controller family -> units of the family.
     :param by_user: whether a user defined the scales; they then apply on every controller.
     :param limits: ``travel``, ``max_velocity`` and ``max_acceleration`` -> limit; missing limits are unknown.
+    :param catalogue: names in the catalogue of the vendor, such as ``MTS25/M-Z8``.
+    :param rotary: whether it rotates; its scales and limits are then in degrees.
     """
 
     name: str
@@ -209,7 +248,9 @@ class Stage:
     scales: Mapping[str, Mapping[str, Scale | UnknownScale]]
     controllers: Mapping[str, tuple[str, ...]]
     by_user: bool = False
-    limits: Mapping[str, Limit | UnknownLimit] = field(default_factory=dict)
+    limits: Mapping[str, Limit | UnknownLimit | EndlessTravel] = field(default_factory=dict)
+    catalogue: tuple[str, ...] = ()
+    rotary: bool = False
 
     @classmethod
     def of_user(
@@ -219,19 +260,22 @@ class Stage:
         travel_mm: Number | None = None,
         max_velocity_mm_per_s: Number | None = None,
         max_acceleration_mm_per_s2: Number | None = None,
+        rotary: bool = False,
         **scales: Scale,
     ) -> Stage:
         """Return a stage that is not in the registry, with its scales by quantity.
 
-        ``Stage.of_user("rotary", position=Scale.counts_per("mm", 1919))`` is an example. Quantities, such as
+        ``Stage.of_user("slide", position=Scale.counts_per("mm", 20000))`` is an example. Quantities, such as
         ``position``, ``velocity`` and ``acceleration``, and their units are those of the registry.
 
+        :param rotary: whether it rotates; its scales are then in degrees, such as ``Scale.counts_per("deg",
+            1919)``, and limits in mm are refused.
         :param travel_mm: length of the travel, from one end to the other.
         :param max_velocity_mm_per_s: maximum velocity.
         :param max_acceleration_mm_per_s2: maximum acceleration.
 
         A limit that is left out is not checked. Raise :class:`~stagewire.errors.BadValueError` for a limit
-        that is not positive.
+        that is not positive, or in mm for a rotary stage.
         """
         stated = {
             "travel": (travel_mm, "mm"),
@@ -243,8 +287,12 @@ class Stage:
             for limit, (value, unit) in stated.items()
             if value is not None
         }
+        if rotary and limits:
+            raise BadValueError(f"{name}: a rotary stage has no limits in mm; leave them out")
         own: dict[str, Mapping[str, Scale | UnknownScale]] = {"": dict(scales)}
-        return cls(name, "your own stage", 0, own, {"": ()}, by_user=True, limits=limits)
+        return cls(
+            name, "your own stage", 0, own, {"": ()}, by_user=True, limits=limits, rotary=rotary
+        )
 
     def is_known_on(self, controller: str) -> bool:
         """Return whether the registry has scales of the stage on a controller (a family or a unit)."""
@@ -272,3 +320,19 @@ class Stage:
 
     def __repr__(self) -> str:
         return f"<Stage {self.name}: {self.title}>"
+
+
+def find_stages(package: str, name: str) -> list[Stage]:
+    """Return the stages of a generated package with a name in any case.
+
+    The name in the registry belongs to one stage. A name in the catalogue may belong to several, such as the
+    axes of a stage.
+    """
+    from importlib import import_module
+
+    stages = [
+        one for one in vars(import_module(f"{package}.stages")).values() if isinstance(one, Stage)
+    ]
+    wanted = name.upper()
+    named = [one for one in stages if one.name.upper() == wanted]
+    return named or [one for one in stages if wanted in map(str.upper, one.catalogue)]

@@ -89,7 +89,14 @@ if TYPE_CHECKING:
     from stagewire._framings.slots.command import Command, Reply, SetupCommand
     from stagewire._framings.slots.protocol import CommandProtocol
     from stagewire._sessions.options import Ends
-    from stagewire.quantities import Limit, Number, Scale, Stage, UnknownLimit, UnknownScale
+    from stagewire.quantities import (
+        Limit,
+        Number,
+        Scale,
+        Stage,
+        UnknownLimit,
+        UnknownScale,
+    )
 
 __all__ = [
     "VERSION",
@@ -207,7 +214,9 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_devices.scales": "ByCase BySetting ByStage ByUnit Rule",
             "_devices.unit": "Alias Facts Hindrance Setting Told Unit",
             "_sessions.options": "Ends",
-            "quantities": "Limit Number Scale Stage UnknownLimit UnknownScale",
+            "quantities": (
+                "EndlessTravel Limit Number Scale ScaleConflict Stage UnknownLimit UnknownScale"
+            ),
             "_devices.synchronous.devices": (
                 "AxesDevice ChannelsDevice Device ModuleDevice RackDevice SingleChannelDevice "
                 "SingleChannelModule"

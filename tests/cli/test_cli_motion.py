@@ -165,6 +165,7 @@ def test_without_a_terminal_yes_is_required(
         (["--to", "0.5", "--counts"], "whole numbers"),
         (["--to", "1"], "--stage and --counts"),
         (["--to", "1", "--stage", "Z9"], "unknown stage Z9"),
+        (["--to", "1", "--stage", "Z8", "--scale-source", "vendor"], "no scale of the stage has"),
         (["--to", "13", "--stage", "Z8", "--travel", "12"], "outside the travel"),
         (["--to", "1", "--stage", "Z8", "--channel", "2"], "has no channel 2"),
         (["--to", "1", "--stage", "Z8", "--axis", "X"], "has no axis X"),

@@ -170,6 +170,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/reference/registry.md", "enumerations:"): schema("messages"),
     ("docs/reference/registry.md", "setup_commands:"): schema("messages"),
     ("docs/reference/registry.md", "framing:"): schema("protocol"),
+    ("docs/reference/registry.md", "controllers:"): schema("stages"),
     ("docs/reference/registry.md", "stages:"): schema("stages"),
     ("docs/reference/registry.md", "settings:"): schema("quantities"),
     ("docs/reference/registry.md", "errata:"): schema("errata"),

@@ -327,7 +327,7 @@ def test_the_registry_marks_the_entries_of_an_overlay(second: Protocol) -> None:
         assert {n for n, e in registry[section].items() if "overlay" in e} == names, section
     for section, key, names in (
         ("units", "name", {"TP9", "TP10"}),
-        ("stages", "name", {"Slide", "Tower"}),
+        ("stages", "name", {"Slide", "Tower", "Turret"}),
         ("chapters", "name", {"heat"}),
         ("errata", "id", {"tiny-move-length", "tiny-heat-id"}),
     ):

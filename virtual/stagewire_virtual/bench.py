@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 import functools
-import importlib
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -17,6 +16,7 @@ from typing import Any, Final
 
 from stagewire import Stage
 from stagewire.errors import StagewireError
+from stagewire.quantities import find_stages
 from stagewire_virtual.clock import Clock, SteppedClock
 from stagewire_virtual.errors import BadOptionError, BenchError, UnknownUnitError
 from stagewire_virtual.factory import Blueprint
@@ -75,15 +75,17 @@ def stage_of(units: Sequence[Unit], value: Any) -> Stage | None:
         return None
     protocol = units[0].protocol
     known = {entry["name"].upper(): entry["name"] for entry in units[0].registry["stages"]}
-    if name.upper() not in known:
+    found = find_stages(protocol.package, name)
+    if len(found) > 1:
+        several = ", ".join(each.name for each in found)
+        raise BadOptionError(f"{name} is the catalogue name of several stages; choose {several}")
+    if not found:
         close = difflib.get_close_matches(name.upper()[:40], known, n=1, cutoff=_ONE_OF_TWO)
         hint = f"; did you mean {known[close[0]]}?" if close else ""
         choices = f"available: {', '.join(sorted(known.values()))}" if known else "none available"
         raise BadOptionError(f"{protocol.title} has no stage {name}{hint} ({choices})")
-    stages = importlib.import_module(f"{protocol.package}.stages")
-    stage: Stage = getattr(stages, known[name.upper()])
-    check_stage(stage, [unit.name for unit in units])
-    return stage
+    check_stage(found[0], [unit.name for unit in units])
+    return found[0]
 
 
 def tcp_endpoint(bind: str | None, value: Any) -> TcpEndpoint:

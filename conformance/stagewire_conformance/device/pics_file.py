@@ -16,6 +16,7 @@ from typing import Any, Final, TypeVar
 from stagewire.devices import Unit
 from stagewire.errors import UnknownScaleError
 from stagewire.protocols import CommandProtocol, Protocol
+from stagewire.quantities import find_stages
 from stagewire_conformance.device.declaration import axes_of, facts_of, known_units
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.permissions import RangeError
@@ -132,6 +133,9 @@ class ChannelsReader:
     def _stage(self, unit: Unit | None, value: Any) -> str:
         if self._is_of_commands:
             return text(value)  # refused later, with the other stage keys
+        found = find_stages(self._protocol.package, text(value))
+        if len(found) == 1:
+            value = found[0].name  # it may be a name in the catalogue
         known = [entry["name"] for entry in self._protocol.registry()["stages"]]
         return one_of("stage", known if unit is None else unit.stages or known, value)
 

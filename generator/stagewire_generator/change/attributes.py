@@ -405,6 +405,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "rule": Elsewhere("scales"),
         "place": _PLACE,
         "overlay": _OVERLAY,
+        "rotary_unit": "quantity-unit",
     },
     model.Factor: {
         "key": Elsewhere("scales"),
@@ -412,7 +413,9 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "printed": "scale-note",
         "source": "scale-note",
         "page": "scale-note",
+        "note": "scale-note",
     },
+    model.Conflict: {"factors": Elsewhere("scales")},
     model.Controller: {
         "name": _PAIRED,
         "units": Elsewhere("scales"),
@@ -429,6 +432,8 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "place": _PLACE,
         "overlay": _OVERLAY,
         "limits": Elsewhere("scales"),
+        "catalogue": "stage-catalogue",
+        "rotary": "quantity-unit",
     },
     model.Limit: {
         "value": "stage-limit",

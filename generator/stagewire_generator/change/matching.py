@@ -6,9 +6,9 @@ counts, whatever their notation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 from typing import Protocol as Structural
 
 from stagewire_generator import model
@@ -71,6 +71,26 @@ Scale = Factor | Json | str | None
 """A factor; a rule (``{"by": …}``, ``{"unknown": why}``); the reason why it is unknown; or nothing."""
 
 _NOTES = ("printed", "source", "page")
+
+
+class ScaleKey(NamedTuple):
+    """The key of a scale of a stage; the source is empty unless several contradict each other."""
+
+    controller: str
+    quantity: str
+    source: str = ""
+
+
+def scales_on(stage: model.Stage) -> Iterator[tuple[ScaleKey, Factor | str]]:
+    """Yield the scales of a stage; for a conflict, first the refusal, then the factor of each source."""
+    for controller, scales in stage.scales.items():
+        for quantity, scale in scales.items():
+            if isinstance(scale, model.Conflict):
+                yield ScaleKey(controller, quantity), "its sources contradict each other"
+                for source, factor in scale.factors.items():
+                    yield ScaleKey(controller, quantity, source), factor
+            else:
+                yield ScaleKey(controller, quantity), scale
 
 
 def known(scale: Scale) -> bool:
@@ -145,9 +165,8 @@ def match(old: model.Protocol, new: model.Protocol) -> Matches:
 
     def scales(stage: model.Stage) -> Hashable:
         return stage.title, frozenset(
-            (controllers.renamed.get(c, c), quantities.renamed.get(q, q), exact(factor))
-            for c, factors in stage.scales.items()
-            for q, factor in factors.items()
+            (controllers.renamed.get(c, c), quantities.renamed.get(q, q), source, exact(scale))
+            for (c, q, source), scale in scales_on(stage)
         )
 
     return Matches(

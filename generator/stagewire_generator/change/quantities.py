@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from stagewire_generator.change.attributes import SCALE
 from stagewire_generator.change.comparison import Comparison, Where
-from stagewire_generator.change.matching import Pairs, Scale, known, pair
+from stagewire_generator.change.matching import Pairs, Scale, known, pair, scales_on
 from stagewire_generator.model import (
     Enumeration,
     EnumValue,
@@ -94,17 +94,18 @@ def compare_scales(comparison: Comparison) -> None:
 
 def _stage(comparison: Comparison, where: Where, old: Stage, new: Stage) -> None:
     before = {
-        (comparison.renamed("controller", controller), comparison.renamed("quantity", quantity)): f
-        for controller, factors in old.scales.items()
-        for quantity, f in factors.items()
+        (
+            comparison.renamed("controller", key.controller),
+            comparison.renamed("quantity", key.quantity),
+            key.source,
+        ): scale
+        for key, scale in scales_on(old)
     }
-    after = {
-        (controller, quantity): f
-        for controller, factors in new.scales.items()
-        for quantity, f in factors.items()
-    }
+    after = {(*key,): scale for key, scale in scales_on(new)}
     for key in (*before, *(key for key in after if key not in before)):
         at = {**where, "controller": key[0], "quantity": key[1]}
+        if key[2]:
+            at["source"] = key[2]
         _scale(comparison, at, before.get(key), after.get(key))
 
 
@@ -115,12 +116,14 @@ def _limit(
     if isinstance(old, Limit) and isinstance(new, Limit):
         comparison.attributes(where, old, new)
         return
-    before, after = (
-        f"{limit.value} {limit.unit}" if isinstance(limit, Limit) else limit for limit in (old, new)
-    )
+    before, after = (_limited(limit) if isinstance(limit, Limit) else limit for limit in (old, new))
     if before != after:
         known = isinstance(old, Limit) or isinstance(new, Limit)
         comparison.add("stage-limit" if known else "limit-note", where, before, after)
+
+
+def _limited(limit: Limit) -> str:
+    return "endless" if limit.value is None else f"{limit.value} {limit.unit}"
 
 
 def _scale(comparison: Comparison, where: Where, old: Scale, new: Scale) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 from stagewire_generator.change.subjects import FRAMING, Subject, messages_of, related
 from stagewire_generator.lint.witness.reading import find_field
 from stagewire_generator.model import (
+    Conflict,
     Enumeration,
     Erratum,
     Factor,
@@ -318,6 +319,9 @@ def _factors(value: Any) -> Iterator[tuple[int | None, str | None]]:
     """Yield the page and the printed form of each factor in a quantity or stage."""
     if isinstance(value, Factor):
         yield value.page, value.printed
+    elif isinstance(value, Conflict):
+        for factor in value.factors.values():
+            yield from _factors(factor)
     elif isinstance(value, Quantity | Stage):
         scales = (value.scales,) if isinstance(value, Stage) else (value.factor, value.rule)
         for scale in scales:

@@ -28,7 +28,9 @@ _IN_MESSAGES = _IN_CHAPTERS | frozenset({
 })  # fmt: skip
 _IN_FLAGS = _IN_CHAPTERS | frozenset({"Bit", "Flags"})
 _IN_ENUMERATIONS = _KEPT | frozenset({"Enumeration"})
-_IN_STAGES = _KEPT | frozenset({"Limit", "Scale", "Stage", "UnknownLimit", "UnknownScale"})
+_IN_STAGES = _KEPT | frozenset({
+    "EndlessTravel", "Limit", "Scale", "ScaleConflict", "Stage", "UnknownLimit", "UnknownScale"
+})  # fmt: skip
 _IN_UNITS = _KEPT | frozenset({
     "AxesDevice", "Axis", "Bay", "Channel", "ChannelsBay", "ChannelsDevice", "FACTS", "ModuleDevice",
     "PROTOCOL", "RackDevice", "SingleChannelDevice", "SingleChannelModule", "UNITS"
@@ -164,6 +166,13 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
         if stage.name in _IN_STAGES:
             diagnostics.add(stage.place, "SW023", f"the stage name {stage.name} is reserved")
     _apart([(stage.name, stage.place) for stage in protocol.stages], diagnostics)
+    stages = {stage.name.upper(): stage.name for stage in protocol.stages}
+    for stage in protocol.stages:
+        for name in stage.catalogue:
+            other = stages.get(name.upper(), stage.name)
+            if other != stage.name:
+                what = f"{stage.name}: {name} in the catalogue is the name of another stage"
+                diagnostics.add(stage.place, "SW022", what)
 
 
 def _apart(named: Iterable[tuple[str, Place]], diagnostics: Diagnostics) -> None:

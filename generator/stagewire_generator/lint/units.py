@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.model import Factor, Json, Message, Protocol
+from stagewire_generator.model import Conflict, Factor, Json, Message, Protocol
 from stagewire_generator.strict_yaml import Document
 
 
@@ -177,7 +177,9 @@ class _Rules:
             for group in self.protocol.controllers:
                 for stage in self.protocol.stages:
                     scales = stage.scales.get(group.name, {}).values()
-                    if name in group.members and any(isinstance(s, Factor) for s in scales):
+                    if name in group.members and any(
+                        isinstance(s, Factor | Conflict) for s in scales
+                    ):
                         usable[stage.name] = group.name
                         if name in group.units and stage.name not in unit["stages"]:
                             missing[stage.name] = group.name

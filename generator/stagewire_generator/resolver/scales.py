@@ -6,12 +6,18 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Controller, Factor, Json, Limit, Quantity, Stage
+from stagewire_generator.model import Conflict, Controller, Factor, Json, Limit, Quantity, Stage
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.scales import FACTOR, RATIONAL
 from stagewire_generator.strict_yaml import Document
 
-_LIMIT_UNITS = {"mm": "mm", "mm_per_s": "mm/s", "mm_per_s2": "mm/s^2"}
+_LIMIT_UNITS = {
+    key.format(unit): shown.format(unit)
+    for unit in ("mm", "deg")
+    for key, shown in (("{}", "{}"), ("{}_per_s", "{}/s"), ("{}_per_s2", "{}/s^2"))
+}
+_APART = Fraction(101, 100)
+"""The least ratio of two figures that contradict each other."""
 _WITHOUT_SOURCE = (
     "give the scale a `source` or a `page`; the page of the stage only counts for controllers with "
     "`units` and a `page`"
@@ -26,8 +32,20 @@ def define_quantities(tables: Tables) -> None:
         found = _scale(tables, entry["scale"], unit, place)
         factor, rule = (found, {}) if isinstance(found, Factor) else (None, found)
         tables.quantities[name] = Quantity(
-            name, unit, entry["page"], entry["summary"], factor, rule, place, document.overlay
+            name,
+            unit,
+            entry["page"],
+            entry["summary"],
+            factor,
+            rule,
+            place,
+            document.overlay,
+            entry.get("rotary_unit", ""),
         )
+        if "rotary_unit" in entry and rule.get("by") != "stage":
+            what = f"{name} has a rotary_unit, but its scale does not depend on the stage"
+            at = document.place("quantities", name, "rotary_unit")
+            tables.diagnostics.add(at, "SW037", what, "remove it, or write `scale: {by: stage}`")
 
 
 def resolve_settings(tables: Tables) -> Json:
@@ -64,9 +82,23 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
             with_scales, entry["like"], what, document.place("stages", name, "like")
         )
         if other is not None:
-            limits = {**other.limits, **_limits(entry)}
-            overlay, title, page = document.overlay, entry["title"], entry["page"]
-            stages[name] = Stage(name, title, page, other.scales, place, overlay, limits)
+            if entry.get("rotary") and not other.rotary:
+                what = f"{name} is rotary, but {other.name} is not"
+                hint = f"remove `rotary`, or give {name} its own scales"
+                tables.diagnostics.add(
+                    document.place("stages", name, "rotary"), "SW037", what, hint
+                )
+            stages[name] = Stage(
+                name,
+                entry["title"],
+                entry["page"],
+                other.scales,
+                place,
+                document.overlay,
+                {**other.limits, **_limits(tables, document, name, entry, other.rotary)},
+                tuple(entry.get("catalogue", ())),
+                other.rotary,
+            )
     return tuple(controllers.values()), tuple(stages.values())
 
 
@@ -78,7 +110,8 @@ def _stage(
     entry: Json,
 ) -> Stage:
     path = ("stages", name)
-    scales: dict[str, dict[str, Factor | str]] = {}
+    scales: dict[str, dict[str, Factor | Conflict | str]] = {}
+    rotary = entry.get("rotary", False)
     for controller, quantities in entry["controllers"].items():
         place = document.place(*path, "controllers", controller)
         group = tables.look_up(controllers, controller, "controller", place)
@@ -87,29 +120,73 @@ def _stage(
             place = document.place(*path, "controllers", controller, quantity)
             found = tables.look_up(tables.quantities, quantity, "quantity", place)
             unit = found.unit if found else ""
-            factor = scale.get("unknown") or _factor(tables, scale, unit, place)
+            if found and rotary:
+                unit = found.rotary_unit
+                if not unit:
+                    what = f"{name} is rotary, but {quantity} has no rotary_unit"
+                    hint = f"add `rotary_unit` to {quantity} in quantities.yaml"
+                    tables.diagnostics.add(place, "SW037", what, hint)
+                    continue
+            factor = scale.get("unknown") or (
+                _conflict(tables, scale["conflict"], unit, place)
+                if "conflict" in scale
+                else _factor(tables, scale, unit, place)
+            )
             if factor:
                 scales.setdefault(controller, {})[quantity] = factor
             if isinstance(factor, Factor) and not (printed or factor.source or factor.page):
                 what = f"{name}: the scale of {quantity} on {controller} has no source and no page"
                 tables.diagnostics.add(place, "SW037", what, _WITHOUT_SOURCE)
     place = document.place(*path)
-    limits = _limits(entry)
-    return Stage(name, entry["title"], entry["page"], scales, place, document.overlay, limits)
+    return Stage(
+        name,
+        entry["title"],
+        entry["page"],
+        scales,
+        place,
+        document.overlay,
+        _limits(tables, document, name, entry, rotary),
+        tuple(entry.get("catalogue", ())),
+        rotary,
+    )
 
 
-def _limits(entry: Json) -> dict[str, Limit | str]:
+def _limits(
+    tables: Tables, document: Document, stage: str, entry: Json, rotary: bool
+) -> dict[str, Limit | str]:
     """Return the limits of a stage; for an unknown limit, the reason."""
     limits: dict[str, Limit | str] = {}
     for name, limit in entry.get("limits", {}).items():
         if "unknown" in limit:
             limits[name] = limit["unknown"]
             continue
+        source, page, note = limit.get("source", ""), limit.get("page"), limit.get("note", "")
+        if "endless" in limit:
+            limits[name] = Limit(None, "", source, page, note)
+            continue
         [key] = limit.keys() & _LIMIT_UNITS.keys()  # the schema requires exactly one
-        source, note = limit.get("source", ""), limit.get("note", "")
-        unit = _LIMIT_UNITS[key]
-        limits[name] = Limit(Fraction(str(limit[key])), unit, source, limit.get("page"), note)
+        if rotary != key.startswith("deg"):
+            place = document.place("stages", stage, "limits", name, key)
+            what = f"{stage}: {name} is in {_LIMIT_UNITS[key]}"
+            hint = "a rotary stage has limits in deg, any other stage in mm"
+            tables.diagnostics.add(place, "SW037", what, hint)
+        limits[name] = Limit(Fraction(str(limit[key])), _LIMIT_UNITS[key], source, page, note)
     return limits
+
+
+def _conflict(tables: Tables, figures: Json, unit: str, place: Place) -> Conflict | None:
+    """Return the factors of sources that contradict each other, or None, with a diagnostic."""
+    found = {source: _factor(tables, entry, unit, place) for source, entry in figures.items()}
+    factors = {source: factor for source, factor in found.items() if factor}
+    if len(factors) < len(found):
+        return None
+    values = [factor.counts_per_unit for factor in factors.values()]
+    if max(values) < min(values) * _APART:
+        what = f"{' and '.join(factors)} differ by less than 1 %, which is not a conflict"
+        hint = "keep one of them, and name the other in its `note`"
+        tables.diagnostics.add(place, "SW037", what, hint)
+        return None
+    return Conflict(factors)
 
 
 def _factor(tables: Tables, entry: Json, unit: str, place: Place) -> Factor | None:
@@ -133,8 +210,14 @@ def _factor(tables: Tables, entry: Json, unit: str, place: Place) -> Factor | No
         what = f"{keys[0]} does not match the unit {unit}"
         tables.diagnostics.add(place, "SW037", what, hint)
         return None
-    printed = str(entry.get("printed", ""))
-    return Factor(keys[0], Fraction(text), printed, entry.get("source", ""), entry.get("page"))
+    return Factor(
+        keys[0],
+        Fraction(text),
+        str(entry.get("printed", "")),
+        entry.get("source", ""),
+        entry.get("page"),
+        entry.get("note", ""),
+    )
 
 
 def _scale(tables: Tables, scale: Json, unit: str, place: Place) -> Factor | Json:

@@ -120,6 +120,7 @@ class Connection(Generic[T]):
             ways=self._ways(),
             stages=unit.stages,
             names=self.names,
+            source_of_scales=choices.scale_source,
         )
         for setting, option in SETTINGS.items():
             value: Fraction | None = getattr(choices, option)

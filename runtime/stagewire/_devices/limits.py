@@ -15,7 +15,7 @@ from typing import Any, Final
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
-from stagewire.quantities import Limit, Number, Stage, UnknownLimit, exact
+from stagewire.quantities import EndlessTravel, Limit, Number, Stage, UnknownLimit, exact
 
 __all__ = [
     "CEILINGS",
@@ -24,9 +24,8 @@ __all__ = [
     "Ceiling",
     "Limits",
     "Travel",
-    "in_mm",
     "limits_of",
-    "mm_of",
+    "measured",
     "parse_travel",
 ]
 
@@ -40,14 +39,18 @@ CEILINGS: Final = {
     "max_velocity": ("maximum velocity", "max_velocity_mm_per_s", "mm/s"),
     "max_acceleration": ("maximum acceleration", "max_acceleration_mm_per_s2", "mm/s^2"),
 }
-"""The other limits of a stage: name -> title for messages, keyword of ``open``, and unit."""
+"""The other limits of a stage: name -> title for messages, keyword of ``open``, and unit.
+
+The limits of a rotary stage are in degrees, and have no keyword.
+"""
 
 _MEASURES: Final = {
-    unit + per: ("mm" + per, factor)
-    for unit, factor in PER_MM.items()
+    unit + per: (base + per, factor)
+    for base, units in (("mm", PER_MM), ("deg", {"deg": 1}))
+    for unit, factor in units.items()
     for per in ("", "/s", "/s^2")
 }
-"""Unit -> the same unit with mm, and the factor between them."""
+"""Unit -> the same unit with mm or deg, in which limits are given, and the factor between them."""
 
 _BEYOND_ENDS: Final = Fraction(101, 100)
 """Allowance for moves along the whole travel: a stage stops a few counts before or after its ends."""
@@ -55,18 +58,20 @@ _BEYOND_ENDS: Final = Fraction(101, 100)
 
 @dataclass(frozen=True, slots=True)
 class Travel:
-    """The travel of a stage, in mm.
+    """The travel of a stage.
 
     :param length: from one end to the other.
     :param low: lowest position; None if the zero position of the controller is unknown.
     :param source: origin of the values, for messages.
     :param stated: whether the user stated them.
+    :param unit: ``mm``, or ``deg`` for a rotary stage.
     """
 
     length: Fraction
     low: Fraction | None
     source: str
     stated: bool = True
+    unit: str = "mm"
 
     def __contains__(self, place: Fraction) -> bool:
         return self.low is None or self.low <= place <= self.low + self.length
@@ -75,29 +80,31 @@ class Travel:
         """Raise :class:`~stagewire.errors.LimitError` for a position outside the ends of the travel."""
         if place not in self:
             raise LimitError(
-                f"{what}: {float(place):.10g} mm is outside the travel, {self}; nothing was sent"
+                f"{what}: {float(place):.10g} {self.unit} is outside the travel, {self}; nothing was sent"
             )
 
     def check_distance(self, what: str, distance: Fraction) -> None:
         """Raise :class:`~stagewire.errors.LimitError` for a distance longer than the travel."""
         if abs(distance) > self.length:
             raise LimitError(
-                f"{what}: {float(distance):.10g} mm is longer than the travel, {self}; nothing was sent"
+                f"{what}: {float(distance):.10g} {self.unit} is longer than the travel, "
+                f"{self}; nothing was sent"
             )
 
     def check_way(self, what: str, here: Fraction, place: Fraction) -> None:
         """Raise :class:`~stagewire.errors.LimitError` if the way from ``here`` is longer than the travel."""
         if abs(place - here) > self.length * _BEYOND_ENDS:
+            way = "travel_mm=" if self.unit == "mm" else "stage=Stage.of_user(...)"
             raise LimitError(
-                f"{what}: the way from {float(here):.10g} mm to {float(place):.10g} mm is longer than the "
-                f"travel, {self}; nothing was sent. If the position is wrong, home the stage; if the travel "
-                "is wrong, pass travel_mm= to open"
+                f"{what}: the way from {float(here):.10g} {self.unit} to {float(place):.10g} {self.unit} is "
+                f"longer than the travel, {self}; nothing was sent. If the position is wrong, home the "
+                f"stage; if the travel is wrong, pass {way} to open"
             )
 
     def __str__(self) -> str:
         if self.low is None:
-            return f"{float(self.length):.10g} mm ({self.source})"
-        return f"{float(self.low):.10g} to {float(self.low + self.length):.10g} mm"
+            return f"{float(self.length):.10g} {self.unit} ({self.source})"
+        return f"{float(self.low):.10g} to {float(self.low + self.length):.10g} {self.unit}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +113,7 @@ class Ceiling:
 
     :param title: name in messages.
     :param option: keyword of ``open`` that replaces it.
-    :param unit: ``mm/s`` or ``mm/s^2``.
+    :param unit: ``mm/s`` or ``mm/s^2``; for a rotary stage ``deg/s`` or ``deg/s^2``.
     :param value: in this unit.
     :param source: as in :class:`Travel`.
     :param stated: as in :class:`Travel`.
@@ -125,7 +132,7 @@ class Ceiling:
         If the scale is unknown, a limit of the registry is not checked, and a limit of the user raises
         :class:`~stagewire.errors.UnknownScaleError`.
         """
-        _, unit, case = entry.ways[0]
+        unit, case = _way(entry, scales)
         try:
             scale = scales.of(entry.quantity, unit, case)
         except UnknownScaleError as error:
@@ -135,9 +142,10 @@ class Ceiling:
         # Both are rounded the same way, so the limit itself is always accepted.
         if abs(counts) > scale.to_counts(self.value * _MEASURES[unit][1]):
             number = scale.from_counts(counts)
+            way = f"{self.option}=" if self.unit.startswith("mm") else "stage=Stage.of_user(...)"
             raise LimitError(
                 f"{what}: {float(number):.6g} {unit} ({counts} counts) exceeds the {self}; nothing was sent. "
-                f"To allow more, pass {self.option}= to open"
+                f"To allow more, pass {way} to open"
             )
 
     def __str__(self) -> str:
@@ -151,11 +159,13 @@ class Limits:
     :param travel: None if unknown.
     :param ceilings: name in :data:`CEILINGS` -> limit, without unknown limits.
     :param reasons: name -> why the limit is unknown, if the registry gives a reason.
+    :param endless: source of the fact that the stage has no ends; empty if it has, or if that is unknown.
     """
 
     travel: Travel | None
     ceilings: Mapping[str, Ceiling]
     reasons: Mapping[str, str]
+    endless: str = ""
 
     def check_measurable(
         self, unit: str, settable: tuple[str, ...], scales: Scales, *, has_status: bool
@@ -173,7 +183,7 @@ class Limits:
                 raise UnknownScaleError(
                     f"travel_mm limits positions, but a {unit} has no positions in mm; leave it out"
                 )
-            if why := _unmeasurable(POSITION, scales):
+            if why := _unmeasurable(POSITION, scales, self.travel.unit):
                 raise UnknownScaleError(f"travel_mm cannot be checked: {why}")
             if self.travel.low is None and not has_status:
                 raise UnknownScaleError(
@@ -184,13 +194,14 @@ class Limits:
             limited = _limited(ceiling.unit, settable, scales)
             reasons = [_unmeasurable(quantity, scales) for quantity in limited]
             if ceiling.stated and all(reasons):
-                why = reasons[0] if reasons else f"a {unit} has no values in {ceiling.unit}"
+                on = f" with {scales.stage}" if _is_rotary(scales) else ""
+                why = reasons[0] if reasons else f"a {unit}{on} has no values in {ceiling.unit}"
                 raise UnknownScaleError(f"{ceiling.option} cannot be checked: {why}")
 
     def now(self, scales: Scales) -> Limits:
         """Return the limits that can be checked with these scales."""
         travel = self.travel
-        if travel is None or travel.stated or not _unmeasurable(POSITION, scales):
+        if travel is None or travel.stated or not _unmeasurable(POSITION, scales, travel.unit):
             return self
         return replace(self, travel=None)
 
@@ -208,8 +219,8 @@ class Limits:
             if entry.target is not None and self.travel is not None:
                 absolute = entry.target == "absolute"
                 check = self.travel.check_place if absolute else self.travel.check_distance
-                check(name, mm_of(entry, counts, scales))
-            measure = _MEASURES.get(entry.ways[0][1], ("", 1))[0]
+                check(name, _length_of(entry, counts, scales))
+            measure = _MEASURES.get(_way(entry, scales)[0], ("", 1))[0]
             for ceiling in self.ceilings.values():
                 if ceiling.unit == measure:
                     ceiling.check(name, entry, counts, scales)
@@ -220,31 +231,43 @@ class Limits:
         """Yield a line for each limit that applies: its value and source, or that it is not checked."""
         if POSITION in settable:
             why = _unmeasurable(POSITION, scales)
-            if self.travel is None:
-                yield self._unknown("travel", "travel", "travel_mm", can_be_given=not why)
+            if self.travel is None and self.endless:
+                yield f"travel: endless ({self.endless})"
+            elif self.travel is None:
+                advice = _advice("travel_mm", scales, known=not why)
+                yield self._unknown("travel", "travel", advice)
             elif self.travel.low is None:
                 yield f"travel: {self.travel}{f'; not checked: {why}' if why else ''}"
             else:
                 yield f"travel: {self.travel} ({self.travel.source})"
-        for name, (title, option, unit) in CEILINGS.items():
+        for name, (title, option, unit_in_mm) in CEILINGS.items():
+            unit = unit_in_mm.replace("mm", "deg") if _is_rotary(scales) else unit_in_mm
             limited = _limited(unit, settable, scales)
             if not limited:
                 continue
             unchecked = [quantity for quantity in limited if _unmeasurable(quantity, scales)]
             ceiling = self.ceilings.get(name)
             if ceiling is None:
-                yield self._unknown(name, title, option, can_be_given=unchecked != limited)
+                yield self._unknown(
+                    name, title, _advice(option, scales, known=unchecked != limited)
+                )
                 continue
             line = f"{title}: {float(ceiling.value):.10g} {unit} ({ceiling.source})"
             if unchecked:
                 line += f"; {', '.join(unchecked)} not checked: scale unknown"
             yield line
 
-    def _unknown(self, name: str, title: str, option: str, *, can_be_given: bool) -> str:
+    def _unknown(self, name: str, title: str, advice: str) -> str:
         reason = self.reasons.get(name)
         because = f" ({reason})" if reason else ""
-        advice = f"set it with {option}=" if can_be_given else "cannot be set: scale unknown"
         return f"{title}: unknown{because}; not checked; {advice}"
+
+
+def _advice(option: str, scales: Scales, *, known: bool) -> str:
+    """Return how to set a limit, or why it cannot be set."""
+    if _is_rotary(scales):
+        return f"cannot be set: {option} does not apply to a rotary stage"
+    return f"set it with {option}=" if known else "cannot be set: scale unknown"
 
 
 def limits_of(
@@ -258,7 +281,7 @@ def limits_of(
     stated = stage is not None and stage.by_user
     known = {
         name: Ceiling(
-            *CEILINGS[name], value=limit.value, source=_source(stage, limit), stated=stated
+            *CEILINGS[name][:2], limit.unit, limit.value, _source(stage, limit), stated=stated
         )
         for name, limit in own.items()
         if name in CEILINGS and isinstance(limit, Limit)
@@ -269,24 +292,25 @@ def limits_of(
     }
     length = own.get("travel")
     if travel is None and isinstance(length, Limit):
-        travel = Travel(length.value, None, _source(stage, length), stated)
+        travel = Travel(length.value, None, _source(stage, length), stated, length.unit)
     reasons = {name: limit.reason for name, limit in own.items() if isinstance(limit, UnknownLimit)}
-    return Limits(travel, known, reasons)
+    endless = _source(stage, length) if isinstance(length, EndlessTravel) else ""
+    return Limits(travel, known, reasons, endless)
 
 
-def _source(stage: Stage | None, limit: Limit) -> str:
+def _source(stage: Stage | None, limit: Limit | EndlessTravel) -> str:
     assert stage is not None  # it has the limit
     return f"{stage.name}, {limit.source}"
 
 
-def in_mm(value: Fraction, unit: str) -> Fraction:
-    """Return a position or a distance in mm.
+def measured(value: Fraction, unit: str) -> Fraction:
+    """Return a position or a distance in mm, or in degrees.
 
-    Raise :class:`~stagewire.errors.UnknownScaleError` for a unit that is not a length.
+    Raise :class:`~stagewire.errors.UnknownScaleError` for a unit that is not a length or an angle.
     """
-    if unit not in PER_MM:
+    if unit not in _MEASURES:
         raise UnknownScaleError(f"a position in {unit} cannot be compared with a travel in mm")
-    return value / PER_MM[unit]
+    return value / _MEASURES[unit][1]
 
 
 def check_measurable(
@@ -304,15 +328,25 @@ def check_measurable(
         raise UnknownScaleError(
             f"{option} limits positions, but a {unit} has no positions in mm; leave it out"
         )
-    reasons = [_unmeasurable(POSITION, scales) for scales in channels]
+    reasons = [_unmeasurable(POSITION, scales, "mm") for scales in channels]
     if all(reasons):
         raise UnknownScaleError(f"{option} cannot be checked: {reasons[0]}")
 
 
-def mm_of(entry: Given, counts: int, scales: Scales) -> Fraction:
-    """Return a position or a distance in counts as mm."""
+def _way(entry: Given, scales: Scales) -> tuple[str, str | None]:
+    """Return the unit in which an argument is compared with limits, and its case."""
     _, unit, case = entry.ways[0]
-    return in_mm(scales.of(entry.quantity, unit, case).from_counts(counts), unit)
+    return scales.unit_of(entry.quantity) or unit, case
+
+
+def _length_of(entry: Given, counts: int, scales: Scales) -> Fraction:
+    """Return a position or a distance in counts as mm or degrees."""
+    unit, case = _way(entry, scales)
+    return measured(scales.of(entry.quantity, unit, case).from_counts(counts), unit)
+
+
+def _is_rotary(scales: Scales) -> bool:
+    return scales.stage is not None and scales.stage.rotary
 
 
 def _limited(unit: str, settable: Iterable[str], scales: Scales) -> list[str]:
@@ -321,11 +355,15 @@ def _limited(unit: str, settable: Iterable[str], scales: Scales) -> list[str]:
     return [quantity for quantity, measure in measures.items() if measure and measure[0] == unit]
 
 
-def _unmeasurable(quantity: str, scales: Scales) -> str:
-    """Return why counts of a quantity cannot be compared with a limit; empty if they can."""
+def _unmeasurable(quantity: str, scales: Scales, wanted: str = "") -> str:
+    """Return why counts of a quantity cannot be compared with a limit; empty if they can.
+
+    :param wanted: unit of the limit; empty for the limits of the stage itself.
+    """
     unit = scales.unit_of(quantity)
-    if unit not in _MEASURES:
-        return f"values in {unit} cannot be compared with a limit in mm"
+    measure, _ = _MEASURES.get(unit, ("", 1))
+    if not measure or (wanted and measure != wanted):
+        return f"values in {unit} cannot be compared with a limit in {wanted or 'mm'}"
     try:
         scales.of(quantity, unit)
     except UnknownScaleError as error:

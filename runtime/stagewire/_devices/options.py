@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from importlib import import_module
 from math import inf
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, TypedDict
@@ -15,7 +14,7 @@ from stagewire._devices.limits import CEILINGS, POSITION, Travel, parse_travel
 from stagewire._devices.scales import ByStage, settings_of
 from stagewire._devices.unit import Facts, Unit
 from stagewire.errors import BadValueError, UnknownScaleError
-from stagewire.quantities import Number, Scale, Stage, exact
+from stagewire.quantities import Number, Scale, ScaleConflict, Stage, exact, find_stages
 
 __all__ = ["SETTINGS", "Choices", "OpenOptions", "check_guest", "choose"]
 
@@ -31,8 +30,12 @@ class OpenOptions(TypedDict, total=False):
     """The keywords of ``open``; all are optional."""
 
     stage: Stage | str | None
-    """Stage on every channel: a :class:`Stage` or its name in the registry. It determines the scales; without
+    """Stage on every channel: a :class:`Stage`, or its name in the registry or in the catalogue of the vendor
+    (``MTS25/M-Z8``). It determines the scales; without
     it only raw counts can be used."""
+    scale_source: str | None
+    """Source whose figures are used where the sources for the scales of a stage contradict each other, such
+    as ``document`` or ``vendor``. Without it such scales are unknown."""
     stages: Mapping[Any, Stage | str] | None
     """Stages by channel number, bay number or name of the axis, if they differ."""
     travel_mm: Length | Mapping[Any, Length] | None
@@ -98,6 +101,7 @@ class Choices:
     """The options after validation."""
 
     stages: Mapping[Any, Stage] = field(default_factory=dict)
+    scale_source: str | None = None
     travels: Mapping[Any, Travel] = field(default_factory=dict)
     ceilings: Mapping[str, Mapping[Any, Fraction]] = field(default_factory=dict)
     target_tolerance_mm: Fraction | None = None
@@ -148,12 +152,14 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         known = ", ".join(OpenOptions.__annotations__)
         raise BadValueError(f"unknown option {', '.join(sorted(unknown))} of open (choose {known})")
     _check_useful(facts, unit, given)
-    stages = _by_name("stages", given.get("stages"), given.get("stage"), names)
+    named = _by_name("stages", given.get("stages"), given.get("stage"), names)
+    stages = {name: _stage(facts, unit, stage) for name, stage in named.items()}
     travels = _one_or_several("travel_mm", given.get("travel_mm"), names)
     line = _one_of("line", given.get("line", "usb"), ("usb", "rs232"))
     on_close = _one_of("on_close", given.get("on_close", "stop"), ("stop", "leave"))
     return Choices(
-        stages={name: _stage(facts, unit, stage) for name, stage in stages.items()},
+        stages=stages,
+        scale_source=_scale_source(stages.values(), given.get("scale_source")),
         travels={name: parse_travel(length) for name, length in travels.items()},
         ceilings={
             limit: _ceiling(option, given.get(option), unit_of_limit, names)
@@ -257,13 +263,19 @@ def _ceiling(option: str, value: object, unit: str, names: tuple[Any, ...]) -> d
 
 def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
     if isinstance(stage, str):
-        found = getattr(import_module(f"{facts.package}.stages"), stage.upper(), None)
-        if not isinstance(found, Stage):
+        found = find_stages(facts.package, stage)
+        if not found:
             known = ", ".join(unit.stages) or "none"
             raise UnknownScaleError(
                 f"unknown stage {stage} (known on {unit.name}: {known}); use Stage.of_user(...) for others"
             )
-        stage = found
+        usable = [one for one in found if one.name in unit.stages] or found
+        if len(usable) > 1:
+            several = ", ".join(f"{one.name} ({one.title})" for one in usable)
+            raise BadValueError(
+                f"{stage} is the catalogue name of several stages; choose {several}"
+            )
+        stage = usable[0]
     if not isinstance(stage, Stage):
         raise BadValueError(f"stage must be a Stage or the name of one, not {stage!r}")
     if stage.by_user:
@@ -277,6 +289,25 @@ def _stage(facts: Facts, unit: Unit, stage: Stage | str) -> Stage:
             "use Stage.of_user(...) to give its scales yourself"
         )
     return stage
+
+
+def _scale_source(stages: Iterable[Stage], wanted: object) -> str | None:
+    """Return the source of scales; raise an error if no scale of the stages has such a source."""
+    if wanted is None:
+        return None
+    known = {
+        source
+        for stage in stages
+        for scales in stage.scales.values()
+        for scale in scales.values()
+        if isinstance(scale, ScaleConflict)
+        for source in scale.scales
+    }
+    if not known:
+        raise BadValueError(
+            "scale_source: no scale of the stage has sources that contradict each other; leave it out"
+        )
+    return _one_of("scale_source", wanted, tuple(sorted(known)))
 
 
 def _model(facts: Facts, unit: Unit, model: object) -> str | None:
@@ -293,19 +324,19 @@ def _model(facts: Facts, unit: Unit, model: object) -> str | None:
 
 def _check_stage(facts: Facts, stage: Stage) -> None:
     """Raise an error for scales of a user that have an unknown quantity or the wrong unit."""
-    units = {
-        name: rule.unit for name, rule in facts.quantities.items() if isinstance(rule, ByStage)
-    }
+    rules = {name: rule for name, rule in facts.quantities.items() if isinstance(rule, ByStage)}
     for quantity, scale in (
         (quantity, scale) for scales in stage.scales.values() for quantity, scale in scales.items()
     ):
-        if quantity not in units:
+        if quantity not in rules:
             raise BadValueError(
-                f"stage {stage.name}: unknown quantity {quantity} (choose {', '.join(units)})"
+                f"stage {stage.name}: unknown quantity {quantity} (choose {', '.join(rules)})"
             )
-        if not isinstance(scale, Scale) or scale.unit != units[quantity]:
+        unit = rules[quantity].unit_on(stage)
+        if not isinstance(scale, Scale) or scale.unit != unit:
+            rotary = "; rotary=True allows scales in degrees" if not stage.rotary else ""
             raise BadValueError(
-                f"stage {stage.name}: {quantity} must be a Scale in {units[quantity]}, not {scale!r}"
+                f"stage {stage.name}: {quantity} must be a Scale in {unit}, not {scale!r}{rotary}"
             )
 
 

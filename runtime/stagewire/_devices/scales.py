@@ -12,16 +12,24 @@ from fractions import Fraction
 from typing import NoReturn, TypeAlias
 
 from stagewire.errors import UnknownScaleError
-from stagewire.quantities import Scale, Stage, UnknownScale
+from stagewire.quantities import Scale, ScaleConflict, Stage, UnknownScale
 
 __all__ = ["ByCase", "BySetting", "ByStage", "ByUnit", "Rule", "Scales", "ToldValue", "settings_of"]
 
 
 @dataclass(frozen=True, slots=True)
 class ByStage:
-    """The scale depends on the stage and the controller."""
+    """The scale depends on the stage and the controller.
+
+    :param rotary_unit: unit on a rotary stage; empty if there is none.
+    """
 
     unit: str
+    rotary_unit: str = ""
+
+    def unit_on(self, stage: Stage | None) -> str:
+        """Return the unit on a stage."""
+        return self.rotary_unit if stage is not None and stage.rotary else self.unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +101,7 @@ class Scales:
     :param ways: setting -> how to make it known, for messages.
     :param stages: names of the stages that the document lists for the controller.
     :param names: units and aliases that the controller may be; their scales are used. Empty: only ``unit``.
+    :param source_of_scales: source that the user chose for scales whose sources contradict each other.
     """
 
     unit: str
@@ -102,6 +111,7 @@ class Scales:
     ways: Mapping[str, str] = field(default_factory=dict)
     stages: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
+    source_of_scales: str | None = None
 
     @property
     def controller(self) -> str:
@@ -131,6 +141,11 @@ class Scales:
         if isinstance(scale, UnknownScale):
             self._refuse(quantity, unit, scale.reason)
         if scale.unit != unit:
+            if self.stage is not None and self.stage.rotary and isinstance(rule, ByStage):
+                raise UnknownScaleError(
+                    f"{self.stage.name} is a rotary stage: {quantity} is in {scale.unit}, not in {unit}; use "
+                    f"raw counts, which the scale converts: scales.of({quantity!r}, {scale.unit!r})"
+                )
             raise UnknownScaleError(
                 f"the scale of {quantity} is in {scale.unit}, but {unit} is required; "
                 f"source of the scale: {self.source(quantity, scale)}"
@@ -145,8 +160,8 @@ class Scales:
                 known = f" (the document lists {', '.join(self.stages)})" if self.stages else ""
                 way = f"pass stage={known} or stage=Stage.of_user(...) to open"
                 return UnknownScale(rule.unit, f"it depends on the stage; {way}")
-            stage = self.stage
-            return self._agreed(rule.unit, lambda name: _of_stage(stage, quantity, name, rule.unit))
+            stage, unit = self.stage, rule.unit_on(self.stage)
+            return self._agreed(unit, lambda name: self._of_stage(stage, quantity, name, unit))
         if isinstance(rule, ByUnit):
             unknown = UnknownScale(
                 rule.unit, f"the document does not state it for {self.controller}"
@@ -160,6 +175,13 @@ class Scales:
                 return UnknownScale(rule.unit, f"{rule.setting} is {told.value}")
             return Scale(rule.counts / told.value, rule.unit)
         return rule
+
+    def _of_stage(self, stage: Stage, quantity: str, name: str, unit: str) -> Scale | UnknownScale:
+        """Return the scale of a stage on a controller, from the source that the user chose."""
+        scale = _of_stage(stage, quantity, name, unit)
+        if isinstance(scale, ScaleConflict):
+            return scale.scales.get(self.source_of_scales or "", scale)
+        return scale
 
     def _agreed(
         self, unit: str, scale_on: Callable[[str], Scale | UnknownScale]
@@ -197,8 +219,9 @@ class Scales:
         )
 
     def unit_of(self, quantity: str) -> str:
-        """Return the unit of a quantity; empty if it depends on a setting."""
-        return _unit_of(self.rules[quantity])
+        """Return the unit of a quantity on the stage; empty if it depends on a setting."""
+        rule = self.rules[quantity]
+        return rule.unit_on(self.stage) if isinstance(rule, ByStage) else _unit_of(rule)
 
     # For people
 

@@ -17,6 +17,7 @@ from jsonschema import Draft202012Validator
 
 import plain_yaml
 from checkout import SCHEMAS
+from stagewire_apt import stages
 from stagewire_conformance.device.declaration import Declaration, declare, known_units
 from stagewire_conformance.device.errors import PicsError
 from stagewire_conformance.device.pics_file import parse_pics, read_pics
@@ -214,6 +215,15 @@ def test_names_are_accepted_in_any_case() -> None:
     stage = declared(text).places[0].stage_of(1)
     assert stage is not None
     assert stage.name == "Z8"
+
+
+def test_a_stage_may_have_its_name_in_the_catalogue() -> None:
+    object.__setattr__(stages.Z8, "catalogue", ("Z8/M",))
+    try:
+        stage = declared(CUBE.replace('"Z8"', '"z8/m"')).places[0].stage_of(1)
+    finally:
+        object.__setattr__(stages.Z8, "catalogue", ())
+    assert stage is stages.Z8
 
 
 # Problems

@@ -114,7 +114,7 @@ def test_every_fact_of_a_scale_has_its_entry() -> None:
     assert set(scale) == set(SCALE)
     for kind in ("quantities", "stages"):
         _, factor = definition(kind, "$defs", "factor", "properties")
-        assert set(factor) <= set(ATTRIBUTES[model.Factor]) | {"unknown"}
+        assert set(factor) <= set(ATTRIBUTES[model.Factor]) | {"unknown", "conflict"}
 
 
 def altered(value: Any) -> Any:
@@ -192,7 +192,7 @@ def test_no_attribute_can_change_unnoticed(
     }
     # Values that are objects, or missing, in all specs: the objects themselves are tested.
     assert {f"{cls.__name__}.{name}" for cls, name in wanted - tried} == {
-        "Factor.page", "Field.enum", "Field.flags", "Field.format", "Field.quantity",
+        "Field.enum", "Field.flags", "Field.format", "Field.quantity",
         "FlagTable.format", "Layout.param1", "Layout.param2", "Quantity.factor",
     }  # fmt: skip
 

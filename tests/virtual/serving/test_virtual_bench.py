@@ -340,3 +340,17 @@ def test_the_units_of_a_bench_can_be_served() -> None:
 
 def test_bench_error_is_a_virtual_error() -> None:
     assert issubclass(BenchError, VirtualError)
+
+
+def test_a_stage_may_have_its_name_in_the_catalogue() -> None:
+    for stage in (stages.MLS203_X, stages.MLS203_Y):
+        object.__setattr__(stage, "catalogue", ("MLS203/M",))
+    object.__setattr__(stages.Z8, "catalogue", ("Z8/M",))
+    try:
+        (unit,) = make_bench([{"name": "TDC001", "stage": "z8/m"}]).units
+        assert unit.blueprint.options.channels == (Settings(stage=stages.Z8),)
+        [problem] = problems(name="BBD102", stage="MLS203/M")
+        assert "catalogue name of several stages; choose MLS203_X, MLS203_Y" in problem
+    finally:
+        for stage in (stages.MLS203_X, stages.MLS203_Y, stages.Z8):
+            object.__setattr__(stage, "catalogue", ())

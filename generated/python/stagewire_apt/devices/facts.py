@@ -1117,11 +1117,11 @@ SETTINGS: dict[str, Setting] = {
 }
 
 QUANTITIES: dict[str, Rule] = {
-    "acceleration": ByStage("mm/s^2"),
+    "acceleration": ByStage("mm/s^2", rotary_unit="deg/s^2"),
     "display_brightness": Scale.counts_per("percent", 51, 20, printed="0 (Off) to 255 (brightest)"),
-    "encoder_position": ByStage("mm"),
+    "encoder_position": ByStage("mm", rotary_unit="deg"),
     "force_calibration": Scale.unit_per("N", 1, 1000, printed="steps of 0.001 N"),
-    "jerk": ByStage("mm/s^3"),
+    "jerk": ByStage("mm/s^3", rotary_unit="deg/s^3"),
     "lut_output": ByCase(
         "lut_value_type",
         {
@@ -1152,14 +1152,14 @@ QUANTITIES: dict[str, Rule] = {
     "milliseconds": Scale.unit_per("ms", 1, 1),
     "output_volts": BySetting("maximum_volts", 32767, "V"),
     "piezo_position": BySetting("maximum_travel", 32767, "um"),
-    "position": ByStage("mm"),
-    "pot_velocity": ByStage("mm/s"),
+    "position": ByStage("mm", rotary_unit="deg"),
+    "pot_velocity": ByStage("mm/s", rotary_unit="deg/s"),
     "servo_cycles": Scale.unit_per("us", 512, 5, printed="102.4"),
     "share_32767": Scale.counts_per("percent", 32767, 100, printed="0 to 32767 (0 to 100%)"),
     "share_65535": Scale.counts_per("percent", 13107, 20, printed="0 is 0% and 65535 is 100%"),
     "slew_rate": BySetting("maximum_volts", 19000, "V/ms"),
     "solenoid_time": Scale.unit_per("ms", 1, 4, printed="250 μs"),
-    "status_velocity": ByStage("mm/s"),
+    "status_velocity": ByStage("mm/s", rotary_unit="deg/s"),
     "strain_gauge_reading": ByCase(
         "display_mode",
         {
@@ -1180,7 +1180,7 @@ QUANTITIES: dict[str, Rule] = {
         },
         "ms",
     ),
-    "velocity": ByStage("mm/s"),
+    "velocity": ByStage("mm/s", rotary_unit="deg/s"),
 }
 
 ALIASES: dict[str, Alias] = {

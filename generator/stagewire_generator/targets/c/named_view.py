@@ -193,6 +193,7 @@ def _constant(
     facts = [f"{factor.key} {factor.value}"]
     facts += [f"printed as “{factor.printed}”"] if factor.printed else []
     facts += [f"source: {factor.source}"] if factor.source else []
+    facts += [f"note: {factor.note}"] if factor.note else []
     return ScaleView(
         comment([f"{_subject(protocol, entry, factor.page)}: {'; '.join(facts)}."]),
         names.macro(f"scale_{entry.name}"),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 
 from stagewire_generator.model import (
+    Conflict,
     Enumeration,
     Factor,
     FlagTable,
@@ -119,7 +120,7 @@ def scale_of(factor: Factor, unit: str) -> Nested:
 
 def stage_view(protocol: Protocol, stage: Stage) -> StageView:
     """Make the view of a stage."""
-    units = {quantity.name: quantity.unit for quantity in protocol.quantities}
+    units = {quantity.name: quantity.unit_on(stage) for quantity in protocol.quantities}
     controllers = {controller.name: controller.members for controller in protocol.controllers}
     scales = [
         mapping(
@@ -144,6 +145,10 @@ def stage_view(protocol: Protocol, stage: Stage) -> StageView:
             keyed(literal(name), _limit(stage, limit)) for name, limit in stage.limits.items()
         ]
         arguments.append(mapping("limits=", limits, broken=True))
+    if stage.catalogue:
+        arguments.append(strings("catalogue=", stage.catalogue))
+    if stage.rotary:
+        arguments.append("rotary=True")
     return StageView(stage.name, stage.overlay, call("Stage", arguments, broken=True))
 
 
@@ -152,13 +157,26 @@ def _limit(stage: Stage, limit: Limit | str) -> Nested:
         return call("UnknownLimit", [Text("", " ".join(limit.split()))])
     page = f"page {limit.page} of {stage.overlay or 'the document'}" if limit.page else ""
     source = "; ".join(filter(None, [page, limit.source]))
+    if limit.value is None:
+        return call("EndlessTravel", [Text("", source)])
     value = Decimal(limit.value.numerator) / Decimal(limit.value.denominator)
     return call("Limit.of", [literal(str(value)), literal(limit.unit), Text("source=", source)])
 
 
-def _scale(factor: Factor | str, unit: str) -> Nested:
+def _scale(factor: Factor | Conflict | str, unit: str) -> Nested:
     """Return the scale of a quantity in the table of a controller."""
+    if isinstance(factor, Conflict):
+        sources = [keyed(literal(s), _sourced(f, unit)) for s, f in factor.factors.items()]
+        figures = mapping("", sources, broken=True)
+        return call("ScaleConflict.of", [literal(unit), figures], broken=True)
     if isinstance(factor, str):
         reason = Text("", " ".join(factor.split()))
         return call("UnknownScale", [literal(unit), reason], broken=True)
     return scale_of(factor, unit)
+
+
+def _sourced(factor: Factor, unit: str) -> Nested:
+    """Return one of several scales that contradict each other, with its source in any case."""
+    page = f"page {factor.page}" if factor.page else ""
+    source = "; ".join(filter(None, [page, factor.source]))
+    return scale_of(replace(factor, source=source), unit)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from stagewire_generator.model import Factor, Limit, Overlay, Protocol
+from stagewire_generator.model import Conflict, Factor, Limit, Overlay, Protocol
 from stagewire_generator.naming import class_aliases
 from stagewire_generator.targets.documentation import sentence
 from stagewire_generator.targets.python.brackets import FUNCTIONS, Import, Nested
@@ -110,11 +110,14 @@ def package_view(protocol: Protocol) -> PackageView:
     devices = devices_view(protocol)
     factors = [f for s in protocol.stages for scales in s.scales.values() for f in scales.values()]
     kinds = ["Stage"] if stages else []
-    kinds += ["Scale"] if any(isinstance(f, Factor) for f in factors) else []
+    kinds += ["Scale"] if any(isinstance(f, Factor | Conflict) for f in factors) else []
     limits = [limit for stage in protocol.stages for limit in stage.limits.values()]
-    kinds += ["Limit"] if any(isinstance(limit, Limit) for limit in limits) else []
+    kinds += ["Limit"] if any(isinstance(x, Limit) and x.value is not None for x in limits) else []
     kinds += ["UnknownLimit"] if any(isinstance(limit, str) for limit in limits) else []
     kinds += ["UnknownScale"] if any(isinstance(f, str) for f in factors) else []
+    kinds += ["ScaleConflict"] if any(isinstance(f, Conflict) for f in factors) else []
+    endless = [limit for limit in limits if isinstance(limit, Limit) and limit.value is None]
+    kinds += ["EndlessTravel"] if endless else []
     return PackageView(
         package=protocol.package,
         title=docstring(_plain(protocol.python_title)),

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from stagewire_generator.model import (
     Chapter,
+    Conflict,
     Controller,
     Enumeration,
     EnumValue,
@@ -45,6 +46,8 @@ def factor_json(factor: Factor) -> Json:
         data["source"] = factor.source
     if factor.page is not None:
         data["page"] = factor.page
+    if factor.note:
+        data["note"] = factor.note
     return data
 
 
@@ -52,7 +55,9 @@ def limit_json(limit: Limit | str) -> Json:
     """Return a limit of a stage and its source, or the reason why it is unknown."""
     if isinstance(limit, str):
         return {"unknown": limit}
-    data: Json = {"value": _rational(limit.value), "unit": limit.unit}
+    data: Json = {"endless": True}
+    if limit.value is not None:
+        data = {"value": _rational(limit.value), "unit": limit.unit}
     if limit.source:
         data["source"] = limit.source
     if limit.page is not None:
@@ -163,6 +168,7 @@ def _registry_json(protocol: Protocol) -> Json:
         "quantities": {
             q.name: {
                 "unit": q.unit or None,
+                **({"rotary_unit": q.rotary_unit} if q.rotary_unit else {}),
                 "page": q.page,
                 "summary": q.summary,
                 "scale": scale_json(q),
@@ -377,16 +383,23 @@ def _prefixes(units: Json) -> Json:
     }
 
 
+def _scale_on_stage(scale: Factor | Conflict | str) -> Json:
+    if isinstance(scale, str):
+        return {"unknown": scale}
+    if isinstance(scale, Conflict):
+        return {"conflict": {source: factor_json(f) for source, f in scale.factors.items()}}
+    return factor_json(scale)
+
+
 def _stage(stage: Stage) -> Json:
     return {
         "name": stage.name,
         "title": stage.title,
         "page": stage.page,
+        **({"catalogue": list(stage.catalogue)} if stage.catalogue else {}),
+        **({"rotary": True} if stage.rotary else {}),
         "controllers": {
-            controller: {
-                quantity: factor_json(factor) if isinstance(factor, Factor) else {"unknown": factor}
-                for quantity, factor in scales.items()
-            }
+            controller: {quantity: _scale_on_stage(scale) for quantity, scale in scales.items()}
             for controller, scales in stage.scales.items()
         },
         "limits": {name: limit_json(limit) for name, limit in stage.limits.items()},

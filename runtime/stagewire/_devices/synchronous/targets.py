@@ -16,7 +16,7 @@ from math import floor
 from typing import Any, Final
 
 from stagewire._devices.endpoint import Deadline
-from stagewire._devices.limits import PER_MM, POSITION, in_mm
+from stagewire._devices.limits import PER_MM, POSITION, measured
 from stagewire._devices.synchronous.calls import check_limits, look, moves, query, refuse_left
 from stagewire._devices.synchronous.transport import Endpoint
 from stagewire._devices.tables import Action, MotionEnd, Stored
@@ -123,7 +123,7 @@ def _check_stored(endpoint: Endpoint, what: str, action: Action, counts: int) ->
     if travel is not None:
         assert action.stored is not None
         check = travel.check_place if action.target == "absolute" else travel.check_distance
-        check(f"{what}: stored {action.stored.field}", _in_mm(endpoint, counts))
+        check(f"{what}: stored {action.stored.field}", _measured(endpoint, counts))
 
 
 def _check_way(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -> None:
@@ -133,24 +133,24 @@ def _check_way(endpoint: Endpoint, what: str, counts: int, deadline: Deadline) -
         return
     here = _position(endpoint, what, deadline)
     if here is not None:
-        travel.check_way(what, _in_mm(endpoint, here), _in_mm(endpoint, counts))
+        travel.check_way(what, _measured(endpoint, here), _measured(endpoint, counts))
 
 
 def _check_ways(endpoint: Endpoint, what: str, here: int, ways: tuple[int, ...]) -> None:
     travel = endpoint.connection.limits(endpoint.place).travel
-    if travel is not None and all(_in_mm(endpoint, here + way) not in travel for way in ways):
-        way = " or ".join(f"{float(_in_mm(endpoint, way)):+.10g}" for way in ways)
+    if travel is not None and all(_measured(endpoint, here + way) not in travel for way in ways):
+        way = " or ".join(f"{float(_measured(endpoint, way)):+.10g}" for way in ways)
         raise LimitError(
-            f"{what}: {way} mm from the position {float(_in_mm(endpoint, here)):.10g} mm is outside the "
-            f"travel, {travel}; nothing was sent"
+            f"{what}: {way} {travel.unit} from the position {float(_measured(endpoint, here)):.10g} "
+            f"{travel.unit} is outside the travel, {travel}; nothing was sent"
         )
 
 
-def _in_mm(endpoint: Endpoint, counts: int) -> Fraction:
-    """Return a position in mm; the scale is known if there is a travel."""
+def _measured(endpoint: Endpoint, counts: int) -> Fraction:
+    """Return a position in mm or degrees; the scale is known if there is a travel."""
     scales = endpoint.scales()
     unit = scales.unit_of(POSITION)
-    return in_mm(scales.of(POSITION, unit).from_counts(counts), unit)
+    return measured(scales.of(POSITION, unit).from_counts(counts), unit)
 
 
 def _goes_as_stored(endpoint: Endpoint, action: Action) -> bool:

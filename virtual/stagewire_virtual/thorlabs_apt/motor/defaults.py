@@ -24,7 +24,9 @@ from stagewire_virtual.thorlabs_apt.channel import Channel
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
 
 _NOMINAL = 100_000
-"""Counts per millimetre to assume if they are unknown."""
+"""Counts per millimetre, or per degree of a rotary stage, to assume if they are unknown."""
+_TURN = 360
+"""The travel in degrees of a rotary stage that has no ends, or whose ends are unknown."""
 _LONGEST = 0x7FFF_FFFF
 """The longest travel in counts: positions are signed, with 32 bits (page 28)."""
 
@@ -62,13 +64,18 @@ def travel_of(channel: Channel, scales: Scales) -> int:
     if told is None:
         stage = channel.settings.stage
         own = None if stage is None else stage.limits.get("travel")
-        length = own.value if isinstance(own, Limit) else _plausible(channel).travel
+        length = own.value if isinstance(own, Limit) else _plausible_travel(channel)
         return round(float(length) * _counts_per_mm(scales))
     if not 0 < told <= _LONGEST:
         raise BadOptionError(
             f"{channel.unit.name} requires a travel of 1 to {_LONGEST} counts, not {told}"
         )
     return told
+
+
+def _plausible_travel(channel: Channel) -> float:
+    stage = channel.settings.stage
+    return _TURN if stage is not None and stage.rotary else _plausible(channel).travel
 
 
 def starting_place(channel: Channel, travel: int) -> int:

@@ -108,7 +108,7 @@ class Scales:
         self._stage = stage
         self._unit = unit
         self.counts_per_mm = self._of("position")
-        """Counts per millimetre; None if unknown."""
+        """Counts per millimetre, or per degree of a rotary stage; None if unknown."""
         velocity = self._counts("velocity")
         self.velocity = float(velocity or 1)
         """Counts/s for 1 on the wire."""

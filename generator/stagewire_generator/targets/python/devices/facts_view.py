@@ -13,6 +13,7 @@ from stagewire_generator.model import (
     FlagTable,
     Json,
     Protocol,
+    Quantity,
 )
 from stagewire_generator.targets.python.brackets import (
     Nested,
@@ -43,7 +44,14 @@ def setting_entries(protocol: Protocol) -> tuple[Source, ...]:
 def quantity_entries(protocol: Protocol) -> tuple[Source, ...]:
     """Return an entry for each quantity, with the rule of its scale."""
     quantities = sorted(protocol.quantities, key=lambda quantity: quantity.name)
-    return tuple(keyed(literal(q.name), _rule(q.factor or q.rule, q.unit)) for q in quantities)
+    return tuple(
+        keyed(literal(q.name), _by_stage(q) if q.rotary_unit else _rule(q.factor or q.rule, q.unit))
+        for q in quantities
+    )
+
+
+def _by_stage(quantity: Quantity) -> str:
+    return f"ByStage({literal(quantity.unit)}, rotary_unit={literal(quantity.rotary_unit)})"
 
 
 def alias_entries(protocol: Protocol) -> tuple[Source, ...]:
