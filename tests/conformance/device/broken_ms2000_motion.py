@@ -81,7 +81,7 @@ def speeds(change: Callable[[int], int]) -> Callable[[bytes, CommandFrame], byte
 
 
 def twice(data: bytes) -> bytes:
-    return (int.from_bytes(data, "little") * 2).to_bytes(2, "little")
+    return (int.from_bytes(data, "little") * 2 % 0x10000).to_bytes(2, "little")
 
 
 def other_axis_too(frame: CommandFrame, raw: bytes) -> list[bytes]:
