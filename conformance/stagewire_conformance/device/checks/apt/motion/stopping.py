@@ -60,7 +60,7 @@ def judge_stopping(
     if ignored:
         return axis.trial.must(
             False,
-            f"{axis.text}: {told} was sent when it was at {stopped.position}, but it went on {where}; it "
+            f"{axis.text}: {told} was sent when it was at {stopped.position}, but it moved {where}; it "
             "should have slowed down and stopped",
             rule="stop-any-move",
             cause=IGNORED,
