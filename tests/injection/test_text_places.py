@@ -19,8 +19,13 @@ def test_every_schema_of_a_spec_has_files() -> None:
     assert spec_kinds() == SPEC_SCHEMAS
 
 
+# One word, in a spec in which every fact has a second witness; tests of the lint have such a spec.
+ONE_WORD = {"protocol#/properties/witness"}
+
+
 def unreached(files: Files) -> set[str]:
     wanted = {f"{kind}{at}" for kind in SPEC_SCHEMAS for at in locations(text_places.schema(kind))}
+    wanted -= ONE_WORD
     reached = set().union(*(place.locations for place in representatives(files)))
     assert reached <= wanted
     return wanted - reached
