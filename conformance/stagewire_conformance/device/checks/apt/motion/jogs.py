@@ -110,7 +110,8 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
                 m.MotMoveJog(axis.channel, way),
                 velocity,
                 paces[axis].fastest.acceleration,
-                True,
+                jogging=True,
+                pace=paces[axis],
             )
             for axis, velocity in velocities.items()
         ]

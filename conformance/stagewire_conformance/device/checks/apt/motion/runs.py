@@ -57,11 +57,11 @@ def slow_down(
 
     Return the velocity in counts/s that it then does not exceed.
 
-    :param pace: the present pace; that of moves by default.
+    :param pace: the present pace; by default the fastest that moves may have.
     :param setting: the message that sets the velocity.
     :param name: its field.
     """
-    pace = (pace or axis.pace).fastest
+    pace = pace or axis.pace.fastest
     slow = min(pace.velocity, room / 2, math.sqrt(room * pace.acceleration / 2))
     told: int = present(axis, setting)[name]
     lower = max(1, int(told * slow / pace.velocity))
@@ -78,6 +78,7 @@ class Run:
     :param velocity: the velocity that it does not exceed, in counts/s.
     :param acceleration: its acceleration in counts/s².
     :param jogging: whether the status must report a jog.
+    :param pace: the pace of the command; that of moves by default.
     """
 
     axis: Axis
@@ -86,6 +87,7 @@ class Run:
     velocity: float
     acceleration: float
     jogging: bool = False
+    pace: Pace | None = None
     start: int = 0
 
     @property
@@ -133,6 +135,13 @@ class Run:
             return math.sqrt(2 * self.free / self.acceleration)
         return self.free / self.velocity + ramp / 2
 
+    @property
+    def limit(self) -> float:
+        """The seconds that the run may take: longer if the motor may be slower than the velocity bounds."""
+        pace = self.pace or self.axis.pace
+        slower = max(1.0, pace.fastest.velocity / pace.velocity)
+        return 10 * _RUNNING * slower + pace.fastest.limit(int(self.stopping))
+
     def gone(self, status: Status) -> int:
         """Return how far the motor has gone, as an absolute distance if its direction is unknown."""
         moved = status.position - self.start
@@ -166,9 +175,7 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
         too_far = run.enough + 2 * run.stopping + HELD
         return is_outside(axis, status) or abs(run.gone(status)) > too_far
 
-    limits = {
-        run.axis: 10 * _RUNNING + run.axis.pace.fastest.limit(int(run.stopping)) for run in runs
-    }
+    limits = {run.axis: run.limit for run in runs}
     latest = {run.axis: run.latest for run in runs}
     seen = watch(list(by_axis), limits, stop=enough, strays=strays, deadlines=latest)
     done = [_judge(run, seen[run.axis]) for run in runs]

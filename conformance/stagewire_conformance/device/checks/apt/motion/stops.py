@@ -185,7 +185,7 @@ def _slow_down(axis: Axis, distance: int) -> bool:
         messages_of("VELPARAMS")
     ):
         return False
-    slow_down(axis, 2 * distance)
+    slow_down(axis, 2 * distance, axis.pace)
     return True
 
 
