@@ -43,7 +43,7 @@ BYTE, WORD = 0xFF, 0xFFFF
         ("all", BYTE, None),
         (",1", BYTE, None),
         ("1.5", BYTE, None),
-        ("+1", BYTE, None),
+        ("+1", BYTE, 1),
         ("1 to 2", BYTE, None),
     ],
 )

@@ -324,7 +324,7 @@ def test_a_change_without_evidence_has_a_place_and_a_message(old: Spec, spec: Pa
     removed = without(spec, f"{THIRD}/messages/extra.yaml", "  BELL:")
     nothing = "no new or changed erratum, page, witness or example for it in the overlay second"
     assert left(old, edited(spec, *edits, removed)) == [
-        "tiny/overlays/second/messages/core.yaml:45:14: SW050 LAMP_TEST header seconds: field-range, "
+        "tiny/overlays/second/messages/core.yaml:46:14: SW050 LAMP_TEST header seconds: field-range, "
         f"0 to 255 -> 0 to 9; {nothing}",
         f"tiny/overlays/second/units.yaml:6:55: SW050 unit TP9 channels: unit-channels, 2 -> 1; {nothing}",
         "tiny/overlays/third/overlay.yaml:2:1: SW051 BELL: message-removed, BELL -> nothing; "

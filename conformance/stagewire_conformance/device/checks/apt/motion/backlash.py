@@ -60,7 +60,7 @@ def _overshoots(
     """Move up and down with a backlash distance; return how far each motor went beyond both targets."""
     for axis, distance in distances.items():
         change(axis, "MOT_SET_GENMOVEPARAMS", backlash_distance=sign * distance)
-    shuttle = Shuttle(distances, begins)
+    shuttle = Shuttle(distances, begins, {axis: abs(way) for axis, way in distances.items()})
     up = shuttle.overshoots(list(distances))
     down = shuttle.overshoots(list(up))
     return {axis: (up[axis], down[axis]) for axis in down}

@@ -96,12 +96,17 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
     rooms = {axis: room_for(axis, paces[axis]) for axis in axes}
     if not make_room(rooms):
         return
-    velocities = {}
+    velocities, steps = {}, {}
     for axis, room in rooms.items():
         pace = paces[axis].fastest
         velocities[axis] = slow_down(axis, room, pace, "MOT_SET_JOGPARAMS", "jog_max_velocity")
-        step = max(1, int(velocities[axis] * _SECONDS / _STEPS))
-        change(axis, "MOT_SET_JOGPARAMS", jog_mode=int(JogMode.CONTINUOUS), jog_step_size=step)
+        steps[axis] = max(1, int(velocities[axis] * _SECONDS / _STEPS))
+        change(
+            axis,
+            "MOT_SET_JOGPARAMS",
+            jog_mode=int(JogMode.CONTINUOUS),
+            jog_step_size=steps[axis],
+        )
     for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
         runs = [
             Run(
@@ -112,6 +117,7 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
                 paces[axis].fastest.acceleration,
                 jogging=True,
                 pace=paces[axis],
+                telling=2 * steps[axis],
             )
             for axis, velocity in velocities.items()
         ]

@@ -79,6 +79,8 @@ class Run:
     :param acceleration: its acceleration in counts/s².
     :param jogging: whether the status must report a jog.
     :param pace: the pace of the command; that of moves by default.
+    :param telling: the counts that show that the motor runs on. A motor that is slower than its velocity
+        allows is stopped after them.
     """
 
     axis: Axis
@@ -88,6 +90,7 @@ class Run:
     acceleration: float
     jogging: bool = False
     pace: Pace | None = None
+    telling: int | None = None
     start: int = 0
 
     @property
@@ -163,9 +166,11 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
     def enough(axis: Axis, status: Status) -> bool:
         run = by_axis[axis]
         gone = run.gone(status)
-        return gone >= run.enough or -gone > run.stopping
+        late = axis.trial.line.now - began[axis].time > 4 * _RUNNING
+        told = late and run.telling is not None and gone >= run.telling
+        return told or gone >= run.enough or -gone > run.stopping
 
-    began = {}
+    began: dict[Axis, Point] = {}
     for run in runs:
         run.axis.send(run.message)
         began[run.axis] = Point(run.axis.trial.line.now, run.start)

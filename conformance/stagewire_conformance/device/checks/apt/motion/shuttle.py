@@ -53,10 +53,12 @@ class Shuttle:
 
     :param ways: the distance of each motor, with a sign.
     :param begins: the positions at which the motors begin, if not at their starts.
+    :param over: the counts by which a motor goes beyond its targets to correct the backlash.
     """
 
     ways: Mapping[Axis, int]
     begins: Mapping[Axis, int] = field(default_factory=dict)
+    over: Mapping[Axis, int] = field(default_factory=dict)
     courses: dict[Axis, list[Course]] = field(default_factory=dict)
     _away: dict[Axis, bool] = field(default_factory=dict)
 
@@ -89,11 +91,15 @@ class Shuttle:
         starts = {axis: axis.status() for axis in axes}
         ways = {axis: self._way(axis, starts[axis].position) for axis in axes}
         places = {axis: status.position for axis, status in starts.items()}
+        reach = {
+            axis: way + (self.over.get(axis, 0) if way > 0 else -self.over.get(axis, 0))
+            for axis, way in ways.items()
+        }
         began = {}
         for axis in axes:
             axis.send(self.message(axis))
             began[axis] = axis.trial.line.now
-        seen = watch(axes, dict.fromkeys(axes, _LONGEST), strays=too_far(places, ways))
+        seen = watch(axes, dict.fromkeys(axes, _LONGEST), strays=too_far(places, reach))
         found = {}
         for axis in axes:
             each = seen[axis]
