@@ -50,6 +50,7 @@ SEVERAL_FINDINGS_YET: set[str] = {
     "CompletedEarly",
     "CompletedWithTheStart",
     "CounterBigEndian",
+    "CounterNeverNegative",
     "EnableStateInverted",
     "EndWithTwelveBytes",
     "EndsShort",

@@ -81,8 +81,10 @@ def byte(at: int, value: int) -> Change:
 
 
 def plus(at: int, by: int) -> Change:
-    """Add to a byte of the frame, modulo 256."""
-    return lambda raw: raw[:at] + bytes(((raw[at] + by) % 256,)) + raw[at + 1 :]
+    """Add to a byte of a frame that has it, modulo 256."""
+    return lambda raw: (
+        raw[:at] + bytes(((raw[at] + by) % 256,)) + raw[at + 1 :] if len(raw) > at else raw
+    )
 
 
 def flip(at: int, mask: int) -> Change:
