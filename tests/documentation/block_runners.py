@@ -54,6 +54,7 @@ NOT_RUN = {
         "slow; tests/mutation/test_facts_at_errata.py runs a part"
     ),
     "python tests/mutation/leaves.py --seed 3": "very slow; tests/mutation/test_leaves.py runs a part",
+    "python tests/mutation/entries.py --number 500": "slow; tests/mutation/test_entries.py runs a part",
 }
 """Lines of shell blocks that are not run, each with the reason."""
 

@@ -166,6 +166,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ): failure,
     ("docs/how-to/editors.md", '"yaml.schemaStore.enable": false,'): settings,
     ("docs/how-to/overlays.md", "overlay: later_issues"): schema("overlay"),
+    ("docs/how-to/overlays.md", "messages:"): schema("additions"),
     ("docs/reference/registry.md", "parameter_sets:"): schema("messages"),
     ("docs/reference/registry.md", "enumerations:"): schema("messages"),
     ("docs/reference/registry.md", "setup_commands:"): schema("messages"),

@@ -26,7 +26,11 @@ def laid_over(files: Files, tmp_path_factory: pytest.TempPathFactory) -> dict[st
 
 def pairs(files: Files, every: int) -> Iterator[tuple[Place, str]]:
     found = [place for place in all_places(files) if "/overlays/" in place.file]
-    assert {place.file.rpartition("/")[2] for place in found} == {"overlay.yaml", "extra.yaml"}
+    assert {place.file.rpartition("/")[2] for place in found} == {
+        "overlay.yaml",
+        "additions.yaml",
+        "extra.yaml",
+    }
     for index, place in enumerate(found):
         for text in EVERYWHERE[index % every :: every]:
             yield place, text

@@ -249,7 +249,7 @@ def stages(spec: Spec, names: list[str]) -> None:
     known = spec.files["tiny/stages.yaml"]["stages"]
     known |= dict.fromkeys(names, known["Slide"])
     for unit in spec.files["tiny/units.yaml"]["units"].values():
-        unit["stages"] = list(known)
+        unit["stages"] = [*unit["stages"], *(name for name in names if name not in unit["stages"])]
 
 
 def controllers(spec: Spec, names: list[str]) -> None:

@@ -215,9 +215,9 @@ def renames(proof: Proof, _: random.Random) -> Iterator[Mutation]:
 
 
 def removals(proof: Proof, _: random.Random) -> Iterator[Mutation]:
-    """Yield the registry without each of its entries, mappings and lists."""
+    """Yield the registry without each of its entries, mappings and lists; an empty list states nothing."""
     for leaf, node, _form in _nodes(proof):
-        if leaf.path and isinstance(node, dict | list):
+        if leaf.path and node != [] and isinstance(node, dict | list):
             yield Removal(leaf)
 
 

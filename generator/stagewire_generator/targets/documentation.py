@@ -88,8 +88,10 @@ def message_paragraphs(
     notes = [message.note, layout.note if layout else ""]
     if message.aliases:
         notes.append(f"Also named {' and '.join(map(markup.name, message.aliases))}")
-    for overlay, page in message.later_pages.items():
-        notes.append(f"Also described on {where(protocol, [page], markup, overlay)}")
+    for overlay in protocol.overlays:
+        if overlay.name in message.later_pages:
+            pages = [message.later_pages[overlay.name]]
+            notes.append(f"Also described on {where(protocol, pages, markup, overlay.name)}")
     if message.overlay:
         notes.append(f"From {where(protocol, message.pages, markup, message.overlay)}")
     yield from (sentence(note) for note in notes if note)

@@ -388,3 +388,8 @@ def parse_travel(travel: Number | tuple[Number, Number]) -> Travel:
             f"travel_mm: the low end, {float(low):.10g} mm, must be below the high end, {float(high):.10g} mm"
         )
     return Travel(high - low, low, "set by travel_mm")
+
+
+# Names of 0.1, for one release
+in_mm = measured
+mm_of = _length_of

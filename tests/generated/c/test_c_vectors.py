@@ -212,7 +212,9 @@ def test_vectors_of_test_protocols_pass(spec: str, tmp_path: Path) -> None:
     package = written(protocol, tmp_path)
     found, _, status = findings_of(build_vectors(package, tmp_path))
     assert status == 0
-    assert {finding.outcome for finding in found.values()} == {"passed", "noted"}
+    outcomes = {finding.outcome for finding in found.values()}
+    assert "passed" in outcomes
+    assert outcomes <= {"passed", "noted"}
     assert len(found) > 100
 
 

@@ -82,6 +82,7 @@ class PackageView:
     stage_imports: tuple[str, ...]
     quantities: tuple[QuantityView, ...]
     messages: tuple[str, ...]  # names of all message classes
+    message_aliases: tuple[str, ...]  # other names of message classes
     message_base: str  # their common base class
     devices: DevicesView | None  # None for a protocol without units
     exports: tuple[str, ...]
@@ -133,6 +134,7 @@ def package_view(protocol: Protocol) -> PackageView:
         stage_imports=tuple(kinds),
         quantities=quantities,
         messages=tuple(view.name for chapter in chapters for view in chapter.classes),
+        message_aliases=tuple(alias for chapter in chapters for alias, _ in chapter.aliases),
         message_base=framing.message_base,
         devices=devices,
         exports=(*_EXPORTED, *(("aio", "devices", *devices.names) if devices else ())),
