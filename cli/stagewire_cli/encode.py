@@ -107,8 +107,9 @@ def encode(
 
 
 def _message(protocol: Protocol, name: str) -> str:
-    """Return the name of a message as in the registry, for any case."""
+    """Return the name of a message as in the registry, for an alias and for any case."""
     names = {known.lower(): known for known in registry_of(protocol).messages}
+    names |= {alias.lower(): known for alias, known in protocol.aliases.items()}
     return names.get(name.lower(), name.upper())
 
 

@@ -74,8 +74,12 @@ def _named(name: str) -> Protocol:
 
 
 def _messages(protocol: Protocol) -> set[str]:
-    """Return the names of all messages in capitals, including those that cannot be used."""
-    names = (*(cls.layout.message for cls in protocol.messages), *protocol.nameless)
+    """Return all names of messages in capitals, including those of messages that cannot be used."""
+    names = (
+        *(cls.layout.message for cls in protocol.messages),
+        *protocol.aliases,
+        *protocol.nameless,
+    )
     return {name.upper() for name in names}
 
 

@@ -100,7 +100,7 @@ def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
 def _find(name: str, everything: list[Found]) -> list[Found]:
     wanted = name.strip().lower()
     for candidate in (wanted, wanted.partition("_")[2]):  # with and without a prefix like MGMSG_
-        found = [entry for entry in everything if candidate and entry[2].lower() == candidate]
+        found = [entry for entry in everything if candidate and candidate in _names(entry)]
         if found:
             return found
     try:
@@ -108,6 +108,11 @@ def _find(name: str, everything: list[Found]) -> list[Found]:
     except ValueError:
         id = None
     return [e for e in everything if id is not None and e[1] == "message" and e[3]["id"] == id]
+
+
+def _names(found: Found) -> list[str]:
+    """Return the name of an entry and its other names, in lower case."""
+    return [name.lower() for name in (found[2], *found[3].get("aliases", ()))]
 
 
 def _like(name: str, everything: list[Found]) -> str:
@@ -123,6 +128,10 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
     _plain(out, {key: entry[key] for key in _OF_COMMANDS if entry.get(key) not in (None, False)})
     if entry["kind"] == "command" and entry["size"] is None:
         out.print("no size slot")
+    if entry.get("aliases"):
+        out.print(f"also named {' and '.join(entry['aliases'])}")
+    for overlay, page in entry.get("later_pages", {}).items():
+        out.print(f"also {registry.where([page], overlay)}")
     for fact in entry.get("firmware", ()):
         out.print(f"firmware {fact['version']}: {fact['note']}")
     for key in ("summary", "note"):

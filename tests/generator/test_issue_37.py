@@ -121,6 +121,20 @@ assert PROTOCOL.message_class("MOT_GET_USTATUSUPDATE") is m.MotGetDcStatusUpdate
     python(package, program)
 
 
+def test_the_commands_know_both_names(package: Path) -> None:
+    program = """\
+import sys
+from stagewire_cli.main import main
+assert main(["show", "MOT_GET_USTATUSUPDATE"]) == 0
+assert main(["encode", "MOT_REQ_USTATUSUPDATE", "chan_ident=1"]) == 0
+"""
+    said = python(package, program)
+    assert "message MOT_GET_DCSTATUSUPDATE (thorlabs_apt)" in said
+    assert "also named MOT_GET_USTATUSUPDATE" in said
+    assert "also page 125 of issue_37" in said
+    assert "90 04 01 00 50 01" in said
+
+
 def test_the_status_bits_of_a_controller_are_those_of_page_129(protocol: Protocol) -> None:
     dc = bits(protocol, "dc_status_bits")
     kdc101 = bits(protocol, "kdc101_status_bits")
