@@ -196,3 +196,20 @@ def test_a_page_of_an_addition_is_a_page_of_the_later_document(fourth: Fourth) -
     fourth.write({"messages": {"POS_ECHO": {"later_pages": {"fourth": 40}}}})
     echo = message(fourth.protocol(), "POS_ECHO")
     assert (echo.page_in(""), echo.page_in("fourth")) == (6, 40)
+
+
+def test_a_withdrawn_entry_has_no_additions(fourth: Fourth) -> None:
+    fourth.write({"messages": {"POS_ECHO": {"note": "x"}}}, withdraws={"messages": ["POS_ECHO"]})
+    [found] = fourth.errors()
+    assert found.endswith("SW061 the protocol does not define messages.POS_ECHO")
+
+
+@pytest.mark.parametrize("renames", [{"POS_ECHO": "POS_MOVE"}, {"POS_ECHO": "A", "POS_MOVE": "A"}])
+def test_a_new_name_must_be_free(fourth: Fourth, renames: dict[str, str]) -> None:
+    fourth.write(renames={"messages": {old: {"to": new} for old, new in renames.items()}})
+    assert any("SW020" in error and "is defined twice" in error for error in fourth.errors())
+
+
+def test_a_message_has_its_own_name_only_once(fourth: Fourth) -> None:
+    fourth.write({"messages": {"POS_ECHO": {"also_named": {"POS_ECHO": "echo"}}}})
+    assert any(error.endswith("SW020 POS_ECHO is defined twice") for error in fourth.errors())

@@ -21,6 +21,7 @@ Key: TypeAlias = tuple[str, str]  # section and name
 Home: TypeAlias = tuple[str, int]  # kind of file, and the number of the file
 
 _ROLES = ("SET", "REQ", "GET")
+_RENAMED = ("parameter_sets", "messages")
 
 
 def revise(
@@ -32,9 +33,10 @@ def revise(
     """
     head = overlay["overlay"][0]
     revised = {kind: list(documents) for kind, documents in base.items()}
-    for key, place in _listed(head, "withdraws"):
+    homes = dict(homes)
+    for key, place in _withdrawn(head):
         if _exists(key, homes, place, diagnostics):
-            kind, number = homes[key]
+            kind, number = homes.pop(key)
             revised[kind][number] = _without(revised[kind][number], key)
             revised["units"] = [_unlisted(units, key) for units in revised.get("units", ())]
     for document in overlay.get("additions", ()):
@@ -62,12 +64,11 @@ def revise(
     return revised
 
 
-def _listed(head: Document, part: str) -> Iterator[tuple[Key, Place]]:
-    for section, names in head.data.get(part, {}).items():
-        for at, name in (
-            enumerate(names) if isinstance(names, list) else zip(names, names, strict=True)
-        ):
-            yield (section, name), head.place(part, section, at)
+def _withdrawn(head: Document) -> Iterator[tuple[Key, Place]]:
+    """Yield each withdrawn entry with its position."""
+    for section, names in head.data.get("withdraws", {}).items():
+        for index, name in enumerate(names):
+            yield (section, name), head.place("withdraws", section, index)
 
 
 def _exists(key: Key, homes: Mapping[Key, Home], place: Place, diagnostics: Diagnostics) -> bool:
@@ -163,10 +164,14 @@ def _renamed(
 ) -> Iterator[tuple[str, str]]:
     """Yield the old and new name of each renamed message or set, and of the messages of a set."""
     groups = protocol.data.get("groups", ())
+    taken = {name for section, name in homes if section in _RENAMED}
     for section, names in head.data.get("renames", {}).items():
         for old, entry in names.items():
-            new = entry["to"]
-            if _exists((section, old), homes, head.place("renames", section, old), diagnostics):
+            new, place = entry["to"], head.place("renames", section, old)
+            if new in taken:
+                diagnostics.add(place, "SW020", f"{new}, the new name of {old}, is defined twice")
+            elif _exists((section, old), homes, place, diagnostics):
+                taken.add(new)
                 yield old, new
                 if section == "parameter_sets":
                     for role in _ROLES:
@@ -198,7 +203,7 @@ def _with_names(
         return of(value) if isinstance(value, str) else value
 
     data = renamed(document.data)
-    for section in ("parameter_sets", "messages"):
+    for section in _RENAMED:
         for old in document.data.get(section, {}):
             if old in names:
                 entry = data[section][names[old]]

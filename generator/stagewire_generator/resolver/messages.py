@@ -98,7 +98,7 @@ def add_message(tables: Tables, message: Message) -> None:
     """Add a message with its errata; report a duplicate name."""
     taken = tables.messages.keys() | tables.aliases
     for name in (message.name, *message.aliases):
-        if name in taken:
+        if name in taken or (name == message.name and name in message.aliases):
             tables.diagnostics.add(message.place, "SW020", f"{name} is defined twice")
             return
     tables.messages[message.name] = with_errata(tables, message)
