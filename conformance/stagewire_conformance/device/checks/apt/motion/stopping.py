@@ -21,7 +21,7 @@ IGNORED: Final = Cause("MOT_MOVE_STOP", EFFECT)
 """The cause that a motor does not stop on command."""
 
 _SLOWS: Final = 2
-"""The most distance after a profiled stop, relative to the distance in which the motor has sped up."""
+"""The maximum distance after a profiled stop, relative to the distance in which the motor sped up."""
 _LATE: Final = 0.3
 """Seconds by which a stop may be late."""
 
