@@ -1,7 +1,9 @@
 # These targets run on a fresh machine and include the set-up:
 #   make demo      check the spec, regenerate all code, run all worked examples, move a virtual stage
 #   make test      formatting, types, import rules, and the tests of all folders: five minutes on two cores
-#   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages
+#   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages;
+#                  then make proofs
+#   make proofs    all interruptions of all faulty controllers, and all wrong facts in the spec: half an hour
 # These targets take longer or need a quiet machine:
 #   make coverage  the coverage of the library and the virtual controllers, compared with its floor
 #   make bench     speed and memory, compared with their limits
@@ -20,7 +22,7 @@ UNITS := structure runtime generator
 PYTEST = .venv/test/bin/python -m pytest -q -n $(WORKERS) --dist worksteal
 # One worker more than the number of cores, since some tests only wait.
 WORKERS := $(shell $(PYTHON) -c "import os; print((os.cpu_count() or 1) + 1)")
-# Limit in seconds of the processor time of make test on two cores. make test-all fails above it.
+# Limit in seconds of the processor time of make test on two cores. make budget and make test-all fail above it.
 BUDGET ?= 540
 
 BENCHMARKS := codec_speed framing_speed commands columns start_up round_trip opening stop_latency silent framing_time \
@@ -40,7 +42,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Steps run one after the other; pytest uses all cores.
 .NOTPARALLEL:
 
-.PHONY: demo test test-all checks units others matrix coverage tools generate format archives c-sizes bench soak fuzz clean
+.PHONY: demo test test-all checks units others matrix proofs budget coverage tools generate format archives c-sizes bench soak fuzz clean
 
 demo: .venv/demo/ready
 	@echo "== the spec: schemas, layouts, witness, errata"
@@ -60,9 +62,11 @@ test: .venv/test/ready tools
 		$(MAKE) --no-print-directory checks units others
 	@.venv/test/bin/python tests/run_report.py build/junit-units.xml build/junit-others.xml
 
-test-all: test matrix
-	@.venv/test/bin/python tests/run_report.py --measured build/test.json --budget $(BUDGET) \
-		build/junit-units.xml build/junit-others.xml build/junit-matrix.xml
+test-all: test matrix proofs budget
+
+# The seconds of each folder, after make test and any of the other tests.
+budget: .venv/test/ready
+	@.venv/test/bin/python tests/run_report.py --measured build/test.json --budget $(BUDGET) build/junit-*.xml
 
 # The separate steps of make test and make test-all.
 checks: .venv/test/ready
@@ -79,7 +83,10 @@ others: .venv/test/ready
 	$(PYTEST) -m "not matrix" --junitxml=build/junit-others.xml $(UNITS:%=--ignore=tests/%)
 
 matrix: .venv/test/ready
-	$(PYTEST) -m matrix --junitxml=build/junit-matrix.xml
+	$(PYTEST) -m "matrix and not proof" --junitxml=build/junit-matrix.xml
+
+proofs: .venv/test/ready
+	$(PYTEST) -m proof --junitxml=build/junit-proofs.xml
 
 # Line and branch coverage of the library and the virtual controllers. The floor is fail_under in pyproject.toml.
 coverage: .venv/test/ready

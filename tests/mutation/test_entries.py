@@ -38,6 +38,7 @@ def test_a_sample_is_refused(name: str, kind: str) -> None:
     assert survivors(proof, name, random.Random(2).sample(found, OF_EACH_KIND[name])) == []
 
 
+@pytest.mark.proof
 @pytest.mark.matrix
 @pytest.mark.parametrize("part", range(PARTS))
 @every_protocol
@@ -47,6 +48,7 @@ def test_a_large_sample_is_refused(name: str, part: int) -> None:
     assert survivors(proof, name, random.Random(part).sample(found, IN_A_PART[name])) == []
 
 
+@pytest.mark.proof
 @pytest.mark.matrix
 @every_protocol
 def test_a_listed_mutation_survives(name: str) -> None:

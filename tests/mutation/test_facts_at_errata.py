@@ -9,6 +9,7 @@ import pytest
 from facts_at_errata import Facts, passes
 from mutants import PROTOCOLS, proof_of
 
+from parts import PROOF
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint import errata
 from stagewire_generator.lint.witness.witness import compare_witness
@@ -18,7 +19,7 @@ A_PART = 40
 
 every_protocol = pytest.mark.parametrize("name", PROTOCOLS)
 how_many = pytest.mark.parametrize(
-    "number", [A_PART, pytest.param(0, marks=pytest.mark.matrix)], ids=["a part", "all"]
+    "number", [A_PART, pytest.param(0, marks=PROOF)], ids=["a part", "all"]
 )
 
 

@@ -28,6 +28,7 @@ def test_a_sample_of_wrong_values_is_found(name: str) -> None:
     assert [str(mutation) for mutation in tried if survives(proof, mutation)] == []
 
 
+@pytest.mark.proof
 @pytest.mark.matrix
 @pytest.mark.parametrize("part", range(PARTS))
 @every_protocol

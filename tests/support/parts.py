@@ -1,4 +1,7 @@
-"""Parameters of which `make test` runs some, and `make test-all` all."""
+"""Parameters of which `make test` runs some, and `make test-all` all.
+
+:data:`PROOF` marks the tests that try every interruption or every wrong fact, which `make proofs` runs.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ from itertools import count
 from typing import Any
 
 import pytest
+
+PROOF = (pytest.mark.matrix, pytest.mark.proof)
 
 
 def chosen(cases: Iterable[Any], by: Callable[[Any], bool]) -> list[Any]:

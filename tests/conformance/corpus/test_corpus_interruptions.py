@@ -19,6 +19,7 @@ from corpus_motor import MotorController
 from corpus_ms2000 import Ms2000
 
 from interruptions import Rig, interrupt_kinds
+from parts import PROOF
 
 POINTS = 50
 SAMPLE = 2
@@ -58,11 +59,11 @@ def rig_of(make: Maker) -> Rig:
 
 
 def cases() -> Iterator[Any]:
-    """Yield each firmware for the matrix, and some with a few points for `make test`."""
+    """Yield each firmware for `make proofs`, and some with a few points for `make test`."""
     for number, (title, (name, make)) in enumerate(MAKERS.items()):
         if number % 25 == 0:
             yield pytest.param(name, make, SAMPLE, id=f"{title}-some")
-        yield pytest.param(name, make, POINTS, id=title, marks=pytest.mark.matrix)
+        yield pytest.param(name, make, POINTS, id=title, marks=PROOF)
 
 
 @pytest.mark.parametrize(("name", "make", "count"), [*cases()])

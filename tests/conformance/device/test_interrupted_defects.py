@@ -22,6 +22,7 @@ from ms2000_defects import Defect
 from ms2000_runs import WIDE, controller_of, declared_with
 
 from interruptions import Chosen, Rig, interrupt_kinds, virtual_rig
+from parts import PROOF
 from stagewire_conformance.device.plans import plan
 
 POINTS = 50
@@ -63,12 +64,11 @@ MOVING = {
 
 
 def cases(every: Iterator[Any], nth: int) -> Iterator[Any]:
-    """Yield each controller for the matrix, and some of them with a few points for `make test`."""
+    """Yield each controller for `make proofs`, and some of them with a few points for `make test`."""
     for number, each in enumerate(every):
         if number % nth == 0:
             yield pytest.param(each, SAMPLE, id=f"{each}-some".replace(" ", "-"))
-        marks = pytest.mark.matrix
-        yield pytest.param(each, POINTS, id=f"{each}".replace(" ", "-"), marks=marks)
+        yield pytest.param(each, POINTS, id=f"{each}".replace(" ", "-"), marks=PROOF)
 
 
 @pytest.mark.parametrize(("title", "count"), [*cases(iter(MOVING), 40)])

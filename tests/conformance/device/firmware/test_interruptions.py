@@ -30,6 +30,7 @@ from interruptions import (
     run_kind,
     virtual_rig,
 )
+from parts import PROOF
 from stagewire.links import Link
 from stagewire_cli.conformance.sheets import show_end
 from stagewire_conformance.reports import as_html, as_json, as_junit
@@ -52,12 +53,12 @@ def rigs(unit: str, firmware: Firmware = correct) -> Callable[[], Rig]:
 
 
 def cases() -> Iterator[Any]:
-    """Yield each kind on each family: a few points in `make test`, all of them in the matrix."""
+    """Yield each kind on each family: a few points in `make test`, all of them in `make proofs`."""
     for unit in FAMILIES.values():
         for number, kind in enumerate(kinds_that_move(bench(unit))):
             if number % 6 == 0:
                 yield pytest.param(unit, kind, 2, id=f"{unit}-{kind}-some")
-            yield pytest.param(unit, kind, POINTS, id=f"{unit}-{kind}", marks=pytest.mark.matrix)
+            yield pytest.param(unit, kind, POINTS, id=f"{unit}-{kind}", marks=PROOF)
 
 
 @pytest.mark.parametrize(("unit", "kind", "count"), [*cases()])
@@ -70,7 +71,7 @@ def runaway_cases() -> Iterator[Any]:
         for name in RUNAWAYS:
             for kind in kinds_that_move(bench(unit)):
                 sample = unit == "TDC001" and kind in ("move-velocity", "move-absolute")
-                marks = () if sample else (pytest.mark.matrix,)
+                marks = () if sample else PROOF
                 count = 4 if sample else POINTS // (5 if unit == "TDC001" else 15)
                 yield pytest.param(unit, name, kind, count, marks=marks)
 
@@ -100,9 +101,7 @@ def faulty_cases() -> Iterator[Any]:
     for number, defect in enumerate(MOVING):
         if number % 40 == 0:
             yield pytest.param(defect, 3, id=f"{defect.name}-some".replace(" ", "-"))
-        yield pytest.param(
-            defect, POINTS, id=defect.name.replace(" ", "-"), marks=pytest.mark.matrix
-        )
+        yield pytest.param(defect, POINTS, id=defect.name.replace(" ", "-"), marks=PROOF)
 
 
 def faulty(defect: Defect | CommandDefect) -> tuple[str, Firmware]:
