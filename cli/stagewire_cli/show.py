@@ -36,6 +36,7 @@ _TABLES = {
     "flag table": "flags",
     "quantity": "quantities",
     "unit": "units",
+    "unsupported unit": "unsupported",
     "stage": "stages",
     "controller": "controllers",
     "family": "families",

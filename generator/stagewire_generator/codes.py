@@ -359,7 +359,8 @@ GROUPS: tuple[Group, ...] = (
                 "a list of messages that lacks a reply or a stop",
                 "A message was left out of a list or family. A request without its reply cannot be "
                 "answered, and a motion without its stop cannot be halted.",
-                "add the missing message; docs/reference/registry.md describes `lists` and `families`",
+                "add the missing message, or name a motion that nothing halts under `cannot_stop`; "
+                "docs/reference/registry.md describes `lists` and `families`",
             ),
             "SW081": Code(
                 "a status or keep-alive message that the messages of the unit contradict",
@@ -376,13 +377,15 @@ GROUPS: tuple[Group, ...] = (
             ),
             "SW083": Code(
                 "a list, family or serial number that belongs to another unit",
-                "An entry was copied and kept the name or prefix of the other unit.",
-                "correct the name or the prefix",
+                "An entry was copied and kept the name or prefix of the other unit. Or a unit is described, "
+                "but still listed as unsupported.",
+                "correct the name or the prefix, or remove the unit from `unsupported`",
             ),
             "SW084": Code(
                 "stages of a unit that contradict the scales in stages.yaml",
                 "A stage was added to a unit without scales for it, or scales without adding the stage to "
-                "the unit. Or a unit is in the wrong group of `controllers`.",
+                "the unit. Or a unit is in the wrong group of `controllers`, or has a `built_in` stage that "
+                "it does not drive.",
                 "correct `stages` of the unit, or the group of `controllers` in stages.yaml",
             ),
         },

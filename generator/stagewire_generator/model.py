@@ -442,15 +442,20 @@ class Protocol:
         return found
 
     def messages_of(self, unit: Json) -> frozenset[str]:
-        """Return the messages that a unit supports: its printed list, or those of its family."""
-        units, key = self.units, unit.get("list")
-        if key is None:
-            family = units["families"][unit["family"]]
-            if "messages" in family:
-                return frozenset(family["messages"])
-            key = units["units"][family["like"]]["list"]
-        printed = units["lists"][key]
-        return frozenset({*printed["messages"], *printed.get("completes", ())})
+        """Return the messages that a unit supports: its printed lists, or those of its family."""
+        family = self.units["families"][unit["family"]]
+        if "list" not in unit and "messages" in family:
+            return frozenset(family["messages"])
+        printed = [self.units["lists"][key] for key in self.lists_of(unit)]
+        parts = [entry.get(part, ()) for entry in printed for part in ("messages", "completes")]
+        return frozenset(name for names in parts for name in names)
+
+    def lists_of(self, unit: Json) -> tuple[str, ...]:
+        """Return the printed lists of a unit, or those of the unit that its family is like."""
+        units = self.units
+        if "list" not in unit and (like := units["families"][unit["family"]].get("like")):
+            unit = units["units"][like]
+        return (unit["list"], *unit.get("more_lists", ())) if "list" in unit else ()
 
     @property
     def not_compared(self) -> frozenset[str]:

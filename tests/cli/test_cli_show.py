@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from stagewire.protocols import load_protocol
+
 if TYPE_CHECKING:
     from conftest import Stagewire
 
@@ -34,6 +36,17 @@ def test_show_prints_an_entry(stagewire: Stagewire, name: str, said: str) -> Non
     result = stagewire("show", name)
     assert result.code == 0, result.err
     assert said in result.out
+
+
+def test_an_unsupported_unit_is_shown_with_the_reason(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reason = "No document describes its messages."
+    entry = {"title": "a liquid crystal controller", "reason": reason, "source": "a catalogue"}
+    monkeypatch.setitem(load_protocol("thorlabs_apt").registry(), "unsupported", {"KLC101": entry})
+    result = stagewire("show", "klc101")
+    assert "unsupported unit KLC101 (thorlabs_apt)" in result.out
+    assert reason in result.out
 
 
 def test_json(stagewire: Stagewire) -> None:

@@ -116,7 +116,7 @@ def test_the_overlays_of_these_tests_have_every_section(overlaid_spec: Path) -> 
                 added |= {s for s in known for n in data[s] if (s, n) not in listed}
     everything = {section for sections in SECTIONS.values() for section in sections}
     # The good specs have no entries in these sections.
-    assert overridden == everything - {"aliases", "hardware_types"}
+    assert overridden == everything - {"aliases", "hardware_types", "unsupported"}
     assert added == everything - {"addresses"}  # always the same four addresses
     schema = json.loads((SCHEMAS / "overlay.schema.json").read_text(encoding="utf-8"))
     assert set(schema["properties"]["overrides"]["properties"]) == everything
@@ -322,6 +322,7 @@ def test_the_registry_marks_the_entries_of_an_overlay(second: Protocol) -> None:
         "addresses": {"bays"},
         "aliases": {"TP3", "TP4", "TP5"},
         "known_prefixes": {"73", "74"},
+        "unsupported": {"TP8"},
         "hardware_types": {"7"},
     }.items():
         assert {n for n, e in registry[section].items() if "overlay" in e} == names, section

@@ -196,6 +196,8 @@ _SOURCE = {
     "alias-added": "a new alias, for a unit that is newer than the document",
     "alias-removed": "the alias for a unit that is newer than the document was removed",
     "unit-model": "other reported models identify the unit",
+    "unsupported-added": "a unit is now recognised and refused with the reason",
+    "unsupported-removed": "the unit is no longer recognised, or is supported",
     "prefix-added": "serial numbers with this prefix are now recognised",
     "prefix-shared": "the prefix is now shared with other units, or no longer; the reported model decides",
     "prefix-removed": "serial numbers with this prefix are no longer recognised",

@@ -137,6 +137,7 @@ _IN_UNITS = {
     "unit": "units",
     "list": "lists",
     "address": "addresses",
+    "unsupported unit": "unsupported",
     "hardware type": "hardware_types",
 }
 

@@ -110,6 +110,7 @@ _IN_UNITS = {
     "address": "addresses",
     "alias": "aliases",
     "prefix": "known_prefixes",
+    "unsupported unit": "unsupported",
     "hardware type": "hardware_types",
 }
 

@@ -269,7 +269,7 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     names = data.get("lists", {})
     _apart([(name, document.place("lists", name)) for name in names], diagnostics)
     for key, entry in document.data.get("lists", {}).items():
-        for part in ("messages", "completes", "misprinted"):
+        for part in ("messages", "completes", "misprinted", "cannot_stop"):
             known(entry.get(part, ()), listed, "message", "lists", key, part)
         known(entry["units"], data["units"], "unit", "lists", key, "units")
     for key, entry in document.data["families"].items():
@@ -280,6 +280,8 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     for key, entry in data["units"].items():
         known(entry["stages"], stages, "stage", "units", key, "stages")
         known([entry["family"]], families, "family", "units", key, "family")
+        if "built_in" in entry:
+            known([entry["built_in"]], stages, "stage", "units", key, "built_in")
         keeper = entry.get("keep_alive", "none")
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")
@@ -298,6 +300,11 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         (name, document.place("aliases", name))
         for name in written.get("aliases", {})
         if name not in data["units"]
+    ]
+    places += [
+        (name, document.place("unsupported", name))
+        for name in data.get("unsupported", {})
+        if name not in {*data["units"], *data.get("aliases", {})}
     ]
     _apart(places, diagnostics)
     for section in ("aliases", "known_prefixes"):

@@ -5,7 +5,7 @@ All names are known here: ``lint/names.py`` reports those that are not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.model import Conflict, Factor, Json, Message, Protocol
@@ -69,14 +69,15 @@ class _Rules:
         self.diagnostics.add(self.document.place(*path), code, f"{where}: {what}", hint)
 
     def lists(self) -> None:
-        """Check that a unit is in one list, and that a family is like one of its own units."""
-        seen: dict[str, str] = {}
-        for key, entry in self.protocol.units.get("lists", {}).items():
-            for index, name in enumerate(entry["units"]):
-                if name in seen:
-                    what = f"{name} is also in the list {seen[name]}"
+        """Check that each list of a unit adds messages, and that a family is like one of its own units."""
+        for name, unit in self.units.items():
+            keys = [unit["list"], *unit.get("more_lists", ())] if "list" in unit else []
+            for key in keys if len(keys) > 1 else ():
+                others = [other for other in keys if other != key]
+                if not self._listed([key]) - self._listed(others):
+                    index = self.protocol.units["lists"][key]["units"].index(name)
+                    what = f"{name} already has these messages from {' and '.join(others)}"
                     self.refuse("SW083", ("lists", key, "units", index), what)
-                seen[name] = key
         for key, entry in self.families.items():
             other = entry.get("like")
             if other and self.units[other]["family"] != key:
@@ -84,17 +85,55 @@ class _Rules:
                 hint = f"name a unit of {key}, or correct the family of {other}"
                 self.refuse("SW083", ("families", key, "like"), what, hint)
 
+    def _listed(self, keys: Iterable[str]) -> set[str]:
+        """Return the messages of lists, completed."""
+        entries = [self.protocol.units["lists"][key] for key in keys]
+        return {name for e in entries for name in (*e["messages"], *e.get("completes", ()))}
+
     def messages(self) -> None:
-        """Check that each list is complete: no request without reply, no motion without a stop."""
-        for section in ("lists", "families"):
-            for key, entry in self.protocol.units.get(section, {}).items():
-                names = {*entry.get("messages", ()), *entry.get("completes", ())}
-                for name in sorted(names):
-                    for what, missing in self._missing(self.of_name[name], names):
-                        hint = f"add {missing}, or remove {name}"
-                        if section == "lists":
-                            hint = f"add {missing}, under `completes` if the list does not print it"
-                        self.refuse("SW080", (section, key, "messages"), what, hint)
+        """Check that each list is complete: no request without reply, no motion without a stop.
+
+        The lists of a unit complete each other.
+        """
+        for key, entry in self.families.items():
+            names = {*entry.get("messages", ())}
+            for name, what, missing in self._gaps(names, names):
+                hint = f"add {missing}, or remove {name}"
+                self.refuse("SW080", ("families", key, "messages"), what, hint)
+        lists = self.protocol.units.get("lists", {})
+        gaps: dict[tuple[str, str], str] = {}  # list and error -> the missing messages
+        for unit in self.units.values():
+            keys = [unit["list"], *unit.get("more_lists", ())] if "list" in unit else []
+            listed = self._listed(keys)
+            moving = {name for key in keys for name in lists[key].get("cannot_stop", ())}
+            for key in keys:
+                for _, what, missing in self._gaps(self._listed([key]), listed, moving):
+                    gaps[key, what] = missing
+        for (key, what), missing in gaps.items():
+            hint = f"add {missing}, under `completes` if the list does not print it"
+            self.refuse("SW080", ("lists", key, "messages"), what, hint)
+        for key, entry in lists.items():
+            for name in entry.get("cannot_stop", ()):
+                halts = self.of_name[name].exchange.get("halted_by", ())
+                if not halts or name not in self._listed([key]):
+                    what = f"{name} is not a message of the list that another message halts"
+                    self.refuse("SW080", ("lists", key, "cannot_stop", name), what, "remove it")
+
+    def _gaps(
+        self, names: set[str], others: set[str], moving: Container[str] = ()
+    ) -> Iterator[tuple[str, str, str]]:
+        """Yield each listed message that lacks another, the error, and the missing message.
+
+        :param others: all messages of the unit.
+        :param moving: messages whose motion nothing halts.
+        """
+        for name in sorted(names):
+            for what, missing in self._missing(self.of_name[name], others):
+                yield name, what, missing
+            halts = self.of_name[name].exchange.get("halted_by", [])
+            if halts and name not in moving and not others & {*halts}:
+                what = f"{name} is listed, but no message that halts it"
+                yield name, what, " or ".join(halts)
 
     def _missing(self, message: Message, names: set[str]) -> Iterator[tuple[str, str]]:
         """Yield each message that a list lacks although it has another, with the reason."""
@@ -106,9 +145,6 @@ class _Rules:
         if requests and not causes and not message.exchange.get("unsolicited"):
             what = f"{message.name} is listed, but no request that it answers"
             yield what, " or ".join(requests)
-        halts = message.exchange.get("halted_by", [])
-        if halts and not names & {*halts}:
-            yield f"{message.name} is listed, but no message that halts it", " or ".join(halts)
 
     def statuses(self) -> None:
         """Check the status and the keep-alive message of each unit against its messages."""
@@ -118,9 +154,11 @@ class _Rules:
             reported = {
                 m.exchange["reports_status"]: m for m in messages if "reports_status" in m.exchange
             }
-            if "status" in unit and reported.keys() != known & {unit["status"]}:
+            status = unit.get("status", "none")
+            addressed = "addresses" in self.protocol.units
+            if ("status" in unit or addressed) and reported.keys() != known & {status}:
                 shown = " and ".join(f"{s} ({m.name})" for s, m in sorted(reported.items()))
-                what = f"the status is {unit['status']}, but its messages report {shown or 'none'}"
+                what = f"{status} contradicts its messages, which report {shown or 'none'}"
                 self.refuse("SW081", ("units", name, "status"), what)
             keepers = {m.name for m in messages if m.exchange.get("keeps_alive")}
             keeper = unit.get("keep_alive")
@@ -143,9 +181,12 @@ class _Rules:
             for owner in ("motherboard", "generic_usb")
         }
         named |= {("addresses", "bays", end): bays[end] for end in ("first", "last")}
-        for family, entry in self.families.items():
+        owners = [("families", self.families), ("units", self.units)]
+        for section, name, entry in (
+            (s, n, e) for s, entries in owners for n, e in entries.items()
+        ):
             for index, address in enumerate(entry.get("also_at", {}).get("addresses", ())):
-                at = ("families", family, "also_at", "addresses", index)
+                at = (section, name, "also_at", "addresses", index)
                 named[at] = address
                 if address == known["generic_usb"]["value"]:
                     what = f"{address:#04x} is already the address of a unit with its own USB node"
@@ -192,9 +233,19 @@ class _Rules:
                         f"on which {listed} has scales"
                     )
                     self.refuse("SW084", (*path, index), what, hint)
-            for stage_name, group_name in missing.items():
+            if "built_in" in unit and unit["built_in"] not in unit["stages"]:
+                what = f"{unit['built_in']} is not one of its stages"
+                self.refuse("SW084", ("units", name, "built_in"), what, "add it to `stages`")
+            if "fewer_stages" in unit and not missing:
+                what = "the unit has all stages with scales on it"
+                self.refuse("SW084", ("units", name, "fewer_stages"), what, "remove it")
+                continue
+            for stage_name, group_name in () if "fewer_stages" in unit else missing.items():
                 what = f"{stage_name} is not listed, but has scales on {name} in stages.yaml"
-                hint = f"add it, or remove {name} from the group {group_name}"
+                hint = (
+                    f"add it, remove {name} from the group {group_name}, or give the reason in "
+                    "`fewer_stages`"
+                )
                 self.refuse("SW084", path, what, hint)
 
     def _moved(self, unit: Json) -> set[str]:
@@ -241,21 +292,52 @@ class _Rules:
                 if key not in unit:
                     continue
                 prefix = str(unit[key])
+                self._length(("units", name, key), name, prefix)
                 owned[name] = str(unit["usb_prefix"]) if "usb_prefix" in unit else prefix
                 other = printed.setdefault(prefix, name)
                 if self.units[other]["family"] != unit["family"]:
                     what = f"{prefix} is the prefix of {other}, which is of another family"
                     self.refuse("SW083", ("units", name, key), what)
         aliases = self.protocol.units.get("aliases", {})
+        refused = self.protocol.units.get("unsupported", {}).values()
+        unsupported = {prefix for one in refused for prefix in one.get("prefixes", ())}
         for prefix, entry in self.protocol.units.get("known_prefixes", {}).items():
             path = ("known_prefixes", prefix, "unit")
-            for name in (entry["unit"], *entry.get("shared_with", ())):
+            owner = printed.get(prefix)
+            names = (entry["unit"], *entry.get("shared_with", ()))
+            alone = owner is None and len(names) == 1 and int(prefix) not in unsupported
+            if "distinguished_by" in entry and alone:
+                what = f"only {names[0]} has the prefix {prefix}"
+                self.refuse("SW083", (*path[:2], "distinguished_by"), what, "remove it")
+            for name in names:
+                self._length(path, name, prefix)
                 if name in owned:
                     hint = f"keep one prefix for {name}"
                     self.refuse("SW083", path, f"{name} has the prefix {owned[name]}", hint)
                 owned[name] = prefix
                 like = self.units.get(aliases.get(name, {}).get("like", name), {})
-                owner = printed.get(prefix)
-                if owner and like.get("family") != self.units[owner]["family"]:
+                kin = owner and like.get("family") == self.units[owner]["family"]
+                if owner and not kin and "distinguished_by" not in entry:
                     what = f"{prefix} is the prefix of {owner}, and {name} is not of its family"
-                    self.refuse("SW083", path, what)
+                    hint = "correct the prefix, or state in `distinguished_by` how they differ"
+                    self.refuse("SW083", path, what, hint)
+        self._unsupported()
+
+    def _length(self, path: tuple[str, ...], name: str, prefix: str) -> None:
+        """Check that a prefix and six more digits are as long as the serial numbers of a unit."""
+        digits = self.units.get(name, {}).get("serial_digits", 8)
+        if name in self.units and len(prefix) + 6 != digits:
+            what = f"{prefix} begins {len(prefix) + 6} digits, but serial numbers of {name} have {digits}"
+            self.refuse("SW083", path, what, f"correct the prefix, or `serial_digits` of {name}")
+
+    def _unsupported(self) -> None:
+        """Check that an unsupported unit is not described elsewhere."""
+        for name in self.protocol.units.get("unsupported", {}):
+            described = name in self.units or name in self.protocol.units.get("aliases", {})
+            if described:
+                what = f"{name} is described as a unit or an alias"
+                self.refuse("SW083", ("unsupported", name), what, "remove one of the two")
+            for other, unit in self.units.items():
+                if name in unit.get("reported_as", ()):
+                    what = f"{other} is known to report {name}"
+                    self.refuse("SW083", ("unsupported", name), what, "remove one of the two")

@@ -29,6 +29,7 @@ SECTIONS: dict[str, tuple[str, ...]] = {
         "addresses",
         "aliases",
         "known_prefixes",
+        "unsupported",
         "hardware_types",
     ),
     "messages": (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
@@ -75,8 +75,9 @@ _OF_ALIASES = {"like": "like", "note": "title", "overlay": "overlay"}
 def resolve_units(files: Mapping[str, list[Document]], sets: Mapping[str, ParameterSet]) -> Json:
     """Return the data about units, with the ``list`` of each unit, and an alias for every name of a prefix.
 
-    A list names its units. In a list and in a family, the name of a parameter set means all its messages. A
-    prefix may define an alias by ``like``, or name a unit that is not described further. A unit replaces an
+    A list names its units, and the lists after the first are the ``more_lists`` of a unit. A status ``none``
+    is left out. In a list and in a family, the name of a parameter set means all its messages. A prefix may
+    define an alias by ``like``, or name a unit that is not described further. A unit replaces an
     alias of the same name: once an overlay describes it, it is no longer newer than the document.
     """
     units: Json = files["units"][0].data if files.get("units") else {}
@@ -84,16 +85,16 @@ def resolve_units(files: Mapping[str, list[Document]], sets: Mapping[str, Parame
         if section in units:
             named = {key: _with_members(entry, sets) for key, entry in units[section].items()}
             units = {**units, section: named}
-    if "lists" in units:
-        list_of = {unit: key for key, entry in units["lists"].items() for unit in entry["units"]}
-        entries = {
-            name: {**entry, "list": list_of[name]} if name in list_of else entry
-            for name, entry in units["units"].items()
-        }
+    lists: dict[str, list[str]] = {}
+    for key, entry in units.get("lists", {}).items():
+        for name in entry["units"]:
+            lists.setdefault(name, []).append(key)
+    if units:
+        entries = {n: _unit(e, lists.get(n, ())) for n, e in units["units"].items()}
         units = {**units, "units": entries}
     if not units.keys() & {"aliases", "known_prefixes"}:
         return units
-    described = units["units"]
+    described = {*units["units"], *units.get("unsupported", ())}
     aliases = {n: entry for n, entry in units.get("aliases", {}).items() if n not in described}
     for entry in units.get("known_prefixes", {}).values():
         for name in (entry["unit"], *entry.get("shared_with", ())):
@@ -105,6 +106,16 @@ def resolve_units(files: Mapping[str, list[Document]], sets: Mapping[str, Parame
         for prefix, entry in units.get("known_prefixes", {}).items()
     }
     return {**units, "aliases": aliases, "known_prefixes": prefixes}
+
+
+def _unit(entry: Json, lists: Sequence[str]) -> Json:
+    """Return the entry of a unit with the names of its lists."""
+    entry = {key: value for key, value in entry.items() if (key, value) != ("status", "none")}
+    if lists:
+        entry["list"] = lists[0]
+    if lists[1:]:
+        entry["more_lists"] = list(lists[1:])
+    return entry
 
 
 def _with_members(entry: Json, sets: Mapping[str, ParameterSet]) -> Json:

@@ -24,6 +24,7 @@ class Candidate:
     :param prefixes: prefixes of its serial numbers; empty if unknown.
     :param reported_as: models that it may report, in addition to its name.
     :param kinships: facts such as its family; units with a fact in common may share prefixes.
+    :param alike: prefixes that it shares with units that report the same model.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Candidate:
     prefixes: tuple[int, ...] = ()
     reported_as: tuple[str, ...] = ()
     kinships: tuple[object, ...] = ()
+    alike: tuple[int, ...] = ()
 
     def reports(self, model: str) -> bool:
         """Return whether it is known to report a model."""
@@ -80,6 +82,9 @@ def candidates(known: Sequence[Candidate], serial_number: int, model: str) -> li
         or one.may_share_prefixes_of(of_prefix)
         or not (one.prefixes or of_prefix)
     ]
+    prefix = serial_number // DIGITS
+    if any(one in of_prefix and prefix in one.alike for one in agreed):
+        return of_prefix  # the model does not tell them apart
     if agreed:
         sharing = [one for one in agreed if one in of_prefix]
         return sharing or agreed

@@ -19,7 +19,7 @@ from stagewire._devices.candidates import (
     reported_by,
 )
 from stagewire._devices.connection import Connection
-from stagewire._devices.unit import Alias
+from stagewire._devices.unit import Alias, Unsupported
 from stagewire._devices.values import Values
 from stagewire.errors import WrongUnitError
 
@@ -81,7 +81,9 @@ def _refusal(
     if found:
         why = f"{reports}, as {_listed(connection, found)} does"
         classes = sorted({one.unit for one in found if one.unit is not None})
+        reasons = [connection.facts.unsupported.get(one.name) for one in found]
         advice = f"open it as {' or '.join(classes)}" if classes else "no class supports it"
+        advice += "".join(f"; {one.name}: {one.reason.rstrip('.')}" for one in reasons if one)
     elif of_prefix:
         belongs = _listed(connection, of_model) if of_model else "no known unit"
         owner = _listed(connection, of_prefix)
@@ -101,8 +103,9 @@ def _described(number: int, model: str) -> str:
 
 
 def _listed(connection: Connection[Any], found: Sequence[Candidate]) -> str:
-    """Return the names of units, with titles for those newer than the document."""
-    aliases = connection.facts.aliases
+    """Return the names of units, with titles for those newer than the document, or not supported."""
+    facts = connection.facts
+    aliases: dict[str, Alias | Unsupported] = {**facts.aliases, **facts.unsupported}
     return " or ".join(
         f"{one.name} ({aliases[one.name].title})" if one.name in aliases else one.name
         for one in found

@@ -31,7 +31,7 @@ class OpenOptions(TypedDict, total=False):
 
     stage: Stage | str | None
     """Stage on every channel: a :class:`Stage`, or its name in the registry or in the catalogue of the vendor
-    (``MTS25/M-Z8``). It determines the scales; without
+    (``MTS25/M-Z8``). The default is the stage that is built into the unit. It determines the scales; without
     it only raw counts can be used."""
     scale_source: str | None
     """Source whose figures are used where the sources for the scales of a stage contradict each other, such
@@ -152,7 +152,10 @@ def choose(facts: Facts, unit: Unit, names: tuple[Any, ...], given: OpenOptions)
         known = ", ".join(OpenOptions.__annotations__)
         raise BadValueError(f"unknown option {', '.join(sorted(unknown))} of open (choose {known})")
     _check_useful(facts, unit, given)
-    named = _by_name("stages", given.get("stages"), given.get("stage"), names)
+    stage = given.get("stage")
+    if stage is None and not given.get("stages"):
+        stage = unit.built_in
+    named = _by_name("stages", given.get("stages"), stage, names)
     stages = {name: _stage(facts, unit, stage) for name, stage in named.items()}
     travels = _one_or_several("travel_mm", given.get("travel_mm"), names)
     line = _one_of("line", given.get("line", "usb"), ("usb", "rs232"))

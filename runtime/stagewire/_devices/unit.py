@@ -62,6 +62,7 @@ class Alias:
     :param prefixes: prefixes of its serial numbers; empty if unknown.
     :param reported_as: models that it may report, in addition to its name.
     :param scales: group of units whose scales it shares -> source; empty: its scales are unknown.
+    :param alike: prefixes that it shares with units that report the same model.
     """
 
     name: str
@@ -71,6 +72,23 @@ class Alias:
     prefixes: tuple[int, ...] = ()
     reported_as: tuple[str, ...] = ()
     scales: Mapping[str, str] = field(default_factory=dict)
+    alike: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Unsupported:
+    """A unit that is known but cannot be used.
+
+    :param reason: why it cannot be used, in a sentence.
+    :param prefixes: prefixes of its serial numbers; empty if unknown.
+    :param alike: those of them that it shares with units that report the same model.
+    """
+
+    name: str
+    title: str
+    reason: str
+    prefixes: tuple[int, ...] = ()
+    alike: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +123,9 @@ class Unit:
     :param keep_alive: message that it must receive regularly on USB.
     :param prefixes: prefixes of its serial numbers and those of its cards; empty if unknown.
     :param reported_as: models that it may report, in addition to its name.
+    :param alike: prefixes that it shares with units that report the same model.
     :param stages: names of the stages that the document lists for it.
+    :param built_in: name of the stage that is built into it; None if there is none.
     :param pause_ms: pause after a message without a reply; None: unknown.
     :param also_at: other addresses at which it is known to answer.
     :param moving: status message -> its field, and the bits that indicate motion.
@@ -134,7 +154,9 @@ class Unit:
     card_usb_prefix: int | None = None
     prefixes: tuple[int, ...] = ()
     reported_as: tuple[str, ...] = ()
+    alike: tuple[int, ...] = ()
     stages: tuple[str, ...] = ()
+    built_in: str | None = None
     pause_ms: int | None = None
     pause_source: str = ""
     also_at: tuple[int, ...] = ()
@@ -167,6 +189,7 @@ class Facts:
     :param settings: settings by name.
     :param quantities: quantity -> rule of its scale.
     :param aliases: units that are newer than the document, by name.
+    :param unsupported: units that are known but cannot be used, by name.
     :param identity: request for the serial number, the model and the firmware of a unit.
     :param bay_used: request to a rack whether a bay is occupied.
     :param channels: enumeration of the channels; None if they have no names.
@@ -178,15 +201,20 @@ class Facts:
     settings: Mapping[str, Setting] = field(default_factory=dict)
     quantities: Mapping[str, Rule] = field(default_factory=dict)
     aliases: Mapping[str, Alias] = field(default_factory=dict)
+    unsupported: Mapping[str, Unsupported] = field(default_factory=dict)
     identity: ParameterSet[Any] | Query[Any] | None = None
     bay_used: ParameterSet[Any] | Query[Any] | None = None
     channels: type[Enumeration] | None = None
 
     def candidates(self) -> list[Candidate]:
-        """Return all units and aliases as candidates."""
+        """Return all units, aliases and unsupported units as candidates."""
         return [
             *(self._candidate(unit, unit) for unit in self.units.values()),
             *(self._candidate(one, self.units.get(one.like)) for one in self.aliases.values()),
+            *(
+                Candidate(one.name, None, one.prefixes, alike=one.alike)
+                for one in self.unsupported.values()
+            ),
         ]
 
     def _candidate(self, one: Unit | Alias, unit: Unit | None) -> Candidate:
@@ -194,7 +222,7 @@ class Facts:
         if unit is one and unit is not None:
             kinships.append((unit.kind, unit.status, unit.stages))
         name = unit.name if unit else None
-        return Candidate(one.name, name, one.prefixes, one.reported_as, tuple(kinships))
+        return Candidate(one.name, name, one.prefixes, one.reported_as, tuple(kinships), one.alike)
 
     def aliases_of(self, unit: Unit) -> list[Alias]:
         """Return the aliases that use the messages of a unit."""

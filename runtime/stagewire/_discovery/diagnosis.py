@@ -130,6 +130,13 @@ def _heard(found: Found) -> Diagnosis:
     if found.bays is not None:
         listed = ", ".join(map(str, found.bays)) or "none"
         told += f"; bays with a module: {listed}"
+    if found.known and all(one.unit is None for one in found.known):
+        return Diagnosis(
+            Verdict.WRONG,
+            found.url,
+            f"answers: {told}",
+            "stagewire has no class for it; use sessions and messages, or the software of the vendor",
+        )
     return Diagnosis(Verdict.FINE, found.url, f"answers: {told}")
 
 

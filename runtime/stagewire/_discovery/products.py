@@ -26,6 +26,7 @@ class Known:
     :param unit: unit of the registry whose messages it supports; None if none is known.
     :param documented: whether the document contains it.
     :param note: title or note in the registry.
+    :param reason: why it is not supported; empty if it is, or if no reason is known.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Known:
     unit: str | None
     documented: bool = True
     note: str = ""
+    reason: str = ""
 
     @property
     def facts(self) -> Mapping[str, Any] | None:
@@ -40,6 +42,8 @@ class Known:
         return None if self.unit is None else _units(self.protocol).get(self.unit)
 
     def __str__(self) -> str:
+        if self.reason:
+            return f"{self.name} ({self.note}): not supported: {self.reason}"
         if self.documented:
             return f"{self.name}: {self.note}" if self.note else self.name
         document = f"not in {_document(self.protocol)}"
@@ -62,9 +66,8 @@ def by_name(protocol: Protocol, name: str) -> Known | None:
     wanted = name.upper()
     if wanted in (units := _units(protocol)):
         return Known(wanted, protocol, wanted, note=units[wanted]["title"])
-    return next(
-        (_known(protocol, name) for name in _aliases(protocol) if name.upper() == wanted), None
-    )
+    others = (*_aliases(protocol), *_unsupported(protocol))
+    return next((_known(protocol, name) for name in others if name.upper() == wanted), None)
 
 
 def by_serial_number(protocol: Protocol, serial_number: str) -> list[Known]:
@@ -93,22 +96,32 @@ def _known(protocol: Protocol, name: str) -> Known:
     facts = _units(protocol).get(name)
     if facts is not None:
         return Known(name, protocol, name, note=facts["title"])
+    if (entry := _unsupported(protocol).get(name)) is not None:
+        title, reason = entry["title"], entry["reason"]
+        return Known(name, protocol, None, documented=False, note=title, reason=reason)
     alias = _aliases(protocol)[name]
     note = alias.get("title") or alias.get("note", "")
     return Known(name, protocol, alias.get("like"), documented=False, note=note)
 
 
 def _candidates(protocol: Protocol, *prefixes: str) -> list[Candidate]:
-    """Return every unit and alias of a protocol.
+    """Return every unit, alias and unsupported unit of a protocol.
 
     :param prefixes: keys of the prefixes of serial numbers in a unit.
     """
     units, found = _units(protocol), []
     entries = protocol.registry().get("known_prefixes", {})
-    for name, entry in (*units.items(), *_aliases(protocol).items()):
+    alike = {
+        int(prefix)
+        for prefix, shared in entries.items()
+        if shared.get("distinguished_by", "model") != "model"
+    }
+    everything = (*units.items(), *_aliases(protocol).items(), *_unsupported(protocol).items())
+    for name, entry in everything:
         unit = name if name in units else entry.get("like")
         facts = units.get(unit or "", {})
         printed = {entry[key] for key in prefixes if key in entry}
+        printed |= {*entry.get("prefixes", ())}
         known = {
             int(prefix)
             for prefix, shared in entries.items()
@@ -125,6 +138,7 @@ def _candidates(protocol: Protocol, *prefixes: str) -> list[Candidate]:
                 tuple(printed | known),
                 tuple(entry.get("reported_as", ())),
                 kinships if facts else (),
+                tuple(alike & (printed | known)),
             )
         )
     return found
@@ -136,9 +150,14 @@ def _aliases(protocol: Protocol) -> dict[str, Mapping[str, Any]]:
     for entry in (
         protocol.registry().get("known_prefixes", {}).values()
     ):  # packages generated earlier
-        if entry["unit"] not in _units(protocol):
+        if entry["unit"] not in {*_units(protocol), *_unsupported(protocol)}:
             aliases.setdefault(entry["unit"], entry)
     return aliases
+
+
+def _unsupported(protocol: Protocol) -> dict[str, Mapping[str, Any]]:
+    """Return the units that are known but cannot be used, by name."""
+    return dict(protocol.registry().get("unsupported", {}))
 
 
 def _units(protocol: Protocol) -> dict[str, Mapping[str, Any]]:

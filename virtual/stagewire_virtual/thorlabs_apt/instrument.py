@@ -116,7 +116,8 @@ class AptInstrument(Instrument):
 
     def _build_stand_alone(self) -> None:
         addresses = self.unit.registry["addresses"]
-        also_at = self.unit.family.get("also_at", {}).get("addresses", ())
+        found = self.unit.facts.get("also_at", self.unit.family.get("also_at", {}))
+        also_at = found.get("addresses", ())
         io = self._user_io[None] = UserIo()
         information = identity.stand_alone(self.unit, self._options)
         controller = self._build(

@@ -188,6 +188,7 @@ def _registry_json(protocol: Protocol) -> Json:
         **{key: units[key] for key in _TABLES_OF_UNITS if key in units},
         "aliases": units.get("aliases", {}),
         "known_prefixes": _prefixes(units),
+        **({"unsupported": units["unsupported"]} if "unsupported" in units else {}),
         "errata": [
             {
                 "id": e.id,

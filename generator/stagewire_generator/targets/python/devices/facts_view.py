@@ -62,9 +62,25 @@ def alias_entries(protocol: Protocol) -> tuple[Source, ...]:
     )
 
 
+def unsupported_entries(protocol: Protocol) -> tuple[Source, ...]:
+    """Return an entry for each unit that is known but cannot be used."""
+    return tuple(
+        Nested(f"{literal(name)}: Unsupported(", tuple(_unsupported(protocol, name, entry)), ")")
+        for name, entry in protocol.units.get("unsupported", {}).items()
+    )
+
+
+def _unsupported(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
+    yield literal(name)
+    yield Text("", entry["title"])
+    yield Text("reason=", entry["reason"])
+    yield from prefixes_of(protocol, name, entry)
+
+
 def prefixes_of(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
-    """Yield the known prefixes of the serial numbers of a unit or alias."""
+    """Yield the known prefixes of the serial numbers of a unit, an alias or an unsupported unit."""
     printed = {entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry}
+    printed |= {*entry.get("prefixes", ())}
     known = {
         int(prefix)
         for prefix, found in protocol.units.get("known_prefixes", {}).items()
@@ -72,6 +88,13 @@ def prefixes_of(protocol: Protocol, name: str, entry: Json) -> Iterator[Source]:
     }
     if printed | known:
         yield Nested("prefixes=(", tuple(map(str, sorted(printed | known))), ")")
+    alike = [
+        prefix
+        for prefix, found in protocol.units.get("known_prefixes", {}).items()
+        if found.get("distinguished_by", "model") != "model" and int(prefix) in printed | known
+    ]
+    if alike:
+        yield Nested("alike=(", tuple(sorted(alike)), ")")
 
 
 def reported_as(entry: Json) -> Iterator[Source]:
@@ -173,13 +196,15 @@ class FactsView:
     settings: Nested
     quantities: Nested
     aliases: Nested
+    unsupported: tuple[Nested, ...]
     facts: Nested
 
     @property
     def statements(self) -> tuple[Nested, ...]:
         """All statements."""
         return (
-            *self.lists, self.units, self.settings, self.quantities, self.aliases, self.facts
+            *self.lists, self.units, self.settings, self.quantities, self.aliases,
+            *self.unsupported, self.facts
         )  # fmt: skip
 
 
@@ -198,6 +223,9 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
     for made in tables.calls:
         if made.message.tells:
             facts.append(f"{_TOLD[made.message.tells]}=t.{made.constant}")
+    unsupported = unsupported_entries(protocol)
+    if unsupported:
+        facts.append("unsupported=UNSUPPORTED")
     if channels := _channels(protocol):
         facts.append(f"channels={channels}")
     return FactsView(
@@ -212,6 +240,11 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
         settings=mapping("SETTINGS: dict[str, Setting] = ", setting_entries(protocol)),
         quantities=mapping("QUANTITIES: dict[str, Rule] = ", quantity_entries(protocol)),
         aliases=mapping("ALIASES: dict[str, Alias] = ", alias_entries(protocol)),
+        unsupported=tuple(
+            mapping("UNSUPPORTED: dict[str, Unsupported] = ", entries)
+            for entries in [unsupported]
+            if entries
+        ),
         facts=call("FACTS = Facts", facts),
     )
 
@@ -225,7 +258,8 @@ def _channels(protocol: Protocol) -> str:
 
 
 def _list_name(entry: Json) -> str:
-    return f"_{(entry.get('list') or entry['family']).upper()}"
+    lists = [entry["list"], *entry.get("more_lists", ())] if "list" in entry else [entry["family"]]
+    return f"_{'_AND_'.join(lists).upper()}"
 
 
 def _frozenset(head: str, names: list[str]) -> Nested:
@@ -237,13 +271,15 @@ def messages_from(protocol: Protocol, entry: Json) -> str:
     """Return the source of the list of messages of a unit, as the end of a sentence."""
     units = protocol.units
     family = units["families"][entry["family"]]
-    key = entry.get("list") or ("like" in family and units["units"][family["like"]]["list"])
-    if not key:
+    keys = protocol.lists_of(entry)
+    if not keys:
         return f"those of its family {entry['family']}: {family.get('note', family['title'])}"
-    found = where(protocol, [units["lists"][key]["page"]])
+    found = where(protocol, sorted({units["lists"][key]["page"] for key in keys}))
+    lists = "lists" if len(keys) > 1 else "list"
     if "list" in entry:
-        return f"the printed list, {found}"
-    return f"the printed list of {family['like']}, {found}: {family.get('note', family['title'])}"
+        return f"the printed {lists}, {found}"
+    note = family.get("note", family["title"])
+    return f"the printed {lists} of {family['like']}, {found}: {note}"
 
 
 def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter) -> Nested:
@@ -271,13 +307,15 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
     items += [*prefixes_of(protocol, unit.name, entry), *reported_as(entry)]
     if entry.get("stages"):
         items.append(_strings("stages=", entry["stages"]))
+    if "built_in" in entry:
+        items.append(f"built_in={literal(entry['built_in'])}")
     if "pause" in family:
         items += [
             f"pause_ms={family['pause']['ms']}",
             Text("pause_source=", family["pause"]["source"]),
         ]
-    if "also_at" in family:
-        also = tuple(f"0x{address:02X}" for address in family["also_at"]["addresses"])
+    if found := entry.get("also_at", family.get("also_at")):
+        also = tuple(f"0x{address:02X}" for address in found["addresses"])
         items.append(Nested("also_at=(", also, ")"))
     items += _moving(protocol, unit, tables)
     items += hindrance_entries(protocol, unit, tables)
