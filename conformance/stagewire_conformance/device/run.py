@@ -161,7 +161,7 @@ class _Run:
                     continue
                 self._run_check(check)
                 if self._line.adrift:
-                    self._unfinished = "; ".join(self._line.adrift)
+                    self._unfinished = "; ".join(part.text for part in self._line.adrift)
                     return
 
     def _run_check(self, check: Check) -> None:
@@ -247,8 +247,11 @@ class _Run:
     def _note_rest(self, check: Check, trial: Trial) -> None:
         """Note the parts that did not stop in a check. Nothing is moved after it."""
         line = self._line
-        for text, is_fault in line.adrift.items():
-            trial.must(False, text, rule=line.stop_rule) if is_fault else trial.inconclusive(text)
+        for part in line.adrift:
+            if part.blames:
+                trial.must(False, part.text, rule=line.stop_rule, because=part.because)
+            else:
+                trial.inconclusive(part.text)
         if line.disabled and not self._held:
             names = " and ".join(sorted(line.disabled))
             self._held = f"{names} ignored its stops in {check.id} and had to be disabled"
@@ -286,7 +289,7 @@ class _Run:
             digests=digests_of(self._declared),
             identification=self._identification,
             stops=self._stops,
-            adrift=tuple(self._line.adrift),
+            adrift=tuple(part.text for part in self._line.adrift),
             defect=self._defect,
         )
 

@@ -5,13 +5,20 @@ At the end of a check its changes are undone, the last one first, however the ch
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from stagewire.errors import StagewireError, TransportLostError
-from stagewire_conformance.device.causes import Cause, Causes, silence
+from stagewire_conformance.device.causes import (
+    DELIVERY,
+    ENDED,
+    NOW_AND_THEN,
+    Cause,
+    Causes,
+    silence,
+)
 from stagewire_conformance.device.results import Finding, Result, worst
 
 if TYPE_CHECKING:
@@ -25,13 +32,17 @@ class Details(TypedDict, total=False):
     """Details of a finding.
 
     :param rule: the rule that is broken; by default the rule of the check, if it has only one.
-    :param cause: the defect, if other checks can also meet it. A run reports it once.
+    :param cause: the defect, if other checks can also meet it. A run reports it once. Several causes are
+        known only if all of them are.
+    :param because: other defects that explain the problem. If one has been reported, the problem is only a
+        note: its evidence is unreliable. A NON-STRICT departure does not explain a FAIL.
     :param wanted: the expected bytes, if known.
     :param came: the received bytes that the problem is about, if any.
     """
 
     rule: str
-    cause: Cause | None
+    cause: Cause | Sequence[Cause] | None
+    because: Sequence[Cause]
     wanted: bytes | None
     came: bytes | None
 
@@ -55,12 +66,14 @@ class Undo:
     :param action: undoes the change.
     :param moves: whether the action moves something. If so, it is omitted after an interruption.
     :param rule: the rule that is broken if the change cannot be undone.
+    :param because: returns the defects that explain why it cannot be undone.
     """
 
     what: str
     action: Callable[[], object]
     moves: bool = False
     rule: str = ""
+    because: Callable[[], Sequence[Cause]] = tuple
 
 
 @dataclass
@@ -90,6 +103,10 @@ class Trial:
     undos: list[Undo] = field(default_factory=list)
     met: dict[str, str] = field(default_factory=dict)
     """The checks that have reported a defect that this check also met, each with the defect."""
+    problems: int = 0
+    """How often something did not hold, whether that is a finding or follows from a reported one."""
+    _departures: dict[Cause, Finding] = field(default_factory=dict)
+    """The NON-STRICT findings of this check. A FAIL with the same cause replaces one."""
 
     def must(self, holds: bool, problem: str, **details: Unpack[Details]) -> bool:
         """Note a FAIL unless ``holds``; return ``holds``.
@@ -110,30 +127,49 @@ class Trial:
 
     def _broken(self, result: Result, problem: str, details: Details) -> bool:
         """Note a finding, or refer to the check that has reported its cause; return False."""
+        self.problems += 1
         result = Result.FRAGILE if self.robustness else result
-        cause = details.get("cause")
-        if cause is not None:
-            first = self.causes.check_of(cause)
-            if first and first != self.check and result is not Result.NON_STRICT:
-                self.met.setdefault(first, str(cause))
-            elif first and first != self.check:
-                self.info(f"{problem} (reported by {first})")
-            if first:
-                return False
-            self.causes.report(cause, self.check)
+        given = details.get("cause") or ()
+        causes = (given,) if isinstance(given, Cause) else tuple(given)
+        if self._is_explained(result, problem, causes, details.get("because", ())):
+            return False
         rule = details.get("rule", "")
         if not rule and len(self.rules) == 1:
             rule = self.rules[0]
-        self.findings.append(
-            Finding(result, problem, details.get("wanted"), details.get("came"), rule)
-        )
+        finding = Finding(result, problem, details.get("wanted"), details.get("came"), rule)
+        for cause in causes:
+            self.causes.report(cause, self.check, result)
+            if (lesser := self._departures.pop(cause, None)) in self.findings:
+                self.findings.remove(lesser)
+            if result is Result.NON_STRICT:
+                self._departures[cause] = finding
+        self.findings.append(finding)
         return False
+
+    def _is_explained(
+        self, result: Result, problem: str, causes: Sequence[Cause], because: Sequence[Cause]
+    ) -> bool:
+        """Return whether a problem follows from a reported defect, and refer to its check."""
+        reason = next((each for each in because if self.causes.is_known(each, result)), None)
+        if reason is not None:
+            self.info(f"{problem} (follows from a defect that is reported: {reason})")
+        elif causes and all(self.causes.is_known(each, result) for each in causes):
+            reason = causes[0]
+        if reason is None:
+            return False
+        first = self.causes.check_of(reason)
+        if first != self.check:
+            if result is not Result.NON_STRICT:
+                self.met.setdefault(first, str(reason))
+            elif reason not in because:
+                self.info(f"{problem} (reported by {first})")
+        return True
 
     def depends_on(self, *causes: Cause) -> None:
         """End the check if one of these defects has been reported, because it could not decide anything."""
         for cause in causes:
             first = self.causes.check_of(cause)
-            if first and first != self.check:
+            if first and first != self.check and not self.causes.is_departure(cause):
                 self.met.setdefault(first, str(cause))
                 raise EnoughError
 
@@ -169,6 +205,8 @@ class Trial:
         """Send a request and return the reply. Without a reply, note a FAIL and end the check."""
         heard: Incoming | None = self.line.ask(request, dest, wait)
         if heard is None:
+            if self.line.parts(going=True):
+                self.line.halt()  # before the cause is looked for
             names = self.declared.registry.messages[request.layout.message]["exchange"][
                 "answered_by"
             ]
@@ -186,13 +224,24 @@ class Trial:
         """Return the likely cause that a request was not answered: a reported one, if there is one."""
         place = self.declared.place_at(dest)
         known = silence(place.name if place else f"{dest:#04x}")
-        if self.causes.check_of(known):
-            return known
+        names = self.declared.registry.messages[request.layout.message]["exchange"]["answered_by"]
+        ended = (Cause(name, ENDED) for name in names)
+        for each in (known, *ended):
+            if self.causes.check_of(each):
+                return each
         cause: Cause = self.line.cause_of_silence(request, dest)
+        if cause == NOW_AND_THEN:
+            return self.likely(cause, *(Cause(name, DELIVERY) for name in names))
         return cause
 
     def undo(
-        self, what: str, action: Callable[[], object], *, moves: bool = False, rule: str = ""
+        self,
+        what: str,
+        action: Callable[[], object],
+        *,
+        moves: bool = False,
+        rule: str = "",
+        because: Callable[[], Sequence[Cause]] = tuple,
     ) -> None:
         """Register an action that undoes a change. It runs at the end of the check, however the check ends.
 
@@ -203,8 +252,9 @@ class Trial:
         :param moves: whether the action moves something. Such an action does not run after Ctrl-C or an
             error, because nothing may move then.
         :param rule: the rule that is broken if the change cannot be undone.
+        :param because: returns the defects that explain why the change cannot be undone.
         """
-        self.undos.append(Undo(what, action, moves, rule))
+        self.undos.append(Undo(what, action, moves, rule, because))
 
     @property
     def result(self) -> Result:
@@ -277,7 +327,7 @@ class Restoration:
         return True
 
     def _put_back(self, undo: Undo) -> None:
-        before = len(self._trial.findings)
+        before = self._trial.problems
         try:
             undo.action()
         except TransportLostError:
@@ -287,9 +337,10 @@ class Restoration:
             self._trial.line.come_to_rest()
             self._moves = False
             if not isinstance(error, EnoughError):  # it has noted a finding
-                self._trial.follows(f"not restored: {undo.what} ({error})", undo.rule)
-        if len(self._trial.findings) == before:
+                self._left(undo, str(error))
+        if self._trial.problems == before:
             self.done.append(undo.what)
 
     def _left(self, undo: Undo, why: str) -> None:
-        self._trial.must(False, f"not restored: {undo.what} ({why})", rule=undo.rule)
+        text = f"not restored: {undo.what} ({why})"
+        self._trial.must(False, text, rule=undo.rule, because=undo.because())

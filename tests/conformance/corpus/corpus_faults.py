@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from inspect import cleandoc
 from typing import Any
 
 from corpus_lines import Maker
@@ -14,7 +15,7 @@ class Fault:
     """A fault.
 
     :param name: the name of its class.
-    :param text: one sentence that describes it.
+    :param text: a description; the first sentence is the fault.
     :param make: makes the faulty controller.
     :param rules: the rules that it breaks; a finding must name one of them.
     :param dynamic: whether it concerns motion rather than bytes.
@@ -34,7 +35,9 @@ class Faults(list[Fault]):
         """Add a class to the list; its docstring describes the fault."""
 
         def add(made: type[Any]) -> type[Any]:
-            self.append(Fault(made.__name__, made.__doc__ or "", made, frozenset(rules), dynamic))
+            self.append(
+                Fault(made.__name__, cleandoc(made.__doc__ or ""), made, frozenset(rules), dynamic)
+            )
             return made
 
         return add

@@ -131,9 +131,18 @@ class AnswersOneBehind(Stepper):
         return super().setting_packet(name)
 
 
-@FAULTS.breaks("header-only-meaning", "length-in-header", "request-answered", "get-answers-request")
+@FAULTS.breaks(
+    "data-length-bytes",
+    "header-only-meaning",
+    "length-in-header",
+    "request-answered",
+    "get-answers-request",
+)
 class ZeroBeforeEveryReply(Stepper):
-    """A byte of zero precedes each MOT_GET_STATUSBITS."""
+    """A byte of zero precedes each MOT_GET_STATUSBITS.
+
+    It is also a byte after the previous message, which the length in its header does not count.
+    """
 
     def request_status_bits(self, frame: bytes) -> None:
         self.leaving += b"\0"

@@ -254,9 +254,12 @@ class StuckAfterAnUnknownMessage(Tdc001):
             super().receive(frame)
 
 
-@FAULTS.breaks("no-error-in-normal-operation", "request-answered")
-class ErrorAfterAnUnknownMessage(Tdc001):
-    """A message with an unknown id is answered with itself."""
+@FAULTS.breaks("get-answers-request")
+class UnknownMessageReturned(Tdc001):
+    """A message with an unknown id is answered with itself.
+
+    It is not an error message, and later requests are answered. The controller sends what nothing requested.
+    """
 
     def receive(self, frame: bytes) -> None:
         id = int.from_bytes(frame[:2], "little")

@@ -1,4 +1,4 @@
-"""Each fault planted in the second corpus is found, and named by a rule that it breaks.
+"""Each fault planted in the second corpus has one finding, which names a rule that it breaks.
 
 `make test` runs a sample that is drawn by seed, `make test-all` all faults. A fault is a subclass of a
 correct controller, described in ``corpus_faults_*.py``.
@@ -22,100 +22,6 @@ from stagewire_conformance.device.results import Result
 
 SAMPLE = 40
 WRONG = (Result.FAIL, Result.NON_STRICT)
-
-NOT_FOUND_YET: set[str] = {
-    "ErrorAfterAnUnknownMessage",
-    "HomedAtOnce",
-    "HomedOnChannelZero",
-    "JoystickWithoutASize",
-    "PositionOfTheTarget",
-    "SavingAnswered",
-    "SilentAfterTen",
-    "StartIgnored",
-    "TopSpeedPassed",
-    "UnknownPacketNotSkipped",
-    "UpdatesToTheMotherboard",
-}
-"""Faults that the suite does not find yet, or finds only by another rule."""
-
-SEVERAL_FINDINGS_YET: set[str] = {
-    "AbsolutePositionOfSixteenBits",
-    "AccelerationIgnored",
-    "AnswersWithASet",
-    "BacklashNeverNegative",
-    "BacklashNotTakenUp",
-    "BusyTooLong",
-    "ButtonPositionsSwapped",
-    "CompletedAtOnce",
-    "CompletedEarly",
-    "CompletedWithTheStart",
-    "CounterBigEndian",
-    "CounterNeverNegative",
-    "EnableStateInverted",
-    "EndWithTwelveBytes",
-    "EndsShort",
-    "EndsTooFar",
-    "ErrorsReported",
-    "EveryFortiethReplyTruncated",
-    "EveryReplyFromABay",
-    "HomedWithoutAPosition",
-    "HomesOnPaper",
-    "IncrementUnsigned",
-    "JogAtMoveVelocity",
-    "JogModeFromZero",
-    "JoystickNotDisabled",
-    "KeepAliveAnswered",
-    "KeepAliveIgnored",
-    "KeepAliveOnRs232",
-    "LineFeedAfterStatus",
-    "MotionBitsStay",
-    "MotionBitsSwapped",
-    "MovingBitMissing",
-    "NeverBusy",
-    "NeverDisabled",
-    "NoRamp",
-    "NotBusyWhileRampingDown",
-    "OneAxisAtATime",
-    "OneMessageAtATime",
-    "PositionBigEndian",
-    "PositionLags",
-    "PotVelocitiesOfTwelveBits",
-    "RampIgnored",
-    "RampTimeAcknowledged",
-    "RampingBitMissing",
-    "RampingDirectionInverted",
-    "RelativeAlwaysForward",
-    "ReplyOfAnotherMessage",
-    "SavingRestoresTheFactory",
-    "SpeedAlwaysZero",
-    "StatusBigEndian",
-    "StatusBitsBigEndian",
-    "StatusBitsOfTheLastUpdate",
-    "StatusFieldsSwapped",
-    "StatusOfChannelZero",
-    "StatusShowsTheTarget",
-    "StopsShort",
-    "StuckAfterAnError",
-    "SuspendHidesOnlyCompleted",
-    "SuspendIgnored",
-    "SuspendSilencesStatus",
-    "TargetIsThePosition",
-    "TopSpeedChangesRamp",
-    "TopSpeedOfOneByte",
-    "TopSpeedOfTheFactory",
-    "UpdatesEnd",
-    "UpdatesNotStopped",
-    "UpdatesSlow",
-    "VectorAtHalfSpeed",
-    "VectorEnds",
-    "VelocityFieldsSwapped",
-    "VelocityInverted",
-    "VelocityMoveEnds",
-    "VelocityOfChannelTwo",
-    "VelocityOfSixteenBits",
-    "ZeroBeforeEveryReply",
-}
-"""Faults that the suite reports in several findings, although they have one cause."""
 
 
 def runs() -> Iterator[Any]:
@@ -144,25 +50,13 @@ def test_there_are_enough_faults() -> None:
     assert len(set(EVERY)) == len(EVERY)
 
 
-def test_the_list_of_faults_not_found_yet_is_current() -> None:
-    assert {fault.name for _, fault in EVERY} >= NOT_FOUND_YET | SEVERAL_FINDINGS_YET
-    assert not NOT_FOUND_YET & SEVERAL_FINDINGS_YET
-
-
 @pytest.mark.parametrize(("bench", "fault"), list(runs()))
-def test_a_fault_is_found(bench: CorpusBench, fault: Fault) -> None:
+def test_a_fault_has_one_finding_that_names_its_rule(bench: CorpusBench, fault: Fault) -> None:
     report = bench.run(fault.make)
     assert report.defect is None, report.defect
     named = rules_named(report)
-    found = any(rules & fault.rules for rules in named)
-    if fault.name in NOT_FOUND_YET:
-        assert not found, f"{fault.name} is found: remove it from NOT_FOUND_YET"
-        return
-    assert found, f"{fault.text} The findings name {named}."
-    if fault.name in SEVERAL_FINDINGS_YET:
-        assert len(named) > 1, f"{fault.name} has one finding: remove it from SEVERAL_FINDINGS_YET"
-    else:
-        assert len(named) == 1, f"{fault.text} One cause has {len(named)} findings."
+    assert any(rules & fault.rules for rules in named), f"{fault.text} The findings name {named}."
+    assert len(named) == 1, f"{fault.text} One cause has {len(named)} findings."
 
 
 def test_the_rules_of_faults_exist() -> None:

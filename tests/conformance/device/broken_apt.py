@@ -281,7 +281,7 @@ def broken() -> dict[str, Broken]:
     "motion in both directions":
         ("TDC001", sends(DC, flip(16, 0x30)), STATUS, FAIL, "moving_forward and moving_reverse at the same"),
     "an enabled channel that is reported as disabled":
-        ("TDC001", sends(DC, flip(19, 0x80)), STATUS, FAIL, "channel_enabled"),
+        ("TDC001", sends(DC, flip(19, 0x80)), "enabled-bit/0x50/1", FAIL, "channel_enabled"),
     "a velocity at rest":
         ("TDC001", sends(DC, byte(12, 9)), STATUS, FAIL, "has the velocity 9, but the position stays"),
     "a position that runs away":
@@ -373,7 +373,7 @@ def broken() -> dict[str, Broken]:
     "silence for ever":
         ("TDC001", takes_of(ACK, dropped), "keep-alive", FAIL, "nor after HW_START_UPDATEMSGS was sent"),
     "an answer to a keep-alive message":
-        ("TDC001", takes_of(ACK, followed_by(by_host("HW_REQ_INFO"))), "keep-alive", FAIL,
+        ("TDC001", takes_of(ACK, followed_by(by_host("HW_REQ_INFO"))), "keep-alive-reply", FAIL,
          "MOT_ACK_DCSTATUSUPDATE to 0x50 was answered with HW_GET_INFO"),
     "silence too early":
         ("BSC103", sends(STEPPER, of_source(0x22, from_the(31, dropped))), "keep-alive", FAIL,

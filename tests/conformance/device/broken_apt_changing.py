@@ -213,7 +213,7 @@ DONE = "MOT_MOVE_COMPLETED"
 SETTINGS = [
     Broken("readback", "TDC001", ("0x50", "MOT_SET_VELPARAMS did not set acceleration"),
            told("MOT_SET_VELPARAMS", dropped)),
-    Broken("readback", "TDC001", ("0x50", "MOT_SET_VELPARAMS wrote max_velocity", "MOT_GET_VELPARAMS"),
+    Broken("readback", "TDC001", ("0x50", "MOT_SET_VELPARAMS wrote the current values", "max_velocity"),
            told("MOT_SET_VELPARAMS", low_word(16)), stage="Z8"),
     Broken("readback", "BBD102", ("0x22", "MOT_SET_JOGPARAMS", "jog_step_size"),
            told("MOT_SET_JOGPARAMS", of_dest(0x22, swapped(10, 18, 4)))),
@@ -270,7 +270,7 @@ SETTINGS = [
 OUTPUTS = [
     Broken("loops", "TDC001", ("0x50", "MOT_SET_DCPIDPARAMS did not set"),
            told("MOT_SET_DCPIDPARAMS", dropped)),
-    Broken("loops", "BBD103", ("0x22", "MOT_SET_PMDPOSITIONLOOPPARAMS wrote integral_limit"),
+    Broken("loops", "BBD103", ("0x22", "MOT_SET_PMDPOSITIONLOOPPARAMS changed only", "integral_limit"),
            told("MOT_SET_PMDPOSITIONLOOPPARAMS", of_dest(0x22, low_word(12)))),
     Broken("enable", "TDC001", ("0x50 channel 1", "MOD_SET_CHANENABLESTATE wrote 2", "then returned 1"),
            told("MOD_SET_CHANENABLESTATE", dropped)),

@@ -154,7 +154,7 @@ class MovesForTheCounter(FaultyMs2000Link):
 MOTION = named(
     does_not_go=Defect(drops(m.WriteTargetPosition), "move-target/X", "a host would assume"),
     done_at_once=Defect(SaysDoneAtOnce, "move-target/X", "a host would assume"),
-    done_too_early=Defect(SaysDoneTooEarly, "move-target/Y", "its target was"),
+    done_too_early=Defect(SaysDoneTooEarly, "move-target/Y", "but the axis moved on"),
     never_done=Defect(NeverDone, "move-target/X", "was still busy"),
     elsewhere=Defect(
         passes(changed(m.WriteTargetPosition, lambda data: bytes((data[0] ^ 0x80,)) + data[1:])),
@@ -191,7 +191,7 @@ MOTION = named(
         answers(lambda raw, _: ACK, m.IncrementMoveDown), "move-increment/Y", "without a request"
     ),
     stops_the_other=Defect(
-        passes(stops_the_other), "move-together/X/Y", "axis Y is not busy", hides=True
+        passes(stops_the_other), "move-together/X/Y", "but it does not begin", hides=True
     ),
     does_not_stop=Defect(drops(m.StopMotor), "stop-start/X", "but went on to its target"),
     stop_answered=Defect(answers(lambda raw, _: ACK, m.StopMotor), "stop-start/Y", "no reply"),

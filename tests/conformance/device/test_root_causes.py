@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from random import Random
 
 import pytest
 from apt_runs import Bench, bench, run_on
 from faulty_apt_link import Change, FaultyAptLink, LinkFault, byte, dropped, of, shorter, twice
 
-from stagewire_conformance.device.causes import DELIVERY, Cause, Causes
+from stagewire_conformance.device.causes import DELIVERY, EFFECT, Cause, Causes, Miss
 from stagewire_conformance.device.declaration import declare
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.plans import Plan, plan
 from stagewire_conformance.device.report import Outcome, Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
+from stagewire_conformance.device.trial import Trial
 from stagewire_conformance.reports import Grade, Omission
 from stagewire_conformance.reports.device_sheet import missed, sheet_of
 from stagewire_virtual.linking import SteppedLink
@@ -202,3 +204,114 @@ def test_a_report_says_that_checks_with_a_permission_were_not_selected() -> None
     report = run_on(on, ("answers",))
     clauses = list(missed(report, plan(on.declared, on.allowed())))
     assert "no check that moves produced a result: none was selected" in clauses
+
+
+def every_third(change: Change) -> Change:
+    """Apply a change to every third message."""
+    count = [0]
+
+    def change_some(raw: bytes) -> bytes:
+        count[0] += 1
+        return change(raw) if count[0] % 3 == 0 else raw
+
+    return change_some
+
+
+@pytest.mark.parametrize("message", [INFO, DC])
+@pytest.mark.parametrize("change", [dropped, to_nobody], ids=["dropped", "to nobody"])
+def test_a_reply_that_is_lost_now_and_then_is_one_failure(change: Change, message: str) -> None:
+    report = whole_run(LinkFault(to_host=of(message, every_third(change))))
+    [failed] = of_result(report, Result.FAIL)
+    assert [each.result for each in failed.findings].count(Result.FAIL) == 1
+
+
+def test_a_message_that_never_comes_is_reported_besides_one_that_is_lost_now_and_then() -> None:
+    def change(raw: bytes) -> bytes:
+        return of("MOT_GET_POTPARAMS", dropped)(seldom(raw))
+
+    seldom = of("MOT_GET_DCPIDPARAMS", every_third(dropped))
+    report = whole_run(LinkFault(to_host=change))
+    texts = [
+        finding.text
+        for outcome in of_result(report, Result.FAIL)
+        for finding in outcome.findings
+        if finding.result is Result.FAIL
+    ]
+    assert len(texts) == 2
+    for name in ("POTPARAMS", "DCPIDPARAMS"):
+        assert any(name in text for text in texts), name
+
+
+def test_two_fields_with_different_defects_are_two_findings() -> None:
+    def change(raw: bytes) -> bytes:
+        """Store the step size with its lower byte 0, and never store the acceleration."""
+        return raw[:10] + b"\0" + raw[11:18] + (1048).to_bytes(4, "little") + raw[22:]
+
+    on = bench("TDC001", "Z8")
+    link = FaultyAptLink(on.link, LinkFault(to_controller=of("MOT_SET_JOGPARAMS", change)))
+    report = run_on(on, ("readback",), link=link)
+    [failed] = [
+        outcome for outcome in of_result(report, Result.FAIL) if "JOGPARAMS" in outcome.check.id
+    ]
+    texts = [each.text for each in failed.findings if each.result is Result.FAIL]
+    assert len(texts) == 2
+    assert "jog_step_size" in texts[0]
+    assert "jog_acceleration" in texts[1]
+
+
+def trial_of(causes: Causes, check: str) -> Trial:
+    on = bench("TDC001")
+    return Trial(None, on.declared, Permissions(), Random(1), check=check, causes=causes)
+
+
+def test_a_failure_is_a_new_finding_after_a_departure_with_the_same_cause() -> None:
+    causes, cause = Causes(), Cause(VEL, "sign")
+    first, second = trial_of(causes, "first"), trial_of(causes, "second")
+    first.should(False, "no sign", cause=cause)
+    second.must(False, "the wrong sign", cause=cause)
+    assert (first.result, second.result) == (Result.NON_STRICT, Result.FAIL)
+    third = trial_of(causes, "third")
+    third.must(False, "the wrong sign again", cause=cause)
+    assert (third.result, third.met) == (Result.NOT_RUN, {"second": str(cause)})
+
+
+def test_in_one_check_a_failure_replaces_a_departure_with_the_same_cause() -> None:
+    trial = trial_of(Causes(), "first")
+    trial.should(False, "no sign", cause=Cause(VEL, "sign"))
+    trial.must(False, "the wrong sign", cause=(Cause(VEL, "value"), Cause(VEL, "sign")))
+    assert [finding.text for finding in trial.findings] == ["the wrong sign"]
+
+
+def test_a_problem_with_unreliable_evidence_is_a_note() -> None:
+    causes = Causes()
+    trial_of(causes, "first").must(False, "a wrong position", cause=Cause(DC, "position"))
+    trial = trial_of(causes, "second")
+    trial.must(False, "too fast", because=[Cause(DC, "position")])
+    assert trial.result is Result.NOT_RUN
+    [note] = trial.findings
+    assert note.text == f"too fast (follows from a defect that is reported: {DC} (position))"
+    trial.must(False, "too slow", because=[Cause(DC, "velocity")])
+    assert trial.result is Result.FAIL
+
+
+def test_a_departure_explains_no_failure() -> None:
+    causes = Causes()
+    trial_of(causes, "first").should(False, "rounded", cause=Cause(VEL, EFFECT))
+    trial = trial_of(causes, "second")
+    trial.must(False, "not restored", because=[Cause(VEL, EFFECT)])
+    assert trial.result is Result.FAIL
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "alike"),
+    [
+        (Miss(200, -8576), Miss(200, -3000), True),  # both end 200 counts too high
+        (Miss(200, -8576), Miss(-200, 3000), True),  # both end 200 counts short
+        (Miss(-170, -8576), Miss(20, 1000), True),  # both go 2 % too far
+        (Miss(200, -8576), Miss(500, -3000), False),
+        (Miss(8576, -8576), Miss(3000, -3000), False),  # neither has moved
+    ],
+)
+def test_targets_that_are_missed_alike_have_one_cause(one: Miss, other: Miss, alike: bool) -> None:
+    assert one.is_like(other) is alike
+    assert other.is_like(one) is alike

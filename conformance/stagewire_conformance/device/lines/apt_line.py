@@ -16,7 +16,7 @@ from stagewire.framing import End, FrameEvent
 from stagewire.links import Link
 from stagewire.protocols import FramedMessage, FramedProtocol
 from stagewire.sessions import Matching
-from stagewire_conformance.device.causes import Cause, silence
+from stagewire_conformance.device.causes import DELIVERY, NOW_AND_THEN, Cause, silence
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.apt_contact import first_contact, identity_at
 from stagewire_conformance.device.lines.apt_guard import AptGuard
@@ -63,6 +63,8 @@ class AptLine(GuardedLink):
         assert isinstance(protocol, FramedProtocol)
         self.heard: list[Incoming] = []
         """Received messages that have not been taken yet."""
+        self.received: set[str] = set()
+        """The names of all messages that have arrived in this run."""
         self.measured: dict[tuple[int, int], float] = {}
         """Measured counts/s of one unit of a velocity without a certain scale, by address and channel."""
         self.confirmed: set[tuple[int, int]] = set()
@@ -201,10 +203,15 @@ class AptLine(GuardedLink):
         return came
 
     def cause_of_silence(self, request: FramedMessage, dest: int) -> Cause:
-        """Return the likely cause that a request was not answered, from what has arrived since."""
+        """Return the likely cause that a request was not answered, from what has arrived since.
+
+        The request is repeated, which shows a reply that is lost only now and then.
+        """
         names = [each.layout.message for each in self._classes_of_answers(request.layout.message)]
         place = self.declared.place_at(dest)
         came = [each for each in self.heard if subject_of(self.declared, each) in names]
+        if self.ask(request, dest, _PROBED) is not None:
+            return NOW_AND_THEN
         if place is not None and not came and not self._answers_anything(place, request):
             return silence(place.name)
         return cause_of_silence(self.declared, came, names, dest)
@@ -293,6 +300,7 @@ class AptLine(GuardedLink):
         self._record(heard.raw, lambda: heard.text)
         self._previous = subject_of(self.declared, heard)
         if heard.kind == "message":
+            self.received.add(heard.name)
             self._moved.hears(heard.message, heard.raw)
 
     def _answers_to(self, request: FramedMessage, dest: int) -> Callable[[Incoming], bool]:
@@ -367,7 +375,7 @@ class AptLine(GuardedLink):
         """Stop a channel immediately, and return whether it rests; see :meth:`.GuardedLink.come_to_rest`."""
         part = self._part(place, channel)
         part.measures[-2 if len(part.measures) > 2 else 0].take()
-        self.adrift |= dict.fromkeys(bring_to_rest(self, [part], {part.name}), True)
+        self.adrift += bring_to_rest(self, [part], {part.name})
         return not self.adrift
 
     def disable_channel(self, place: Target, channel: int) -> None:
@@ -381,7 +389,12 @@ class AptLine(GuardedLink):
             Measure(ending.text, partial(self._end, ending, place, name), ending.disables)
             for ending in self._moved.endings(place, channel)
         ]
-        return Part(name, tuple(measures), self._look(place, channel))
+        query = place.unit.status_query
+        asked = "" if query is None or query.req is None else query.req.layout.message
+        statuses = self._classes_of_answers(asked) if asked else ()
+        silent = (Cause(each.layout.message, DELIVERY) for each in statuses)
+        look = self._look(place, channel)
+        return Part(name, tuple(measures), look, (silence(place.name), *silent))
 
     def _end(self, ending: Ending, place: Target, name: str) -> None:
         host = self._protocol.host

@@ -27,7 +27,7 @@ from typing import Any, ClassVar, Final, Protocol, Self
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.declaration import Declaration
-from stagewire_conformance.device.lines.standstill import Part, bring_to_rest
+from stagewire_conformance.device.lines.standstill import Adrift, Part, bring_to_rest
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.results import Entry
 
@@ -172,11 +172,8 @@ class GuardedLink(ABC):
         """The stops that were sent, in order, including stronger measures."""
         self.disabled: set[str] = set()
         """The names of the parts that had to be disabled because they ignored their stops."""
-        self.adrift: dict[str, bool] = {}
-        """Sentences about the parts that may still be moving although every measure was taken.
-
-        The value is whether the controller is to blame.
-        """
+        self.adrift: list[Adrift] = []
+        """The parts that may still be moving although every measure was taken."""
         self._rests = True  # whether everything is at rest, as its positions have shown
         self._lost = ""  # why a stop could not be sent
         self._stopped: set[str] = set()  # the parts that were stopped since then
@@ -269,9 +266,7 @@ class GuardedLink(ABC):
                 self.give_up(_LOST.format(self._lost))
                 return False
             try:
-                self.adrift |= dict.fromkeys(
-                    bring_to_rest(self, self._everything(), self._stopped), True
-                )
+                self.adrift += bring_to_rest(self, self._everything(), self._stopped)
             except TransportLostError as error:
                 self.give_up(_LOST.format(error))
             self._rests = not self.adrift
@@ -295,7 +290,7 @@ class GuardedLink(ABC):
             for measure in part.measures[1:]:
                 measure.take()
             what = "moving" if part.look else "switched on"
-            self.adrift[f"{part.name} may still be {what}: {why}"] = False
+            self.adrift.append(Adrift(f"{part.name} may still be {what}: {why}", blames=False))
         self._rests = not self.adrift
 
     def _starts(self) -> None:

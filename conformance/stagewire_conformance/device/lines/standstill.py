@@ -11,6 +11,8 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple, Protocol
 
+from stagewire_conformance.device.causes import Cause
+
 _POLL: Final = 0.05
 """Seconds between two readings of a part."""
 _HALF: Final = 0.25
@@ -71,11 +73,13 @@ class Part:
     :param measures: the mildest first.
     :param look: returns its state, or None without an answer. None for a part without a position, such as a
         solenoid: it is at rest after its first measure.
+    :param silent: the defects with which it does not answer.
     """
 
     name: str
     measures: tuple[Measure, ...]
     look: Callable[[], Sighting | None] | None
+    silent: tuple[Cause, ...] = ()
 
     def if_seen(self, now: Callable[[], float]) -> Part:
         """Return the part, with a missing answer counted as rest."""
@@ -83,6 +87,20 @@ class Part:
         if look is None:
             return self
         return replace(self, look=lambda: look() or Sighting(now(), 0, moving=False))
+
+
+@dataclass(frozen=True)
+class Adrift:
+    """A part that may still be moving although every measure was taken.
+
+    :param text: a sentence about it.
+    :param blames: whether the controller is to blame.
+    :param because: the defects that explain it: a part that does not answer need not have ignored its stops.
+    """
+
+    text: str
+    blames: bool = True
+    because: tuple[Cause, ...] = ()
 
 
 class Clocked(Protocol):
@@ -167,11 +185,12 @@ class _Watched:
         self.taken, self.since, self.unanswered = self.taken + 1, now, 0
 
     @property
-    def words(self) -> str:
-        """A sentence about a part that is not at rest."""
+    def adrift(self) -> Adrift:
+        """The description of a part that is not at rest."""
         taken = ", ".join(each.text for each in self.part.measures[: self.taken])
         if self.unanswered or not self.seen:
-            return f"{self.part.name} may still be moving: it does not answer after {taken}"
+            text = f"{self.part.name} may still be moving: it does not answer after {taken}"
+            return Adrift(text, because=self.part.silent)
         last = self.seen[-1]
         first = next(each for each in self.seen if last.time - each.time <= 2 * _HALF)
         speed = abs(last.position - first.position) / max(last.time - first.time, _POLL)
@@ -179,18 +198,18 @@ class _Watched:
             what = f"still moves at about {speed:.0f} counts/s"
         else:
             what = "still reports motion" if last.moving else "does not come to rest"
-        return f"{self.part.name} {what} after {taken}; it is at {last.position}"
+        return Adrift(f"{self.part.name} {what} after {taken}; it is at {last.position}")
 
 
-def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str]) -> list[str]:
+def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str]) -> list[Adrift]:
     """Wait until all parts are at rest, and take measures for those that are not.
 
-    Returns a sentence about each part that does not come to rest.
+    Returns the parts that do not come to rest.
 
     :param stopped: the names of the parts whose first measure was already taken.
     """
     watched = [_Watched(part, int(part.name in stopped), line.now) for part in parts if part.look]
-    lost: list[str] = []
+    lost: list[Adrift] = []
     while watched:
         for each in [*watched]:
             each.look()
@@ -201,7 +220,7 @@ def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str])
                     each.take_more(line.now)
                 else:
                     watched.remove(each)
-                    lost.append(each.words)
+                    lost.append(each.adrift)
         if watched:
             line.pause(_POLL)
     return lost

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
+from stagewire.protocols import HEADER_SIZE
 from stagewire_conformance.device.causes import (
     CHANNEL,
     DELIVERY,
@@ -14,6 +15,7 @@ from stagewire_conformance.device.causes import (
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.dialogue import Incoming
 
+_BYTES = "bytes"
 _STRAY = "stray bytes"
 
 
@@ -29,6 +31,33 @@ def subject_of(declared: Declaration, heard: Incoming) -> str:
         if entry["id"] == id and len(heard.raw) > 2 and entry["direction"] != "to_controller":
             return name
     return heard.after
+
+
+def wrong_length(declared: Declaration, heard: Incoming) -> Cause | None:
+    """Return the cause that all packets with the fields of this one have its length; None if it is right.
+
+    Messages with the same fields are made by the same code. So they have one defect.
+    """
+    if heard.kind != "bad_length":
+        return None
+    entry = declared.registry.messages.get(subject_of(declared, heard), {"layouts": ()})
+    fields = {field["name"]: None for layout in entry["layouts"] for field in layout["fields"]}
+    length = len(heard.raw) - HEADER_SIZE
+    return Cause(f"packets of {', '.join(fields)}", f"{length} bytes") if fields else None
+
+
+def bytes_of(raw: bytes) -> Cause:
+    """Return the cause that these bytes arrive, which are not a message."""
+    return Cause(_BYTES, raw.hex(" "))
+
+
+def known_bytes(causes: Iterable[Cause], raw: bytes) -> Iterator[Cause]:
+    """Yield the reported cause of the same bytes, or of bytes that begin with the same header."""
+    came = raw.hex(" ")
+    for cause in causes:
+        header = cause.subject == _BYTES and len(raw) >= HEADER_SIZE
+        if cause == bytes_of(raw) or (header and cause.aspect.startswith(came)):
+            yield cause
 
 
 def cause_of_stray(declared: Declaration, heard: Incoming) -> Cause:

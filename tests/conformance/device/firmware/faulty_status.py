@@ -153,7 +153,7 @@ STATUS = (
     Defect(1, "The homed bit is never set", of("home"), _stuck("homed", on=False)),
     Defect(7, "The homing bit is never set", of("home"), _stuck("homing", on=False)),
     Defect(2, "The limit bits are never set", of("limits"), _stuck(*_LIMITS, on=False), _WITH_SWITCHES),
-    Defect(15, "The enabled bit is never set", of("status enable"), _stuck("channel_enabled", on=False)),
+    Defect(15, "The enabled bit is never set", of("enabled-bit enable"), _stuck("channel_enabled", on=False)),
     Defect(1, "The position in the status is stale", of("status counters"), _frozen("position")),
     Defect(1, "The bits in the status are stale", of(f"status {_MOVES}"), _frozen("status_bits")),
     Defect(1, "The status is one behind", of(f"status {_MOVES}"), _one_behind),

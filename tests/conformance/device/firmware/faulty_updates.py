@@ -248,7 +248,7 @@ UPDATES = (
     Defect(1, "Updates say for ever what the first one said", of("move-updates"), _stale),
     Defect(1, "Unsolicited messages are sent", of("quiet"), _unasked),
     Defect(1, "Keep-alive messages are ignored", of("updates keep-alive"), _not_heeded),
-    Defect(1, "Keep-alive messages are answered", of("keep-alive identify"), _answered),
+    Defect(1, "Keep-alive messages are answered", of("keep-alive-reply identify"), _answered),
     Defect(4, "It continues without keep-alive messages", of("keep-alive"), _never_silent),
     Defect(1, "It falls silent after twenty messages", of("keep-alive"), _silent(20, again=True)),
     Defect(1, "It stays silent once it has fallen silent", of("keep-alive"), _silent(45, again=False)),

@@ -19,6 +19,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     *reading.KINDS,
     *settings.KINDS,
     *outputs.KINDS,
+    *reading.AFTER_OUTPUTS,
     *motion.KINDS,
 )
 """The kinds in the order in which they run."""

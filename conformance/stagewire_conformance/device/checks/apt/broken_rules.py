@@ -214,6 +214,9 @@ COMMON: Final = (
     "move-stopped-status",
     "move-complete-when-settled",
     "settled-at-rest",
+    "jog-single-step",
+    "motor-single-channel",
+    "command-without-acknowledgement",
     *_CHANNELS_OF.values(),
     *_SETS.values(),
     *_COMMANDS.values(),
@@ -234,7 +237,8 @@ def rule_of_command(told: str) -> str:
 
 def rule_of_distance(told: str) -> str:
     """Return the rule that a motion goes as far as commanded, from its description."""
-    return "jog-single-step" if " by a step of " in told else rule_of_command(told)
+    steps = command_in(told) == "MOT_MOVE_JOG" and " by a step " in told
+    return "jog-single-step" if steps else rule_of_command(told)
 
 
 def rule_of_status(place: Target, what: str) -> str:
@@ -271,14 +275,25 @@ def rule_of_set(message: str) -> str:
 
 def rule_of_channel(trial: Trial, message: str) -> str:
     """Return the rule about the channel of a message, or otherwise one of those of the check."""
-    of_check = next((rule for rule in _CHANNELS if rule in trial.rules), "get-answers-request")
-    return _CHANNELS_OF.get(message, of_check)
+    channels = [channel for place in trial.declared.places for channel in place.channels]
+    rules = [rule for rule in _CHANNELS if rule in trial.rules]
+    if len(channels) == 1 and message.startswith("MOT_"):
+        rules = [rule for rule in rules if rule == "single-channel-chan1"] or [
+            "motor-single-channel"
+        ]
+    return _CHANNELS_OF.get(message, next(iter(rules), "get-answers-request"))
 
 
 def rule_of_addresses(trial: Trial) -> str:
     """Return the rule about the addresses of a message to the host."""
     has_bays = sum(place.bay is not None for place in trial.declared.places) > 1
     return "slot-source" if has_bays else ADDRESSES
+
+
+def is_whole(raw: bytes) -> bool:
+    """Return whether bytes have the length that their header states, whatever their id."""
+    length = int.from_bytes(raw[2:4], "little") if len(raw) > 4 and raw[4] & DATA_FLAG else 0
+    return len(raw) == HEADER_SIZE + length
 
 
 def rule_of_stray(trial: Trial, heard: Incoming) -> str:
@@ -291,6 +306,8 @@ def rule_of_stray(trial: Trial, heard: Incoming) -> str:
         return "get-answers-request"
     id = int.from_bytes(raw[:2], "little")
     entry = next((each for each in registry.messages.values() if each["id"] == id), None)
+    if entry is None and is_whole(raw):
+        return "get-answers-request"
     if entry is None or len(raw) < HEADER_SIZE:
         return LENGTH
     if entry["direction"] == "to_controller":

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from stagewire.protocols import HEADER_SIZE
-from stagewire_conformance.device.causes import Cause, Causes, silence
+from stagewire_conformance.device.causes import NOW_AND_THEN, Cause, Causes, silence
 from stagewire_conformance.device.check import Case
 from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED
 from stagewire_conformance.device.checks.apt.replies import Request, a_request, judge_unasked
@@ -86,6 +86,7 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
                 f"{after}, {request.about} was answered only at attempt {attempt}; the "
                 "controller had a second of silence to recover, so it should answer the first",
                 cause=_recovery(trial),
+                because=(NOW_AND_THEN,),
                 rule=ANSWERED,
             )
             return True
@@ -101,6 +102,7 @@ def clean(trial: Trial, after: str, place: Target | None = None, *, tries: int =
             cause_of_silence(trial.declared, came, request.answers, address),
             silence(request.place.name),
         ),
+        because=(NOW_AND_THEN,),
         came=raw_of(came),
     )
     if not _put_into_step(trial, request):
@@ -114,19 +116,23 @@ def _recovery(trial: Trial) -> Cause:
     return Cause(trial.check.partition("/")[0], "recovery")
 
 
-def unheeded(trial: Trial, raw: bytes, about: str, quiet: float = SILENCE) -> None:
+def unheeded(
+    trial: Trial, raw: bytes, about: str, quiet: float = SILENCE, *, rule: str = ""
+) -> None:
     """Send bytes that the controller must ignore, and check that nothing comes back.
 
     An error message (page 19) is allowed: the document does not define what counts as a fault.
 
     :param about: a description of the bytes, for sentences and the log.
+    :param rule: the rule that a message in reply breaks; by default that of a message without a request.
     """
+    kind = trial.check.partition("/")[0]
     trial.line.send_bytes(raw, about)
     for heard in joined(trial.line.listen(quiet)):
         if is_error(trial, heard):
             trial.info(f"{about} was answered with {described(trial, [heard])}")
         else:
-            judge_unasked(trial, heard, f"after {about}")
+            judge_unasked(trial, heard, f"after {about}", rule=rule, cause=Cause(kind, "answered"))
 
 
 def is_error(trial: Trial, heard: Incoming) -> bool:

@@ -21,6 +21,9 @@ ENABLED_SETS: Final = frozenset(
 )
 """The messages that a target must claim."""
 
+ENABLING: Final = (Cause("MOD_SET_CHANENABLESTATE", EFFECT),)
+"""The defect that the enable state cannot be set."""
+
 
 def enable_state(trial: Trial, place: Target, channel: int) -> int:
     """Return the enable state (page 17); end the check if there is no reply."""
@@ -41,6 +44,7 @@ def switch(trial: Trial, place: Target, channel: int, state: int) -> None:
     trial.undo(
         f"enable state of {place.name} channel {channel}",
         lambda: put_back(trial, place, channel, before),
+        because=lambda: ENABLING,
     )
     trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
     now = enable_state(trial, place, channel)
@@ -49,7 +53,7 @@ def switch(trial: Trial, place: Target, channel: int, state: int) -> None:
         f"{place.name} channel {channel}: MOD_SET_CHANENABLESTATE set "
         f"{EnableState(state).name}, but MOD_GET_CHANENABLESTATE then returned {now}",
         rule="channel-enable",
-        cause=Cause("MOD_SET_CHANENABLESTATE", EFFECT),
+        cause=ENABLING,
     )
 
 

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage
 from stagewire_conformance.device.causes import (
     CHANNEL,
     DELIVERY,
+    ENDED,
     EXTRA,
+    NOW_AND_THEN,
     UNSOLICITED,
     Cause,
     Causes,
@@ -31,15 +33,22 @@ from stagewire_conformance.device.checks.apt.broken_rules import (
     rule_of_field,
     rule_of_stray,
 )
+from stagewire_conformance.device.checks.apt.streams import unstopped
+from stagewire_conformance.device.checks.apt.undocumented import UNNAMED, Fault, faults_of
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.dialogue import Incoming
-from stagewire_conformance.device.lines.strays import cause_of_silence, cause_of_stray, subject_of
+from stagewire_conformance.device.lines.strays import (
+    cause_of_silence,
+    cause_of_stray,
+    known_bytes,
+    subject_of,
+    wrong_length,
+)
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
-    from stagewire_conformance.registry import Json
 
 
 @dataclass(frozen=True)
@@ -116,11 +125,14 @@ def a_request(
 
 def is_spoilt(request: Request, causes: Causes) -> bool:
     """Return whether a reported defect keeps the reply to a request from arriving as it should."""
-    spoilt = [
-        silence(request.place.name),
-        *(Cause(name, aspect) for name in request.answers for aspect in (DELIVERY, UNSOLICITED)),
-    ]
-    return any(map(causes.check_of, spoilt))
+    return any(map(causes.check_of, spoils(request)))
+
+
+def spoils(request: Request) -> tuple[Cause, ...]:
+    """Return the defects that keep the reply to a request from arriving as it should."""
+    aspects = (DELIVERY, CHANNEL, ENDED, UNSOLICITED)
+    of_replies = (Cause(name, aspect) for name in request.answers for aspect in aspects)
+    return silence(request.place.name), *of_replies
 
 
 def ask_for(declared: Declaration, place: Target, name: str, channel: int | None = None) -> Request:
@@ -132,93 +144,6 @@ def ask_for(declared: Declaration, place: Target, name: str, channel: int | None
 def _names_channel(declared: Declaration, name: str) -> bool:
     field = getattr(declared.protocol, "channel", None)
     return field in declared.protocol.message_class(name).layout.fields
-
-
-_ALWAYS_ZERO: Final = frozenset({"min_velocity", "jog_min_velocity"})
-"""Start velocities. Pages 30 and 32 state that they are always zero: of the controller, not of the field."""
-
-_UNNAMED: Final = {"param1": 2, "param2": 3}
-"""Byte offsets of the header parameters that have no meaning."""
-
-
-@dataclass(frozen=True)
-class Fault:
-    """An undocumented value in a message.
-
-    :param field: the name of the field.
-    :param text: a sentence.
-    :param grave: whether the document excludes the value. Otherwise it is merely not intended, such as a 0
-        that was never set in a field whose range starts at 1.
-    """
-
-    field: str
-    text: str
-    grave: bool = True
-
-
-def faults_of(declared: Declaration, message: FramedMessage) -> Iterator[Fault]:
-    """Yield the values in a received message that the document does not allow.
-
-    The channel is left out: which one is right depends on the request. Identity texts have a check of their
-    own.
-    """
-    layout = message.layout
-    values = message.values()
-    identifies = declared.registry.messages[layout.message].get("tells") == "identity"
-    for name, field in declared.registry.fields(layout.message, layout.form).items():
-        if field["role"] != "value" or name == getattr(declared.protocol, "channel", None):
-            continue
-        if field["kind"] == "integer":
-            yield from _faults(name, field, values[name])
-        elif field["kind"] == "text" and not identifies and not is_readable(values[name]):
-            yield Fault(name, f"{name} is {values[name]!r}; it should be text", grave=False)
-    yield from unused_parameters(message)
-
-
-def unused_parameters(message: FramedMessage) -> Iterator[Fault]:
-    """Yield what is wrong with the header parameters that the message does not use."""
-    layout = message.layout
-    for name in layout.unnamed:
-        came, due = getattr(message, name), layout.constants.get(name, 0)
-        if came != due:
-            at = _UNNAMED[name]
-            yield Fault(
-                name,
-                f"byte {at} is {came:#04x}; this message does not use it, so it should be "
-                f"{due:#04x}",
-            )
-
-
-def is_readable(text: str) -> bool:
-    """Return whether a text is readable up to its first NUL."""
-    read = text.partition("\0")[0]
-    return read.isascii() and (read.isprintable() or not read)
-
-
-def _faults(name: str, field: Json, value: Any) -> Iterator[Fault]:
-    table, flags = field.get("enum"), field.get("flags")
-    is_open = field.get("open", False)
-    if name in _ALWAYS_ZERO:
-        if value:
-            yield Fault(name, f"{name} is {value}; it is always zero at present")
-    elif flags and not is_open:
-        if more := value & ~sum(flags.values()):
-            yield Fault(
-                name, f"{name} is {value:#x}; the document does not define the bits {more:#x}"
-            )
-    elif table and not is_open:
-        modifiers = {table[each] for each in field.get("modifiers", ())}
-        if value & ~sum(modifiers) not in set(table.values()) - modifiers:
-            known = ", ".join(
-                f"{each} ({key})" for key, each in sorted(table.items(), key=lambda item: item[1])
-            )
-            yield Fault(name, f"{name} is {value}; the document defines {known}")
-    elif not field["minimum"] <= value <= field["maximum"]:
-        yield Fault(
-            name,
-            f"{name} is {value}; the document allows {field['minimum']} to {field['maximum']}",
-            grave=bool(value),
-        )
 
 
 def ask_all(
@@ -250,6 +175,8 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
     if heard and not replies:
         names, address = request.answers, request.place.address
         cause = cause_of_silence(trial.declared, heard, names, address)
+        if trial.line.ask(request.message, address) is not None:
+            cause = trial.likely(NOW_AND_THEN, cause)
     elif not replies:
         cause = trial.cause_of_silence(request.message, request.place.address)
     if not trial.must(
@@ -261,6 +188,8 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
         cause=cause,
         came=raw_of(heard),
     ):
+        for each in others:  # it may come again while others wait for their replies
+            trial.causes.report(cause_of_stray(trial.declared, each), trial.check)
         return None
     trial.must(
         len(replies) == 1,
@@ -268,6 +197,7 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
         f"{described(trial, replies)}",
         rule="get-answers-request",
         cause=Cause(replies[0].name, UNSOLICITED),
+        because=unstopped(trial.declared),
         came=raw_of(replies),
     )
     reply = next((each for each in replies if _is_of(each, request)), replies[0])
@@ -306,7 +236,7 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incom
 
 def judge_fault(trial: Trial, heard: Incoming, fault: Fault) -> None:
     """Report an undocumented value in a message."""
-    is_unused = fault.field in _UNNAMED
+    is_unused = fault.field in UNNAMED
     (trial.must if fault.grave else trial.should)(
         False,
         f"{heard.name}: {fault.text}",
@@ -344,20 +274,31 @@ def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
     )
 
 
-def judge_unasked(trial: Trial, heard: Incoming, when: str, *, rule: str = "") -> None:
+def judge_unasked(
+    trial: Trial, heard: Incoming, when: str, *, rule: str = "", cause: Cause | None = None
+) -> None:
     """Report an unsolicited message. Leave status messages to the checks of updates.
 
     :param when: the beginning of the sentence: ``in addition to the reply to …``.
     :param rule: the rule that it breaks; by default that of a message without a request.
+    :param cause: the defect, unless that of the message itself has been reported.
     """
     exchange = trial.declared.registry.messages.get(heard.name, {}).get("exchange", {})
     counts, muted = exchange.get("counts_for_keep_alive"), exchange.get("muted_by")
     if counts and not muted:  # end messages can be muted, and come only after a motion
         return
     text = f"{when}, the controller sent {described(trial, [heard])}, which was not requested"
+    stray = cause_of_stray(trial.declared, heard)
+    length = wrong_length(trial.declared, heard)
+    if length is not None and (first := trial.causes.check_of(length)):
+        trial.causes.report(stray, first)
     cause = trial.likely(
-        cause_of_stray(trial.declared, heard),
+        cause or stray,
+        stray,
         Cause(subject_of(trial.declared, heard), DELIVERY),
+        Cause(heard.name, CHANNEL),
+        *known_bytes(trial.causes, heard.raw),
+        *(() if heard.name else (NOW_AND_THEN,)),
     )
     if exchange.get("unsolicited") and muted and not counts:
         trial.should(
@@ -371,6 +312,8 @@ def judge_unasked(trial: Trial, heard: Incoming, when: str, *, rule: str = "") -
         is_message = heard.kind in ("message", "undocumented", "unknown")
         broken = rule if rule and is_message else rule_of_stray(trial, heard)
         trial.must(False, text, rule=broken, cause=cause, came=heard.raw)
+        if length is not None:
+            trial.causes.report(length, trial.check)
 
 
 def _whose(trial: Trial, place: Target, heard: Incoming) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from stagewire.protocols import FramedMessage
+from stagewire_conformance.device.causes import EFFECT, UNSOLICITED, Cause
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -79,6 +80,14 @@ class Stream:
             number: [each for each in mine if each.channel == number]
             for number in self.place.channels
         }
+
+
+def unstopped(declared: Declaration) -> tuple[Cause, ...]:
+    """Return the defects with which status messages come although they are stopped."""
+    streams = streams_of(declared)
+    stops = (Cause(stream.stop.layout.message, EFFECT) for stream in streams)
+    signs = (Cause(stream.sign, UNSOLICITED) for stream in streams if stream.sign)
+    return tuple(dict.fromkeys((*stops, *signs)))
 
 
 def streams_of(declared: Declaration) -> list[Stream]:

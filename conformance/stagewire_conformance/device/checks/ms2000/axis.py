@@ -52,17 +52,19 @@ class Axis:
         sized: bool | None = None,
         extra: bytes = b"",
         after: str = "",
+        rule: str = "",
     ) -> Reply:
         """Send a request, and return the reply. Any other bytes are a FAIL and end the check.
 
         :param quiet: seconds without a byte to wait for after the reply.
         :param after: the preceding event, for the text of the finding.
+        :param rule: the rule that the controller breaks if no reply comes after this event.
         """
         came = self.line.ask(request, self.address, sized=sized, extra=extra, quiet=quiet)
         self.nothing_unasked()
-        return self.exact(request, came, after)
+        return self.exact(request, came, after, rule)
 
-    def exact(self, request: Command, came: bytes, after: str = "") -> Reply:
+    def exact(self, request: Command, came: bytes, after: str = "", rule: str = "") -> Reply:
         """Return the reply that the bytes contain. Any other bytes are a FAIL and end the check."""
         kind = request.reply
         assert kind is not None  # every request has a reply
@@ -72,13 +74,17 @@ class Axis:
         if len(came) > due and not after:  # bursts leave this request out
             known = self.trial.causes.check_of(cause) or self.trial.check
             self.trial.causes.report(Cause(request.layout.message, DELIVERY), known)
+        if after.startswith("sent "):
+            cause = self.trial.likely(Cause(after, DELIVERY), cause)
+        elif rule and not came:
+            cause = self.trial.likely(recovery(self.trial.check), cause, recovery("silence"))
         self.trial.need(
             len(came) == due,
             f"{behind}the reply to {request.layout.message} of axis {self.name} has "
             f"{_bytes(len(came))}; it should have exactly {_bytes(due)}",
             came=came,
-            rule=rule_of_reply(request, came, due),
-            cause=Cause(after, DELIVERY) if after.startswith("sent ") else cause,
+            rule=rule_of_reply(request, came, due) if came else rule or rule_of_reply(request),
+            cause=cause,
         )
         return kind.unpack(came)
 
@@ -172,6 +178,11 @@ _REQUESTS: Final[tuple[Command, ...]] = (
 """Candidates for the clean request; the first claimed one is used. Their replies do not change."""
 
 
+def recovery(check: str) -> Cause:
+    """Return the defect that a controller does not recover from what the checks of a kind send."""
+    return Cause(check.partition("/")[0], "recovery")
+
+
 class Clean:
     """A request, and the reply to it at the beginning of a check."""
 
@@ -185,14 +196,14 @@ class Clean:
 
         :param after: the preceding event, for the text of the finding.
         """
-        reply = self._axis.ask(self._request, after=after)
+        reply = self._axis.ask(self._request, after=after, rule="errors-ignored")
         self._axis.trial.must(
             reply == self._answer,
             f"{after}, {self._request.layout.message} was answered with other bytes than before",
             wanted=self._answer.pack(),
             came=reply.pack(),
             rule="errors-ignored",
-            cause=Cause(self._axis.trial.check.partition("/")[0], "recovery"),
+            cause=recovery(self._axis.trial.check),
         )
 
 

@@ -33,6 +33,8 @@ COMMON: Final = (
     "status-moving-bit",
     "status-ramping-bits",
     "stop-disables",
+    "start-enables",
+    "top-speed-limits-travel",
     "stop-no-response",
     "start-no-response",
 )
@@ -114,6 +116,13 @@ def rule_of_silence(message: str) -> str:
 def rule_of_write(message: str) -> str:
     """Return the rule that a command writes a setting."""
     return _WRITES[message]
+
+
+def rule_of_motion(message: str) -> str:
+    """Return the rule about the motion that a command causes."""
+    if message == "WRITE_VECTOR_SPEED":
+        return "vector-speed-runs"
+    return _MOVES.get(message, "target-moves")
 
 
 def rule_of_increment(message: str) -> str:

@@ -9,9 +9,9 @@ from random import Random
 from typing import Final
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.checks.ms2000.axis import Axis
-from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_value
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_value, rule_of_write
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import PROTOCOL
@@ -21,6 +21,10 @@ _NEAR: Final = 10_000
 """Counts (1 mm) by which new increments differ from the current one."""
 _LEAST_RAMP: Final = 51
 """Milliseconds; section 22 advises more than 50."""
+
+
+BYTE_ORDER: Final = Cause("numbers", "byte order")
+"""The defect that numbers of several bytes have the wrong order, so that none of them can be relied on."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,11 @@ class Stored:
         """The names of the commands that write and read the setting."""
         return self.name, self.read.layout.message
 
+    @property
+    def defects(self) -> tuple[Cause, ...]:
+        """The defects with which the setting does not get the value that is written."""
+        return Cause(self.name, EFFECT), Cause(self.name, "another setting"), BYTE_ORDER
+
     def written(self, value: int) -> Command:
         """Return the command that writes a value."""
         [field] = self.write.layout.fields
@@ -62,12 +71,15 @@ class Stored:
     def put_back(self, axis: Axis, value: int) -> None:
         """Restore a value, and check that it is in effect."""
         axis.line.settle()
-        axis.line.send(self.written(value), axis.address)
+        axis.tell(self.written(value))
         found = self.of(axis)
         axis.trial.must(
             found == value,
             f"not restored: {self.read.layout.message} of axis {axis.name} was {value}, but is "
             f"{found} after {self.name} wrote {value}",
+            rule=rule_of_write(self.name),
+            cause=Cause(self.name, EFFECT),
+            because=self.defects,
         )
 
 
@@ -103,6 +115,7 @@ def keep(axis: Axis, stored: Stored) -> int:
     End the check before anything is written if the value could not be restored: because no command can write
     it, or because a controller may take its bytes for a setup command.
     """
+    axis.trial.depends_on(BYTE_ORDER)
     value = stored.of(axis)
     trial, prefix = axis.trial, PROTOCOL.marks.prefix
     size = stored.write.layout.length

@@ -23,6 +23,7 @@ from stagewire_conformance.device.checks.apt.motion import (
 
 KINDS: Final[tuple[Kind, ...]] = (
     home.KIND,
+    in_motion.KIND,
     targets.ABSOLUTE,
     targets.RELATIVE,
     targets.STORED,
@@ -32,11 +33,11 @@ KINDS: Final[tuple[Kind, ...]] = (
     velocity.KIND,
     stops.KIND,
     move_updates.KIND,
-    in_motion.KIND,
     disabled.KIND,
-    limits.KIND,
     home_again.KIND,
     suspension.KIND,
+    limits.KIND,
     targets.ALONE,
 )
-"""The kinds in the order in which they run: homing first, because positions count from home."""
+"""The kinds in the order in which they run: homing first, because positions count from home, and then the
+agreement of the replies, on which all others rely."""

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, MoveDirection
-from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.causes import EFFECT, Cause, Miss
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
-from stagewire_conformance.device.checks.apt.enable_state import switch
+from stagewire_conformance.device.checks.apt.enable_state import ENABLING, switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
 from stagewire_conformance.device.lines.motions import STATUS_BITS, reports_motion
 from stagewire_conformance.device.trial import EnoughError
@@ -45,6 +45,8 @@ _SETTLING: Final = 0.5
 
 _SHORTEST: Final = 16
 """The shortest move in counts that can be observed."""
+_OF_MOVES: Final = ("MOT_MOVE_ABSOLUTE", "MOT_SET_VELPARAMS")
+"""The messages on which the way back of a motor depends."""
 JITTER: Final = 4
 """Counts by which a servo at rest may be seen to move."""
 HELD: Final = 64
@@ -140,6 +142,7 @@ class Axis:
             f"{self.text} reports motion before this run has started one: {status.heard.text}",
             rule=rule_of_status(self.place, "bits-motion"),
             cause=Cause(status.heard.name, "motion bits at rest"),
+            because=(Cause("MOT_GET_STATUSBITS", "status_bits"),),
             came=status.heard.raw,
         )
         return status
@@ -194,14 +197,33 @@ class Axis:
         """Request the status; the check ends without a reply."""
         return self.status_of(self.ask(self._request))
 
+    @property
+    def status_name(self) -> str:
+        """The name of the message with the status."""
+        message = self._request.layout.message
+        [name] = self.trial.declared.registry.messages[message]["exchange"]["answered_by"]
+        return str(name)
+
+    @property
+    def doubts(self) -> tuple[Cause, ...]:
+        """The reported defects that explain why a motor is not where a move should have brought it."""
+        own = (*self.spoilt, *ENABLING, Cause("MOT_MOVE_COMPLETED", "early"))
+        return (*own, *(cause for cause in self.trial.causes if cause.subject in _OF_MOVES))
+
+    @property
+    def spoilt(self) -> tuple[Cause, ...]:
+        """The defects with which the status does not show where a motor is, and whether it moves."""
+        return Cause(self.status_name, "position"), Cause(self.status_name, "motion bits at rest")
+
     def status_within(self, seconds: float) -> Status | None:
         """Request the status; return None without a reply in time."""
         heard = self.trial.line.ask(self._request, self.place.address, seconds)
         return None if heard is None else self.status_of(heard)
 
     def position(self) -> int:
-        """Request the position: from the counter if it is claimed, because a status may lag."""
-        if "MOT_REQ_POSCOUNTER" not in self.place.messages:
+        """Request the position: from the counter if it is claimed and right, because a status may lag."""
+        wrong = self.trial.causes.check_of(Cause("MOT_GET_POSCOUNTER", "position"))
+        if wrong or "MOT_REQ_POSCOUNTER" not in self.place.messages:
             return self.status().position
         position: int = self.ask(m.MotReqPosCounter(self.channel)).message.position
         return position
@@ -341,6 +363,16 @@ class Axis:
     def disable(self) -> None:
         """Disable a motor that ignores its stops. It stays disabled, and nothing is moved any more."""
         self.trial.line.disable_channel(self.place, self.channel)
+
+    def cause_of_miss(self, command: str, missed: int, way: int) -> Cause:
+        """Return the cause of a missed target: that of another command that missed its target alike.
+
+        :param missed: the counts from the target to the final position.
+        :param way: the commanded distance.
+        """
+        miss = Miss(missed, way)
+        alike = (each for each in self.trial.causes if each.miss and miss.is_like(each.miss))
+        return next(alike, Cause(command, EFFECT, miss))
 
     def tolerance(self, distance: int) -> int:
         """Return the counts by which a motor may miss its target after a move over some distance.

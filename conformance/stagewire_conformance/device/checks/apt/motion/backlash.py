@@ -76,6 +76,7 @@ def _judge(axis: Axis, distance: int, positive: tuple[int, int], negative: tuple
         any(first) and any(second),
         f"{told}; moves in one direction should go beyond them by the distance",
         rule="backlash-parameters",
+        because=axis.doubts,
     ):
         axis.trial.must(
             first != second,

@@ -9,7 +9,7 @@ from typing import Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.enable_state import put_back
+from stagewire_conformance.device.checks.apt.enable_state import ENABLING, put_back
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import absolute
@@ -48,7 +48,9 @@ def _stops(axes: Sequence[Axis]) -> None:
     for axis in axes:
         what = f"enable state of {axis.text}"
         axis.trial.undo(
-            what, partial(put_back, axis.trial, axis.place, axis.channel, EnableState.ENABLE)
+            what,
+            partial(put_back, axis.trial, axis.place, axis.channel, EnableState.ENABLE),
+            because=lambda: ENABLING,
         )
     for axis in axes:
         axis.send(absolute(axis, axis.start + ways[axis]).message)
@@ -67,6 +69,7 @@ def _stops(axes: Sequence[Axis]) -> None:
             f"{axis.text}: MOD_SET_CHANENABLESTATE disabled it at {begun[axis]}, but it went on to its "
             f"target {target}; a disabled motor should not move",
             rule="channel-enable",
+            because=ENABLING,
             came=rest.heard.raw,
         )
     axes[0].trial.line.listen(0)

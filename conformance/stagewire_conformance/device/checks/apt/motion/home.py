@@ -8,6 +8,7 @@ it returns to its previous position. If it was not homed before, its positions c
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -16,7 +17,11 @@ from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, HOMED, STOPPED, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
+from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
+from stagewire_conformance.device.checks.apt.motion.judgement import (
+    judge_end,
+    judge_rest,
+)
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     MOTION_BITS,
@@ -115,7 +120,7 @@ def _home(axes: Sequence[Axis]) -> None:
             homing = home_pace_of(axis.trial, axis.place, axis.channel, axis.pace)
             note_speed(axis, seen[axis].statuses, homing)
         if not _went_too_far(axis, seen[axis]):
-            _judge(axis, before[axis], seen[axis])
+            _judge(axis, before[axis], seen[axis], strays)
 
 
 def _went_too_far(axis: Axis, seen: Watched) -> bool:
@@ -184,8 +189,16 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         if not judge_stopping(axis, told, before[axis].position, each):
             continue
         end = judge_end(axis, told, each, STOPPED)
-        if end is not None:
+        if end is not None and judge_over(
+            axis, told, end, each, strays=strays, ignored=partial(_is_home, before=before[axis])
+        ):
             judge_rest(axis, told, end)
+
+
+def _is_home(axis: Axis, status: Status, before: Status) -> bool:
+    """Return whether a motor has gone home although it was stopped."""
+    newly = status.bits.homed and not before.bits.homed
+    return newly or (abs(status.position) <= HELD < abs(before.position))
 
 
 def _judge_not_homed(axis: Axis, before: Status, seen: Watched) -> None:
@@ -202,9 +215,12 @@ def _judge_not_homed(axis: Axis, before: Status, seen: Watched) -> None:
     )
 
 
-def _judge(axis: Axis, before: Status, seen: Watched) -> None:
+def _judge(axis: Axis, before: Status, seen: Watched, strays: Decision) -> None:
     end = judge_end(axis, _HOME, seen, HOMED)
     _judge_way(axis, seen.statuses)
+    if end is not None and not judge_over(axis, _HOME, end, seen, strays=strays):
+        axis.start = axis.position()
+        return
     status = judge_rest(axis, _HOME)
     axis.start = _way_back(axis, before, seen.statuses, status)
     if end is None or end.name != HOMED:

@@ -23,6 +23,8 @@ from stagewire_conformance.device.checks.apt.motion.profile_laws import search, 
 from stagewire_conformance.device.checks.apt.motion.suspension import judge_silence, suspend
 from stagewire_conformance.device.checks.apt.motion.watch import Decision, Watched, watch
 
+_SPOILT: Final = (Cause("MOT_MOVE_HOME", "position"), Cause(HOMED, "early"))
+"""The defects of homing with which it cannot be judged."""
 _SECONDS: Final = 0.6
 """The approximate duration of the way home in seconds."""
 _LEAST: Final = 200
@@ -51,6 +53,7 @@ KIND = Kind(
     name="velocity",
 )
 def _velocity(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(*_SPOILT)
     places = _places(axes)
     strays = _strays(places)
 
@@ -104,6 +107,7 @@ def _judge_no_time(axis: Axis, place: int, seen: Watched) -> None:
     name="suspended",
 )
 def _suspended(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(*_SPOILT)
     places = _places(axes)
     if not places or not move([absolute(axis, place) for axis, place in places.items()]):
         return
@@ -117,7 +121,7 @@ def _suspended(axes: Sequence[Axis]) -> None:
     limits = dict.fromkeys(places, _LIMIT)
     seen = watch(list(places), limits, strays=_strays(places), done=is_home)
     ends = [heard for each in seen.values() for heard in each.ends]
-    judge_silence(axes, "MOT_MOVE_HOME", HOMED, ends)
+    judge_silence(axes, "MOT_MOVE_HOME", ends)
 
 
 def _strays(places: Mapping[Axis, int]) -> Decision:

@@ -51,7 +51,10 @@ def _agree(axes: Sequence[Axis]) -> None:
         """Compare the replies of a moving motor once per status, until they differ."""
         if right[axis] and status.moving:
             when = f"on its way after MOT_MOVE_ABSOLUTE to {axis.start + ways[axis]}"
-            right[axis] = judge_bits_alone(axis, when) and judge_counter(axis, when, axis.status())
+            ends = axis.start, axis.start + ways[axis]
+            right[axis] = judge_bits_alone(axis, when) and judge_counter(
+                axis, when, axis.status(), ends
+            )
         return False
 
     limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}

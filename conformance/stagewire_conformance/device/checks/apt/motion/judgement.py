@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from stagewire_apt.enumerations import MoveDirection
-from stagewire_conformance.device.causes import DELIVERY, EFFECT, UNSOLICITED, Cause
+from stagewire_conformance.device.causes import DELIVERY, EFFECT, NOW_AND_THEN, UNSOLICITED, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import (
     command_in,
     rule_of_command,
@@ -14,12 +14,20 @@ from stagewire_conformance.device.checks.apt.broken_rules import (
     rule_of_end,
     rule_of_status,
 )
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
+from stagewire_conformance.device.checks.apt.enable_state import ENABLING
+from stagewire_conformance.device.checks.apt.motion.axis import (
+    HELD,
+    JITTER,
+    Axis,
+    Status,
+)
 from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
+from stagewire_conformance.device.checks.apt.motion.early_ends import SETTLES
 from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
 from stagewire_conformance.device.checks.apt.motion.velocities import judge_velocities
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
+from stagewire_conformance.device.checks.apt.streams import unstopped
 from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
@@ -28,8 +36,6 @@ if TYPE_CHECKING:
 
 _LATE = 0.1
 """Seconds after the first status in which the motion bits may be missing."""
-_SETTLES = 0.12
-"""Seconds for which motion bits may remain after the end message."""
 _WAYS = {
     MoveDirection.FORWARD: "forward",
     MoveDirection.REVERSE: "in reverse",
@@ -48,25 +54,6 @@ _MIDWAY = 20
 """A motor is on its way while it is at least a twentieth of the distance from both ends."""
 
 
-def judge_early(axis: Axis, told: str, end: Incoming, seen: Watched, target: int) -> bool:
-    """Report an end message that came before the end of the motion; return whether it came after it."""
-    after, start = seen.after, seen.statuses[0].position if seen.statuses else target
-    if after is None or abs(after - target) <= axis.tolerance(target - start):
-        return True
-    axis.standing()
-    rest = axis.position()
-    position = getattr(end.message, "position", None)
-    says = "" if position is None else f" with the position {position}"
-    return axis.trial.must(
-        abs(rest - after) <= JITTER,
-        f"{axis.text}: after {told}, it sent {end.name}{says}, but was then at {after} and moved on "
-        f"to {rest}; it should report the end when it is at its target {target}",
-        rule=rule_of_end(told, end.name),
-        cause=Cause(end.name, "early"),
-        came=end.raw,
-    )
-
-
 def judge_end(
     axis: Axis, told: str, seen: Watched, wanted: str, *, rule: str = ""
 ) -> Incoming | None:
@@ -81,6 +68,8 @@ def judge_end(
     for other in seen.others:
         judge_unasked(trial, other, f"after {told} at {axis.text}")
     if seen.strayed is not None:
+        if seen.stopped is None:  # the command that should have been stopped has moved it there
+            told = told.rpartition(" in ")[2]
         left = f"outside of {axis.low}..{axis.high}"
         where = left if is_outside(axis, seen.strayed) else "further than it should go"
         trial.must(
@@ -88,6 +77,7 @@ def judge_end(
             f"{axis.text}: after {told}, it was at {seen.strayed.position}, {where}; it was stopped",
             rule=rule_of_distance(told),
             cause=Cause(command_in(told), EFFECT),
+            because=(*axis.spoilt, Cause(command_in(told.rpartition(" in ")[2]), EFFECT)),
             came=seen.strayed.heard.raw,
         )
         return None
@@ -108,6 +98,7 @@ def judge_end(
             f"s{says}; it was stopped",
             rule=rule,
             cause=trial.likely(Cause(wanted, DELIVERY), Cause(command_in(told), EFFECT)),
+            because=axis.doubts if seen.overdue else _losses(axis, wanted),
         )
         return None
     first, *more = seen.ends
@@ -129,9 +120,13 @@ def judge_end(
         came=raw_of(seen.ends),
     )
     judge_message(trial, axis.place, axis.channel, ours)
-    if ours.name != "MOT_MOVE_HOMED":
-        _judge_status_of_end(axis, told, ours)
     return ours
+
+
+def _losses(axis: Axis, wanted: str) -> tuple[Cause, ...]:
+    """Return the defects that explain why an end message did not come, although the motion may have ended."""
+    sometimes = (NOW_AND_THEN,) if wanted in axis.trial.line.received else ()
+    return Cause(wanted, "early"), *ENABLING, *sometimes
 
 
 def judge_no_reply(axis: Axis, told: str, seen: Watched) -> None:
@@ -147,6 +142,7 @@ def judge_no_reply(axis: Axis, told: str, seen: Watched) -> None:
         "requested; a move has no reply before its end",
         rule="move-no-response",
         cause=Cause(command_in(told), UNSOLICITED),
+        because=unstopped(axis.trial.declared),
         came=raw_of(statuses),
     )
 
@@ -169,6 +165,7 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
         "no motion",
         rule=rule_of_status(axis.place, "bits-motion"),
         cause=Cause(end.name, "motion bits at rest"),
+        because=axis.spoilt,
         came=end.raw,
     )
     if axis.settle_time is not None and end.name == "MOT_MOVE_COMPLETED":
@@ -251,9 +248,9 @@ def _without_late_ones(statuses: Sequence[Status], midway: Sequence[Status]) -> 
 def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
     """Report what is wrong with the status of a motor after the end of a motion, and return it.
 
-    :param end: the end message, whose content must still hold.
+    :param end: the end message, whose content must be right, and must still hold.
     """
-    axis.pause(_SETTLES)
+    axis.pause(SETTLES)
     status = axis.status()  # only once: a second request would hide a status that lags by one
     axis.trial.must(
         not status.moving,
@@ -281,6 +278,8 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
             cause=Cause(status.heard.name, "velocity at rest"),
             came=status.heard.raw,
         )
+    if end is not None and end.name != "MOT_MOVE_HOMED":
+        _judge_status_of_end(axis, told, end)
     judge_bits_alone(axis, f"after {told}")
     return status
 
@@ -325,7 +324,8 @@ def judge_place(axis: Axis, told: str, status: Status, start: int, target: int) 
         f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "
         f"gone to {target}{hint}",
         rule=rule_of_command(told),
-        cause=Cause(command_in(told), EFFECT),
+        cause=axis.cause_of_miss(command_in(told), missed, target - start),
+        because=axis.spoilt,
         came=status.heard.raw,
     )
 

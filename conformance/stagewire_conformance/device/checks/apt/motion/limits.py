@@ -137,6 +137,12 @@ KIND = Kind(
     only=_PARAMETERS,
 )
 def _run(axes: Sequence[Axis]) -> None:
+    # Without its home, the positions of the ends are unknown; without its commands, it does not get there.
+    axes[0].trial.depends_on(
+        *(Cause("MOT_MOVE_HOME", aspect) for aspect in (EFFECT, "position")),
+        Cause("MOT_MOVE_VELOCITY", EFFECT),
+        Cause("MOT_MOVE_HOMED", "early"),
+    )
     homed = [axis for axis in axes if _is_homed(axis)]
     shown = [absolute(axis, axis.start + axis.distance(axis.start, _APPROACH)) for axis in homed]
     if not shown or not move(shown):
@@ -234,6 +240,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
             "that end",
             rule="velocity-move",
             cause=Cause("MOT_MOVE_VELOCITY", EFFECT),
+            because=(Cause(axis.status_name, "motion bits on the way"),),
             came=seen.strayed.heard.raw,
         )
         return
@@ -246,9 +253,9 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
             came=beyond.heard.raw,
         )
         return
-    if judge_end(axis, end.told, seen, COMPLETED) is None:
+    if (message := judge_end(axis, end.told, seen, COMPLETED)) is None:
         return
-    status = judge_rest(axis, end.told)
+    status = judge_rest(axis, end.told, message)
     axis.trial.must(
         abs(status.position - end.place) <= end.beyond,
         f"{axis.text}: after {end.told}, it is at {status.position}, away from the end",

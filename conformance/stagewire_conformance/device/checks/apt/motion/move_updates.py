@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.causes import DELIVERY, Cause
+from stagewire_conformance.device.causes import DELIVERY, ENDED, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
@@ -30,6 +30,8 @@ _SECONDS: Final = 0.6
 """The approximate duration of the move in seconds."""
 _LONG: Final = 0.5
 """Seconds within which at least one periodic status message arrives."""
+_SLOW: Final = 2.0
+"""The same seconds if the rate is known to be lower than usual, which is a departure only."""
 _AT_REST: Final = 0.25
 """Seconds of status messages before the motion."""
 _GIVEN_UP: Final = 5.0
@@ -81,20 +83,23 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
             (each for each in heard if each.name in ENDS and each.channel == axis.channel), None
         )
         seconds = (end.time if end else trial.line.now) - began
-        last = _fresh(axis, streams[axis])
+        is_slow = bool(trial.causes.check_of(Cause(streams[axis].status, "rate")))
+        wait = _SLOW if is_slow else _FRESH
+        last = _fresh(axis, streams[axis], wait)
         trial.must(
             last is not None,
-            f"{axis.text} sent no periodic {streams[axis].status} within {_FRESH} s of the "
+            f"{axis.text} sent no periodic {streams[axis].status} within {wait:g} s of the "
             "end of a move",
             rule="updates-content",
             cause=Cause(streams[axis].status, DELIVERY),
+            because=(Cause(streams[axis].status, ENDED),),
         )
         if last is not None:
             came = [each for each in heard if _is_of(axis, streams[axis], each)]
             came = [each for each in came if each.time <= began + seconds]
             _judge_updates(axis, [axis.status_of(each) for each in came], last)
             trial.must(
-                bool(came) or seconds < _LONG,
+                bool(came) or seconds < (_SLOW if is_slow else _LONG),
                 f"{axis.text} sent no periodic {streams[axis].status} during a move of {seconds:.2f} s, "
                 "but again after it; status messages should continue",
                 rule="updates-until-stop",
@@ -124,11 +129,11 @@ def _listen_to_motion(axes: Sequence[Axis], began: float) -> list[Incoming]:
     return heard
 
 
-def _fresh(axis: Axis, stream: Stream) -> Status | None:
+def _fresh(axis: Axis, stream: Stream, wait: float) -> Status | None:
     """Return the next periodic status. Messages that are already waiting are older."""
     line = axis.trial.line
     kept = line.listen(0)
-    came = line.listen(_FRESH, until=lambda heard: _is_of(axis, stream, heard))
+    came = line.listen(wait, until=lambda heard: _is_of(axis, stream, heard))
     line.heard[:0] = [*kept, *came]
     mine = [each for each in came if _is_of(axis, stream, each)]
     return axis.status_of(mine[-1]) if mine else None

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     HELD,
@@ -15,9 +15,9 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
     Axis,
     Status,
 )
+from stagewire_conformance.device.checks.apt.motion.early_ends import judge_early
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
-    judge_early,
     judge_end,
     judge_no_reply,
     judge_place,
@@ -136,6 +136,7 @@ def move(moves: Sequence[Move]) -> bool:
     ]
     if not moves:
         return False
+    moves[0].axis.trial.depends_on(Cause(COMPLETED, "early"))
     starts = {each.axis: each.axis.status().position for each in moves}
     ways = {each.axis: each.target - starts[each.axis] for each in moves}
     limits = {each.axis: (each.jog or each.axis.pace).bound(ways[each.axis]) for each in moves}
@@ -212,7 +213,11 @@ def returning(axes: Sequence[Axis]) -> None:
     """Move the motors back together at the end of the check."""
     where = " and ".join(axis.text for axis in axes)
     axes[0].trial.undo(
-        f"position of {where}", lambda: go_back(axes), moves=True, rule="absolute-move"
+        f"position of {where}",
+        lambda: go_back(axes),
+        moves=True,
+        rule="absolute-move",
+        because=lambda: [doubt for axis in axes for doubt in axis.doubts],
     )
 
 
@@ -222,7 +227,7 @@ def go_back(axes: Sequence[Axis]) -> None:
     If the check has a finding, move all of them: the positions that they report may be wrong, and the next
     check must not begin at an unknown position.
 
-    Raise :class:`~stagewire.errors.StagewireError` for a motor that does not arrive; it is stopped.
+    A motor that does not arrive is stopped, and reported.
     """
     away = {}
     trusted = axes[0].trial.result is Result.PASS
@@ -251,4 +256,14 @@ def go_back(axes: Sequence[Axis]) -> None:
             status = axis.standing()  # its end message may have come too early
         if status.moving or abs(status.position - axis.start) > near:
             status = axis.halt()
-            raise StagewireError(f"{axis.text} is at {status.position}; move it to {axis.start}")
+            axis.trial.need(
+                False,
+                f"not restored: {axis.text} is at {status.position} after MOT_MOVE_ABSOLUTE to "
+                f"{axis.start}; move it there",
+                rule="absolute-move",
+                cause=axis.cause_of_miss(
+                    "MOT_MOVE_ABSOLUTE", status.position - axis.start, distance
+                ),
+                because=axis.doubts,
+                came=status.heard.raw,
+            )

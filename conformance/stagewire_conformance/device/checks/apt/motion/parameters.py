@@ -38,23 +38,21 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
     placed = _placed_set(axis, setting)
     before = placed.read(axis.trial)
     wanted = {**before, **values}
-    axis.trial.undo(
-        f"{setting} at {axis.text}",
-        lambda: placed.put_back(axis.trial, before),
-        rule=rule_of_set(setting),
-    )
+    placed.undo(axis.trial, before)
     placed.write(axis.trial, wanted)
     came = placed.ask(axis.trial)
     told = placed.values(came)
     lower = at_most and 0 < told[at_most] <= wanted[at_most]
     wrote = ", ".join(f"{name} = {value}" for name, value in values.items())
     says = ", ".join(f"{name} = {told[name]}" for name in values)
+    due = {**wanted, at_most: told[at_most]} if lower else wanted
     axis.trial.need(
-        told == ({**wanted, at_most: told[at_most]} if lower else wanted),
+        told == due,
         f"{axis.text}: {setting} wrote {wrote}, but {placed.set.get} then returned {says}; "
         "nothing was moved",
         rule=rule_of_set(setting),
-        cause=Cause(setting, EFFECT),
+        cause=placed.differing(told, due),
+        because=(Cause(setting, EFFECT),),
         wanted=placed.expected(axis.trial, wanted, came),
         came=came.raw,
     )

@@ -72,6 +72,11 @@ class _Profile:
     velocity: str
     acceleration: str
 
+    @property
+    def defect(self) -> Cause:
+        """The defect that the motion does not obey its velocity."""
+        return Cause(self.setting, self.velocity)
+
     def velocity_of(self, axis: Axis) -> int:
         """Return the present maximum velocity."""
         velocity: int = present(axis, self.setting)[self.velocity]
@@ -198,7 +203,8 @@ def _judge_alike(axis: Axis, jogs: Search, speed: float, velocity: int) -> None:
         f"counts/s, but with max_velocity = {velocity}, a move reached {speed:.0f} counts/s; both "
         "velocities have the same unit",
         rule="velocity-parameters" if in_counts else "jog-parameters",
-        cause=Cause(f"MOT_SET_{'VEL' if in_counts else 'JOG'}PARAMS", "max_velocity"),
+        cause=_MOVES.defect if in_counts else _JOGS.defect,
+        because=(_MOVES.defect,),
     )
 
 
@@ -211,6 +217,7 @@ def _judge_alike_ramps(axis: Axis, jogs: Search, took: float) -> None:
         f"move over the same distance took {took:.2f} s; both accelerations have the same unit",
         rule="jog-parameters",
         cause=Cause("MOT_SET_JOGPARAMS", "jog_acceleration"),
+        because=(Cause("MOT_SET_VELPARAMS", "acceleration"),),
     )
 
 
@@ -242,7 +249,7 @@ def _judge_scale(axis: Axis, found: Search, profile: _Profile) -> None:
         f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is "
         f"{' or '.join(f'{due:.0f}' for due in dues)} counts/s, {profile.what} reached {speed:.0f} counts/s",
         rule=rule_of_set(profile.setting),
-        cause=Cause(profile.setting, "max_velocity"),
+        cause=profile.defect,
     )
 
 

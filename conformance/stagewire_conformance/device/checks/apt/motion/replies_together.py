@@ -9,8 +9,9 @@ from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.flags import DcStatusBits
-from stagewire_conformance.device.causes import Cause
-from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
+from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
 from stagewire_conformance.device.lines.motions import reports_motion
 
 _BITS: Final = "MOT_REQ_STATUSBITS"
@@ -77,10 +78,13 @@ def _differing(before: Status, after: Status, bits: int) -> list[str]:
     ]
 
 
-def judge_counter(axis: Axis, when: str, before: Status) -> bool:
+def judge_counter(axis: Axis, when: str, before: Status, ends: tuple[int, int]) -> bool:
     """Report a position counter that differs from the status; return whether they agree.
 
+    If the status stays at one end of the motion while the motor moves, the status is wrong.
+
     :param before: a status that has just been read.
+    :param ends: the positions at which the motion begins and ends.
     """
     if _COUNTER not in axis.place.messages:
         return True
@@ -89,11 +93,16 @@ def judge_counter(axis: Axis, when: str, before: Status) -> bool:
     low, high = sorted((before.position, after.position))
     position: int = counter.message.position
     margin = HELD + (high - low) // 2
+    stays = before.moving and any(
+        abs(before.position - end) <= JITTER >= abs(after.position - end) for end in ends
+    )
     return axis.trial.must(
         low - margin <= position <= high + margin,
         f"{axis.text}: {when}, {counter.name} has {position}, but {after.heard.name}, read before and "
-        f"after it, has {before.position} and {after.position}; both should have the same count",
-        rule="position-counter-absolute",
-        cause=Cause(counter.name, "position"),
-        came=counter.raw,
+        f"after it, has {before.position} and {after.position}; "
+        + ("the position should follow the motion" if stays else "both should have the same count"),
+        rule=rule_of_status(axis.place, "position") if stays else "position-counter-absolute",
+        cause=Cause(after.heard.name if stays else counter.name, "position"),
+        because=(Cause("MOT_SET_POSCOUNTER", EFFECT), Cause(counter.name, "position")),
+        came=after.heard.raw if stays else counter.raw,
     )

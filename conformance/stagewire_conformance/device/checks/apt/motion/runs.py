@@ -14,14 +14,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.causes import EFFECT, Cause
-from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command, rule_of_set
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, STOPPED, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.course import Point, points_of
+from stagewire_conformance.device.checks.apt.motion.course import Point, points_of, top_speed
+from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_end,
     judge_rest,
 )
+from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of, pace_of
 from stagewire_conformance.device.checks.apt.motion.parameters import change, present
 from stagewire_conformance.device.checks.apt.motion.stopping import judge_stopping, need_stops
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside, watch
@@ -29,12 +31,13 @@ from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_out
 if TYPE_CHECKING:
     from stagewire import FramedMessage
     from stagewire_apt.enumerations import MoveDirection
-    from stagewire_conformance.device.checks.apt.motion.pace import Pace
 
 _RUNNING: Final = 0.25
 """The approximate duration of a run in seconds."""
 _LATE: Final = 0.25
 """Seconds by which a stop may be late; the range leaves room for the motion in that time."""
+_FASTER: Final = 1.4
+"""The ratio of the speed of a run to the velocity that is set from which it does not obey it."""
 LEAST_ROOM: Final = 64
 """Counts of room required in a direction."""
 
@@ -104,6 +107,20 @@ class Run:
         return "jog-continuous" if self.jogging else "velocity-move-until-stop"
 
     @property
+    def too_fast(self) -> Cause:
+        """The defect that the velocity of the run has no effect."""
+        if self.jogging:
+            return Cause("MOT_SET_JOGPARAMS", "jog_max_velocity")
+        return Cause("MOT_SET_VELPARAMS", "max_velocity")
+
+    @property
+    def due(self) -> float:
+        """The velocity in counts/s that is set; infinite if it has no scale, and no move has shown one."""
+        read = jog_pace_of if self.jogging else pace_of
+        pace = read(self.axis.trial, self.axis.place, self.axis.channel)
+        return pace.fastest.velocity if pace.known else pace.measured or math.inf
+
+    @property
     def rule_of_direction(self) -> str:
         """The rule about its direction."""
         return "jog-direction-values" if self.jogging else "velocity-direction-values"
@@ -158,7 +175,8 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
     """
     by_axis = {run.axis: run for run in runs}
     need_stops(list(by_axis))
-    for run in runs:
+    for run in runs:  # nothing else bounds a run than its velocity and its stop
+        run.axis.trial.depends_on(Cause("MOT_MOVE_STOP", EFFECT), run.too_fast)
         run.start = run.axis.status().position
     if any(run.free < LEAST_ROOM for run in runs):  # the first run ended where it should not have
         return None
@@ -192,6 +210,18 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
 def _judge(run: Run, seen: Watched) -> bool:
     """Report what is wrong with a run, and return whether it was right."""
     axis = run.axis
+    speed = top_speed(points_of(seen.statuses))
+    if seen.strayed is not None and speed > _FASTER * run.due:
+        return axis.trial.must(
+            False,
+            f"{axis.text}: after {run.told}, it ran at {speed:.0f} counts/s to {seen.strayed.position} and "
+            f"was stopped; with {run.too_fast.aspect} of {run.too_fast.subject}, its velocity should be "
+            f"{run.due:.0f} counts/s",
+            rule=rule_of_set(run.too_fast.subject),
+            cause=run.too_fast,
+            because=axis.spoilt,
+            came=seen.strayed.heard.raw,
+        )
     last = seen.strayed or seen.stopped
     if seen.unheard and last is None and seen.ends:
         axis.trial.inconclusive(
@@ -222,6 +252,7 @@ def _judge(run: Run, seen: Watched) -> bool:
         f"have run {way}{before}",
         rule=run.rule_of_direction if gone < 0 else rule_of_command(run.told),
         cause=run.cause,
+        because=(Cause(axis.status_name, "motion bits on the way"),),
         came=last.heard.raw,
     )
     if moved:
@@ -240,6 +271,7 @@ def _judge(run: Run, seen: Watched) -> bool:
     if not judge_stopping(axis, told, run.start, seen, endless=True):
         return False
     end = judge_end(axis, told, seen, STOPPED)
-    if end is not None:
-        judge_rest(axis, told, end)
-    return moved and end is not None
+    if end is None or not judge_over(axis, told, end, seen):
+        return False
+    judge_rest(axis, told, end)
+    return moved

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import MoveDirection
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.course import (
     Point,
@@ -88,6 +89,7 @@ class Shuttle:
     def _go(self, axes: Sequence[Axis]) -> dict[Axis, Course]:
         if not axes:
             return {}
+        axes[0].trial.depends_on(Cause(COMPLETED, "early"))
         starts = {axis: axis.status() for axis in axes}
         ways = {axis: self._way(axis, starts[axis].position) for axis in axes}
         places = {axis: status.position for axis, status in starts.items()}
@@ -113,7 +115,8 @@ class Shuttle:
             end = each.ends[0]
             points = [Point(began[axis], starts[axis].position), *points_of(each.statuses)]
             points = [point for point in points if point.time <= end.time]
-            if (position := getattr(end.message, "position", None)) is not None:
+            position = getattr(end.message, "position", None)
+            if position is not None and not axis.trial.causes.check_of(Cause(end.name, "position")):
                 points.append(Point(end.time, position))
             velocities = [abs(s.velocity) for s in each.statuses if s.velocity is not None]
             course = Course(

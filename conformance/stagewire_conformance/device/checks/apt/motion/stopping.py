@@ -42,6 +42,7 @@ def judge_stopping(
     stopped = seen.stopped
     if stopped is None or seen.halted is not None or not seen.ends:
         return True
+    at = stopped.position if seen.stopped_at is None else seen.stopped_at
     status = axis.status()
     early = seen.after is not None and abs(status.position - seen.after) > HELD
     ends = [end.name for end in seen.ends]
@@ -53,14 +54,14 @@ def judge_stopping(
         ignored = status.bits.homed and abs(status.position) <= HELD
         where = "to its home position"
     else:
-        longest = _SLOWS * abs(stopped.position - start) + HELD
+        longest = _SLOWS * abs(at - start) + HELD
         longest += int(_LATE * top_speed(points_of(seen.statuses)))
-        ignored = abs(status.position - stopped.position) > longest
+        ignored = abs(status.position - at) > longest
         where = f"to {status.position}"
     if ignored:
         return axis.trial.must(
             False,
-            f"{axis.text}: {told} was sent when it was at {stopped.position}, but it moved {where}; it "
+            f"{axis.text}: {told} was sent when it was at {at}, but it moved {where}; it "
             "should have slowed down and stopped",
             rule="stop-any-move",
             cause=IGNORED,

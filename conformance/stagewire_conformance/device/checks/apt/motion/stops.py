@@ -18,7 +18,11 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
     Status,
 )
 from stagewire_conformance.device.checks.apt.motion.course import is_speeding_up, points_of
-from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
+from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
+from stagewire_conformance.device.checks.apt.motion.judgement import (
+    judge_end,
+    judge_rest,
+)
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import (
     Move,
@@ -32,7 +36,8 @@ from stagewire_conformance.device.checks.apt.motion.parameters import messages_o
 from stagewire_conformance.device.checks.apt.motion.runs import slow_down
 from stagewire_conformance.device.checks.apt.motion.stopping import judge_stopping
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
-from stagewire_conformance.device.lines.strays import cause_of_stray
+from stagewire_conformance.device.checks.apt.streams import unstopped
+from stagewire_conformance.device.lines.strays import cause_of_stray, known_bytes
 
 _SECONDS: Final = 1.0
 """The approximate duration of the move in seconds."""
@@ -71,6 +76,7 @@ KIND = Kind(
     seconds=3.5,
 )
 def _run(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(Cause("MOT_MOVE_STOP", EFFECT))
     ways = distances(axes, _SECONDS)
     for axis, way in ways.items():
         if axis.pace.seconds(way) < _LEAST and not _slow_down(axis, abs(way)):
@@ -166,6 +172,10 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
             f"after {STOPPED}, the controller sent {heard.text}; it should send nothing more",
             rule="stop-completed",
             cause=cause_of_stray(axes[0].trial.declared, heard),
+            because=(
+                *unstopped(axes[0].trial.declared),
+                *known_bytes(axes[0].trial.causes, heard.raw),
+            ),
             came=heard.raw,
         )
     return {
@@ -202,6 +212,17 @@ def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
         return None
     end = judge_end(axis, told, seen, STOPPED)
     if end is None:
+        return None
+    if not judge_over(
+        axis,
+        told,
+        end,
+        seen,
+        strays=beyond({axis: start}, {axis: target - start}),
+        ignored=lambda axis, status: (
+            abs(status.position - target) <= axis.tolerance(target - start)
+        ),
+    ):
         return None
     place = judge_rest(axis, told, end).position
     if abs(place - target) <= axis.tolerance(target - start):

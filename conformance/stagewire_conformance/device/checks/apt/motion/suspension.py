@@ -13,7 +13,6 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     ENDS,
-    STOPPED,
     Axis,
     Status,
 )
@@ -26,6 +25,7 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     move,
 )
 from stagewire_conformance.device.checks.apt.motion.watch import watch
+from stagewire_conformance.device.checks.apt.streams import unstopped
 from stagewire_conformance.device.checks.apt.wording import raw_of
 
 if TYPE_CHECKING:
@@ -90,6 +90,7 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
             f"{', '.join(each.name or each.text for each in came)}; it should send nothing",
             rule="end-messages-suspended",
             cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", EFFECT),
+            because=unstopped(trial.declared),
             came=raw_of(came),
         )
         if not judge_place(axis, told, judge_rest(axis, told), axis.start, target):
@@ -110,7 +111,7 @@ def _stop_suspended(axes: Sequence[Axis]) -> None:
         axis.send(m.MotMoveStop(axis.channel, StopMode.PROFILED))
     for axis in axes:
         axis.standing()
-    judge_silence(axes, "MOT_MOVE_STOP", STOPPED)
+    judge_silence(axes, "MOT_MOVE_STOP")
 
 
 def suspend(axes: Sequence[Axis]) -> None:
@@ -129,12 +130,9 @@ def _one_of_each_target(axes: Sequence[Axis]) -> list[Axis]:
     return list({axis.place.address: axis for axis in axes}.values())
 
 
-def judge_silence(
-    axes: Sequence[Axis], command: str, end: str, earlier: Iterable[Incoming] = ()
-) -> None:
+def judge_silence(axes: Sequence[Axis], command: str, earlier: Iterable[Incoming] = ()) -> None:
     """Report end messages that came after a command although they are suspended.
 
-    :param end: the end message of the command.
     :param earlier: the end messages that have already been received.
     """
     trial = axes[0].trial
@@ -144,6 +142,6 @@ def judge_silence(
         f"after {command} with suspended end-of-move messages, {axes[0].place.name} sent "
         f"{', '.join(heard.name for heard in came)}; it should send nothing",
         rule="end-messages-suspended",
-        cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", end),
+        cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", EFFECT),
         came=raw_of(came),
     )

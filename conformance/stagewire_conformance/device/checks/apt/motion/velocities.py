@@ -67,7 +67,10 @@ def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bo
         f"velocity of {wrong.velocity}; while positions {'rise' if is_up else 'fall'}, the velocity should "
         f"be {'positive' if is_up else 'negative'}",
         rule="dc-status-velocity",
-        cause=Cause(wrong.heard.name, "velocity" if is_up else "sign of the velocity"),
+        cause=[
+            Cause(wrong.heard.name, aspect)
+            for aspect in ("sign of the velocity", "velocity")[: 1 + is_up]
+        ],
         came=wrong.heard.raw,
     )
 

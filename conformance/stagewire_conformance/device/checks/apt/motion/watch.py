@@ -58,6 +58,7 @@ class Watched:
     :param after: its position immediately after the first end message; None without one.
     :param others: all other messages.
     :param stopped: its status when it was commanded to stop; None if it was not.
+    :param stopped_at: its position immediately after that; None if it was not read.
     :param strayed: its status outside of its limits; None if it stayed within them.
     :param overdue: whether it was stopped because it moved for too long.
     :param halted: when it was stopped immediately because it strayed or was overdue. From then on, it is
@@ -75,6 +76,7 @@ class Watched:
     after: int | None = None
     others: list[Incoming] = field(default_factory=list)
     stopped: Status | None = None
+    stopped_at: int | None = None
     strayed: Status | None = None
     overdue: bool = False
     halted: float | None = None
@@ -98,7 +100,7 @@ class Watched:
 
     def look(self, status: Status) -> None:
         """Record a status. After a stop, it no longer belongs to the motion."""
-        if self.stopped is None and not self.unheard:
+        if self.stopped is None and self.halted is None and not self.unheard:
             self.statuses.append(status)
         if self.place is None or abs(status.position - self.place) > 2 * JITTER:  # it may tremble
             self.place, self.moved = status.position, status.time
@@ -157,6 +159,7 @@ def watch(
             if each.runs and stop is not None and stop(axis, status):
                 each.stopped = status
                 axis.send(m.MotMoveStop(axis.channel, mode))
+                each.stopped_at = axis.position()
             each.seconds = line.now - began
             stands = status.time - each.moved > _PATIENCE
             is_done = done is not None and done(axis, status)

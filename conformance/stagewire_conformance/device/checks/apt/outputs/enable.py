@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, SolenoidState
 from stagewire_apt.flags import BpcStatusBits, DcStatusBits
-from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.enable_state import (
     ENABLED_SETS,
+    ENABLING,
     enable_state,
     put_back,
     switch,
@@ -92,7 +93,11 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
     before = enable_state(trial, place, channel)
     other = EnableState.DISABLE if before == EnableState.ENABLE else EnableState.ENABLE
     what = f"{place.name} channel {channel}"
-    trial.undo(f"enable state of {what}", partial(put_back, trial, place, channel, before))
+    trial.undo(
+        f"enable state of {what}",
+        partial(put_back, trial, place, channel, before),
+        because=lambda: ENABLING,
+    )
     for state in (other, EnableState.DISABLE + EnableState.ENABLE - other):
         name = EnableState(state).name
         trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
@@ -104,7 +109,7 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
             f"MOD_GET_CHANENABLESTATE then returned {now}",
             came=reply.raw,
             rule="channel-enable",
-            cause=Cause("MOD_SET_CHANENABLESTATE", EFFECT),
+            cause=ENABLING,
         )
         for heard in trial.line.listen(0):
             judge_unasked(trial, heard, f"after MOD_SET_CHANENABLESTATE to {what}")
@@ -138,18 +143,31 @@ def _judge_bit(trial: Trial, place: Target, channel: int, *, enabled: bool) -> N
     end = trial.line.now + _WAIT
     while True:
         heard = trial.reply(request, place.address)
-        says = bits(heard.message.status_bits).channel_enabled
+        says = bool(bits(heard.message.status_bits).channel_enabled)
         if says == enabled or trial.line.now > end:
             break
         trial.line.listen(0.1)
+    alone = says != enabled and _is_in_status(trial, place, channel, enabled)
     trial.must(
         says == enabled,
         f"{place.name} channel {channel} is {'enabled' if enabled else 'disabled'}, but "
-        f"{heard.name} reports channel_enabled = {int(says)}",
+        f"{heard.name} reports channel_enabled = {int(says)}"
+        + (", unlike the status with the position" if alone else ""),
         came=heard.raw,
-        rule=_rule_of_bit(heard.name),
-        cause=Cause(heard.name, "channel_enabled"),
+        rule="status-bits-same" if alone else _rule_of_bit(heard.name),
+        cause=Cause(heard.name, "status_bits" if alone else "channel_enabled"),
+        because=ENABLING,
     )
+
+
+def _is_in_status(trial: Trial, place: Target, channel: int, enabled: bool) -> bool:
+    """Return whether the status of a motor has the right bit, so that only the bits alone are wrong."""
+    query = place.unit.status_query
+    if place.status != "dc" or query is None or query.req is None or unseen(place):
+        return False
+    request = trial.declared.make(query.req.layout.message, channel)
+    came = trial.reply(request, place.address)
+    return bool(DcStatusBits(came.message.status_bits).channel_enabled) == enabled
 
 
 LOOPS = Kind(
@@ -201,7 +219,7 @@ def _look_at_loops(trial: Trial, placed: PlacedSet) -> None:
     switch(trial, placed.place, placed.channel, EnableState.DISABLE)
     before = placed.read(trial)
     neighbours = Neighbours.of(trial, placed)
-    trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
+    placed.undo(trial, before)
     write_and_read(trial, placed, care, before, neighbours)
 
 

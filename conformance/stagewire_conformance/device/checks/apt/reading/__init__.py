@@ -13,6 +13,7 @@ from stagewire_conformance.device.checks.apt.reading import (
     answers,
     bays,
     damage,
+    enabled_bit,
     frames,
     identification,
     keep_alive,
@@ -23,11 +24,14 @@ from stagewire_conformance.device.checks.apt.reading import (
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
+    keep_alive.REPLY,
     updates.QUIET,
     identification.IDENTIFICATION,
     bays.KIND,
     frames.KIND,
     answers.KIND,
+    updates.UPDATES,
+    keep_alive.KIND,
     status.KIND,
     identification.IDENTIFY,
     timing.BURSTS,
@@ -37,7 +41,9 @@ KINDS: Final[tuple[Kind, ...]] = (
     odd_frames.FOREIGN_DESTINATION,
     damage.TRUNCATED,
     damage.GARBAGE,
-    updates.UPDATES,
-    keep_alive.KIND,
 )
-"""The kinds in the order in which they run."""
+"""The kinds in the order in which they run: status messages that come without a request would disturb
+others."""
+
+AFTER_OUTPUTS: Final[tuple[Kind, ...]] = (enabled_bit.KIND,)
+"""Kinds that run after those of outputs, because these show which of two messages is wrong."""

@@ -51,7 +51,6 @@ def agreements(channel: ChannelStatus) -> list[Look]:
         _position: channel.claims(POSITION) and has_position,
         _bits_alone: channel.bits_alone is not None,
         _by_itself: channel.query is not None and not channel.stream.skip,
-        _enabled: channel.claims(ENABLED) and "channel_enabled" in channel.masks,
         _closed_loop: channel.claims(CLOSED_LOOP) and "closed_loop" in channel.masks,
     }
     return [look for look, does in applies.items() if does]
@@ -116,7 +115,8 @@ def _which(told: Incoming, other: Incoming) -> str:
     return f"periodic {told.name}" if told.name == other.name else told.name
 
 
-def _enabled(trial: Trial, channel: ChannelStatus) -> Difference | None:
+def enabled(trial: Trial, channel: ChannelStatus) -> Difference | None:
+    """Compare the enabled bit of the status with the enable state."""
     state = channel.ask(trial, ENABLED)
     said: int = state.message.enable_state
     return _bit(

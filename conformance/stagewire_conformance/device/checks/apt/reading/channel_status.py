@@ -8,9 +8,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from stagewire_conformance.device.causes import DELIVERY, Cause, silence
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_stray
 from stagewire_conformance.device.checks.apt.replies import Request, requests_of
 from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
-from stagewire_conformance.device.checks.apt.wording import described, raw_of
+from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.trial import EnoughError
 
 if TYPE_CHECKING:
@@ -126,7 +127,10 @@ class ChannelStatus:
             f"{self.stream.status} for channel {self.number} within a second, received "
             f"{described(trial, came)}",
             came=raw_of(came),
-            rule="request-answered",
+            rule=next(
+                (rule_of_stray(trial, each) for each in joined(came) if each.kind != "message"),
+                "request-answered",
+            ),
             cause=trial.likely(Cause(self.stream.status, DELIVERY), silence(self.place.name)),
         )
         return came[-1]

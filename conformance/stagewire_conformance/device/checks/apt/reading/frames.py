@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.causes import silence
+from stagewire_conformance.device.causes import DELIVERY, Cause, silence
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED, rule_of_stray
 from stagewire_conformance.device.checks.apt.replies import (
@@ -14,13 +14,14 @@ from stagewire_conformance.device.checks.apt.replies import (
     judge_addresses,
     judge_fault,
     requests_of,
-    unused_parameters,
 )
+from stagewire_conformance.device.checks.apt.undocumented import unused_parameters
 from stagewire_conformance.device.checks.apt.wording import described, joined
-from stagewire_conformance.device.lines.strays import cause_of_stray
+from stagewire_conformance.device.lines.strays import bytes_of, cause_of_stray
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
@@ -91,12 +92,14 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
         if answered and silent == _ENOUGH:
             break
         for each in joined(heard):
+            if each.kind not in ("message", "undocumented"):
+                trial.causes.report(bytes_of(each.raw), trial.check)
             if trial.must(
                 each.kind in ("message", "undocumented"),
                 f"{request.about} was answered with {described(trial, [each])}; a message has a "
                 "header of six bytes, followed by as many bytes as the header states",
                 rule=rule_of_stray(trial, each),
-                cause=cause_of_stray(trial.declared, each),
+                cause=_cause(trial, request, each),
                 came=each.raw,
             ):
                 if (each.dest, each.source) not in seen:
@@ -112,3 +115,10 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
         rule=ANSWERED,
         cause=silence(place.name),
     )
+
+
+def _cause(trial: Trial, request: Request, heard: Incoming) -> Cause:
+    """Return the cause of received bytes. Those that come instead of a reply, or before it, belong to it."""
+    cause = cause_of_stray(trial.declared, heard)
+    is_reply = heard.kind in ("message", "undocumented") or heard.after in request.answers
+    return cause if is_reply or not request.answers else Cause(request.answers[0], DELIVERY)

@@ -14,11 +14,12 @@ from stagewire_conformance.device.checks.apt.clean import clean, identity_of
 from stagewire_conformance.device.checks.apt.replies import (
     Request,
     ask_all,
-    is_readable,
     judge_answer,
     requests_of,
     with_value,
 )
+from stagewire_conformance.device.checks.apt.streams import unstopped
+from stagewire_conformance.device.checks.apt.undocumented import is_readable
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
@@ -206,5 +207,6 @@ def _flash(trial: Trial, place: Target) -> None:
         "carried out without acknowledgement",
         came=raw_of(came),
         rule="command-without-acknowledgement",
+        because=unstopped(trial.declared),
     )
     clean(trial, f"after {_IDENTIFY}", place)

@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.causes import DELIVERY, Cause, silence
+from stagewire_conformance.device.causes import DELIVERY, ENDED, UNSOLICITED, Cause, silence
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED
 from stagewire_conformance.device.checks.apt.clean import clean_request
-from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
+from stagewire_conformance.device.checks.apt.streams import Stream, streams_of, unstopped
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
@@ -44,6 +44,9 @@ _SLICE: Final = 0.2
 _SIGN_ALONE: Final = 0.1
 """Seconds in which a reply to a keep-alive message would arrive; there should be none."""
 
+_BEFORE_SIGN: Final = 0.25
+"""Seconds without a message before a keep-alive message whose reply is looked for."""
+
 _LONGEST: Final = 15.0
 """The maximum time in seconds to listen to a controller."""
 
@@ -60,11 +63,15 @@ KIND = Kind(
     rules=(
         "keep-alive-fifty",
         "keep-alive-counts-status",
-        "keep-alive-no-response",
         "piezo-keep-alive-fifty",
         "piezo-keep-alive-counts-status",
-        "piezo-keep-alive-no-response",
     ),
+)
+
+REPLY = Kind(
+    name="keep-alive-reply",
+    title="A keep-alive message gets no response",
+    rules=("keep-alive-no-response", "piezo-keep-alive-no-response"),
 )
 
 
@@ -86,25 +93,19 @@ def _on_usb(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     )
 
 
-@KIND.check(
-    "Status messages stop about 50 after the last keep-alive message, and resume with the next one",
-    seconds=6.4,
-    each=_on_usb,
-)
-def _run(trial: Trial, streams: Sequence[Stream]) -> None:
+@REPLY.check("A keep-alive message gets no response", seconds=0.5, each=_on_usb)
+def _reply(trial: Trial, streams: Sequence[Stream]) -> None:
+    """Send each keep-alive message once. If status messages are running, nothing can show its reply."""
     line = trial.line
     with line.silent():
         for stream in streams:
-            trial.depends_on(Cause(stream.status, DELIVERY), silence(stream.place.name))
-            stream.give_sign(trial)
-            stream.begin(trial)
-        heard, quiet = _until_silent(trial, streams)
-        if _judge_silence(trial, streams, heard, quiet):
-            _ask_while_silent(trial)
-            _judge_return(trial, streams, _rate(heard, len(streams)))
-        for stream in streams:
             stream.end(trial)
         line.drain()
+        if line.listen(_BEFORE_SIGN):
+            trial.inconclusive(
+                "messages come without a request, so a reply could not be recognised"
+            )
+            return
         for stream in streams:
             stream.give_sign(trial)
             came = line.listen(_SIGN_ALONE)
@@ -113,8 +114,31 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
                 f"{stream.sign} to {stream.place.name} was answered with "
                 f"{described(trial, came)}; it should get no response",
                 rule=_rule(stream, "no-response"),
+                cause=Cause(stream.sign, UNSOLICITED),
                 came=raw_of(came),
             )
+
+
+@KIND.check(
+    "Status messages stop about 50 after the last keep-alive message, and resume with the next one",
+    seconds=6.4,
+    each=_on_usb,
+)
+def _run(trial: Trial, streams: Sequence[Stream]) -> None:
+    line = trial.line
+    with line.silent():
+        trial.depends_on(*unstopped(trial.declared))
+        for stream in streams:
+            status = (Cause(stream.status, aspect) for aspect in (DELIVERY, ENDED))
+            trial.depends_on(*status, silence(stream.place.name))
+            stream.give_sign(trial)
+            stream.begin(trial)
+        heard, quiet = _until_silent(trial, streams)
+        if _judge_silence(trial, streams, heard, quiet):
+            _ask_while_silent(trial)
+            _judge_return(trial, streams, _rate(heard, len(streams)))
+        for stream in streams:
+            stream.end(trial)
 
 
 def _until_silent(trial: Trial, streams: Sequence[Stream]) -> tuple[list[Incoming], float]:
@@ -177,6 +201,7 @@ def _judge_silence(
             f"{place} stopped after it had sent {stream.status} {_counted(counts)} without "
             f"{name}; it should stop after about {_DUE}",
             rule=_rule(stream, "counts-status"),
+            cause=Cause(stream.status, ENDED) if len(mine) < _DUE else None,
             came=mine[-1].raw,
         )
     return silent

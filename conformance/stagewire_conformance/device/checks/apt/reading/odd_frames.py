@@ -30,6 +30,7 @@ from stagewire_conformance.device.checks.apt.replies import Request, judge_unask
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
 from stagewire_conformance.device.checks.apt.settings.variants import first_variant
+from stagewire_conformance.device.checks.apt.streams import unstopped
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.permissions import Need
 
@@ -126,11 +127,11 @@ def _unknown_with_message(trial: Trial, request: Request) -> None:
     before = harmless_bytes(trial.declared, trial.random, trial.random.randrange(3, 9))
     raw = unknown_frame(trial.declared, trial.random, request.place.address, before + inside)
     about = f"a frame with an unknown id, whose packet contains the bytes of {request.name}"
-    _unknown(trial, request, raw, about)
+    _unknown(trial, request, raw, about, rule="data-follows-flag")
 
 
-def _unknown(trial: Trial, request: Request, raw: bytes, about: str) -> None:
-    unheeded(trial, raw, about)
+def _unknown(trial: Trial, request: Request, raw: bytes, about: str, rule: str = "") -> None:
+    unheeded(trial, raw, about, rule=rule)
     clean(trial, f"after {about}", request.place)
 
 
@@ -196,6 +197,7 @@ def _judge_foreign(trial: Trial, about: str, came: list[Incoming]) -> None:
         f"{about} was answered with {described(trial, came)}; nothing should reply",
         rule="slot-addressed-by-destination" if has_bays else "generic-unit-address",
         cause=Cause(trial.declared.unit.name, "foreign addresses"),
+        because=unstopped(trial.declared),
         came=raw_of(came),
     )
 
@@ -266,7 +268,7 @@ def _short_settings_are_ignored(trial: Trial, of_place: Sequence[PlacedSet]) -> 
     else:
         trial.inconclusive("no setting has a value that could be changed slightly")
         return
-    trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
+    placed.undo(trial, before)
     about = f"{placed.set.set} with a packet of {length} bytes instead of {length + 1}"
     unheeded(trial, raw, about)
     if clean(trial, f"after {about}", placed.place):

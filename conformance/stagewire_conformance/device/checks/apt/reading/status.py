@@ -10,7 +10,6 @@ from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.reading.agreement import (
     CLOSED_LOOP,
-    ENABLED,
     POSITION,
     Look,
     agreements,
@@ -38,6 +37,7 @@ _EXCLUSIVE: Final = (
 )
 """Bits that exclude each other (pages 66, 77 and 79)."""
 
+_BITS: Final = "status_bits"
 _SWITCHES: Final = ("forward_hardware_limit", "reverse_hardware_limit")
 """Switches at the two ends, which a stage cannot reach at the same time."""
 
@@ -65,7 +65,6 @@ KIND = Kind(
         "dc-status-bits",
         "dc-status-bits-motion",
         "dc-status-bits-limits",
-        "dc-status-bit-enabled",
         "status-bits-alone",
         "status-bits-same",
         "at-rest-unchanged",
@@ -82,7 +81,7 @@ KIND = Kind(
 
 def _channels(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for channel in statuses_of(declared):
-        others = [name for name in (POSITION, ENABLED, CLOSED_LOOP) if channel.claims(name)]
+        others = [name for name in (POSITION, CLOSED_LOOP) if channel.claims(name)]
         if channel.bits_alone is not None:
             others.append(channel.bits_alone)
         compared = [name for answer in others for name in channel.requests[answer].messages]
@@ -105,7 +104,7 @@ def _run(trial: Trial, channel: ChannelStatus) -> None:
         return
     _judge_contradictions(trial, channel, status)
     for look in (*agreements(channel), *looks_at_rest(channel)):
-        _agree(trial, channel, look)
+        agree(trial, channel, look)
 
 
 def _first(trial: Trial, channel: ChannelStatus) -> Incoming | None:
@@ -138,7 +137,7 @@ def _judge_contradictions(trial: Trial, channel: ChannelStatus, status: Incoming
     )
 
 
-def _agree(trial: Trial, channel: ChannelStatus, look: Look) -> None:
+def agree(trial: Trial, channel: ChannelStatus, look: Look) -> None:
     """Repeat a comparison until it agrees. A persistent difference is a FAIL."""
     found = None
     for _ in range(_TRIES):
@@ -152,6 +151,7 @@ def _agree(trial: Trial, channel: ChannelStatus, look: Look) -> None:
         came=found.came,
         rule=_rule_of_difference(channel, found.aspect),
         cause=Cause(found.text.removeprefix("periodic ").partition(" ")[0], found.aspect),
+        because=() if found.aspect == _BITS else (Cause(channel.bits_alone or "", _BITS),),
     )
 
 
@@ -168,7 +168,7 @@ def _rule_of_difference(channel: ChannelStatus, aspect: str) -> str:
     rules = {
         "position": _rule(channel, "position"),
         "status_bits": "piezo-status-bits-meaning" if is_piezo else "status-bits-same",
-        "channel_enabled": "dc-status-bit-enabled",
+        "channel_enabled": "piezo-status-bits-meaning" if is_piezo else "dc-status-bit-enabled",
         "closed_loop": "piezo-status-bits-meaning",
         "motion bits at rest": _rule(channel, "bits-motion"),
         "velocity at rest": "dc-status-velocity",

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import NOW_AND_THEN, UNSOLICITED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED
 from stagewire_conformance.device.checks.apt.clean import clean_request, is_error
@@ -19,10 +20,11 @@ from stagewire_conformance.device.checks.apt.replies import (
     is_spoilt,
     judge_unasked,
     requests_of,
+    spoils,
 )
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.lines.line import jitter_of, percentile
-from stagewire_conformance.device.lines.strays import cause_of_stray
+from stagewire_conformance.device.lines.strays import cause_of_stray, known_bytes
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -65,7 +67,10 @@ def _claimed(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 )
 def _bursts(trial: Trial, requests: Sequence[Request]) -> None:
     wrong = 0
-    requests = [each for each in requests if not is_spoilt(each, trial.causes)] or requests
+    sound = [each for each in requests if not is_spoilt(each, trial.causes)]
+    if not sound:
+        trial.depends_on(*spoils(requests[0]))
+    requests = sound or requests
     for number in range(_SENT // _BURST):
         burst = [trial.random.choice(requests) for _ in range(_BURST)]
         wrong += not _answered(trial, burst, together=number % 2 == 1)
@@ -119,6 +124,8 @@ def _judge_lost(trial: Trial, lost: Sequence[Request], came: Sequence[Incoming])
         f"{len(lost)} of {_BURST} requests sent without pauses got no reply: "
         f"{', '.join(request.about for request in lost[:3])}; each should get one",
         rule=ANSWERED,
+        cause=Cause("back-to-back", "lost"),
+        because=(Cause("back-to-back", UNSOLICITED), NOW_AND_THEN),
         came=raw_of(came),
     )
 
@@ -135,7 +142,17 @@ def _judge_surplus(trial: Trial, surplus: Sequence[Incoming]) -> bool:
         "in addition to the replies to requests sent without pauses, the controller sent "
         f"{described(trial, surplus)}; each request should be answered once",
         rule="get-answers-request",
-        cause=cause_of_stray(trial.declared, surplus[0]) if surplus else None,
+        cause=Cause("back-to-back", UNSOLICITED),
+        because=[
+            cause
+            for heard in surplus
+            for cause in (
+                cause_of_stray(trial.declared, heard),
+                *known_bytes(trial.causes, heard.raw),
+                Cause("back-to-back", "lost"),
+                NOW_AND_THEN,
+            )
+        ],
         came=raw_of(surplus),
     )
 
@@ -153,6 +170,7 @@ def _judge_order(
                     f"{burst[earlier].about} was answered before {burst[later].about}, which "
                     "was sent first; requests sent without pauses should be answered in order",
                     rule="get-answers-request",
+                    because=(Cause("back-to-back", "lost"), NOW_AND_THEN),
                     came=raw_of(came),
                 )
     return True

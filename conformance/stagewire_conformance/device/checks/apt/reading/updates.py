@@ -12,12 +12,12 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.causes import CHANNEL, DELIVERY, EFFECT, Cause, silence
+from stagewire_conformance.device.causes import CHANNEL, DELIVERY, EFFECT, ENDED, Cause, silence
 from stagewire_conformance.device.check import Case, Kind
-from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel, rule_of_stray
 from stagewire_conformance.device.checks.apt.clean import clean_request
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
-from stagewire_conformance.device.checks.apt.streams import Stream, streams_of
+from stagewire_conformance.device.checks.apt.streams import Stream, streams_of, unstopped
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentile
 from stagewire_conformance.registry import about
@@ -84,6 +84,7 @@ def judge_rate(
         f"second, within {off:.0%}",
         rule=_RATE if unit.name in FIXED else "status-updates-every-100-ms",
         cause=Cause(stream.status, "rate"),
+        because=unstopped(trial.declared),
     )
 
 
@@ -115,7 +116,7 @@ def _goes_on(
         f"last one {last - began:.1f} s after the start{said}; it should continue until it is "
         "stopped",
         rule="updates-until-stop",
-        cause=Cause(stream.status, "end" if came else DELIVERY),
+        cause=Cause(stream.status, ENDED if came else DELIVERY),
     )
 
 
@@ -256,14 +257,21 @@ def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -
                 cause=Cause(each.name, CHANNEL),
                 came=each.raw,
             )
+        damaged = [
+            each for each in joined(heard) if not each.name and _is_like(trial, stream, each)
+        ]
         trial.must(
             len(mine) > 1,
             f"{place.name} sent {stream.status} {len(mine)} times within {_SECONDS:g} s after "
             f"{stream.start.layout.message}; it should be sent periodically, typically every "
             "100 ms",
-            rule="updates-start" if not mine else "status-updates-periodic",
+            rule="status-updates-periodic"
+            if mine
+            else rule_of_stray(trial, damaged[0])
+            if damaged
+            else "updates-start",
             cause=trial.likely(Cause(stream.status, DELIVERY), silence(place.name)),
-            came=raw_of(mine),
+            came=raw_of(mine or damaged[:1]),
         )
         for number, came in stream.by_channel(mine).items():
             judge_rate(trial, stream, number, came, _ROUGHLY)
@@ -309,8 +317,15 @@ def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Incoming]) -> Non
         f"sent {described(trial, late)}; nothing more should come",
         rule="updates-stop",
         cause=Cause(stream.stop.layout.message, EFFECT),
+        because=unstopped(trial.declared),
         came=raw_of(late[:1]),
     )
+
+
+def _is_like(trial: Trial, stream: Stream, heard: Incoming) -> bool:
+    """Return whether bytes begin like the status message of a stream."""
+    id: int = trial.declared.registry.messages[stream.status]["id"]
+    return heard.raw[:2] == id.to_bytes(2, "little")
 
 
 def _surely(stream: Stream, heard: Sequence[Incoming]) -> list[Incoming]:
@@ -376,5 +391,6 @@ def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
         f"the first was {described(trial, late[:1])}",
         rule="updates-stop",
         cause=Cause(streams[0].stop.layout.message, EFFECT),
+        because=unstopped(trial.declared),
         came=raw_of(late[:1]),
     )

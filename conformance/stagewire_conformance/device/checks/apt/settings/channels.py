@@ -144,7 +144,7 @@ def _run_common(trial: Trial, first: PlacedSet, last: PlacedSet, field: str) -> 
         trial.inconclusive(f"{field} was not changed: {why or f'{last.text} reports no values'}")
         return
     before = last.values(theirs)
-    trial.undo(f"{last.set.set} at {last.text}", lambda: last.put_back(trial, before))
+    last.undo(trial, before)
     value = next(
         each for each in care.fields[field].listed(last.set.fields[field]) if each != before[field]
     )

@@ -19,6 +19,7 @@ from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
+    from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.permissions import Permissions
     from stagewire_conformance.device.trial import Trial
 
@@ -65,8 +66,11 @@ def _counters(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 )
 def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
     before: int = placed.read(trial)[field]
+    get = Cause(placed.set.get, field)
     trial.undo(
-        f"{placed.set.set} at {placed.text}", lambda: _put_back(trial, placed, field, before)
+        f"{placed.set.set} at {placed.text}",
+        lambda: _put_back(trial, placed, field, before),
+        because=lambda: (get, *placed.reported(trial)),
     )
     shift, wide = trial.random.randint(*_SHIFT), trial.random.randint(*_WIDE)
     for value in (before + shift, before - wide, before + wide):
@@ -74,27 +78,42 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
             continue
         came = placed.write_and_ask(trial, {field: value})
         told = placed.values(came)[field]
+        right = abs(told - value) <= _NOISE
+        is_set = not right and field == "position" and _is_in_status(trial, placed, value)
         if not trial.must(
-            abs(told - value) <= _NOISE,
+            right,
             f"{placed.text}: {placed.set.set} wrote {field} = {value}, but {placed.set.get} "
             f"then returned {told} (before: {before})",
             wanted=placed.expected(trial, {field: value}, came),
             came=came.raw,
             rule=rule_of_set(placed.set.set),
-            cause=Cause(placed.set.set, EFFECT),
+            cause=get if is_set else Cause(placed.set.set, EFFECT),
         ):
             return  # more attempts would not help
         if field == "position":
             _see_in_status(trial, placed, value)
 
 
-def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
-    """Check that the status message has the same count as the counter."""
+def _status(trial: Trial, placed: PlacedSet) -> Incoming | None:
+    """Return the status; None if the target has none that can be requested."""
     query = placed.place.unit.status_query
     if query is None or query.req is None or query.req.layout.message not in placed.place.messages:
-        return
+        return None
     request = trial.declared.make(query.req.layout.message, placed.channel)
-    came = trial.reply(request, placed.place.address)
+    return trial.reply(request, placed.place.address)
+
+
+def _is_in_status(trial: Trial, placed: PlacedSet, value: int) -> bool:
+    """Return whether the status has a count that was written, so that only the GET is wrong."""
+    came = _status(trial, placed)
+    return came is not None and abs(came.message.position - value) <= _NOISE
+
+
+def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
+    """Check that the status message has the same count as the counter."""
+    came = _status(trial, placed)
+    if came is None:
+        return
     position: int = came.message.position
     trial.must(
         abs(position - value) <= _NOISE,

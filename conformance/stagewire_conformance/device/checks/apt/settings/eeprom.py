@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import UNSOLICITED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, PlacedSet, placed_sets
+from stagewire_conformance.device.checks.apt.wording import described, joined
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
@@ -78,9 +80,20 @@ def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
     others = Neighbours.of(trial, placed)
     id = trial.declared.registry.messages[placed.set.set]["id"]
     message = trial.declared.make(saving, channel, msg_id=id)
+    placed.undo(trial, before)
     trial.line.send(message, placed.place.address)
-    for heard in trial.line.listen(_QUIET):
-        judge_unasked(trial, heard, f"after {saving} to {placed.text}")
+    for heard in joined(trial.line.listen(_QUIET)):
+        when = f"after {saving} to {placed.text}"
+        if heard.raw[:2] == message.pack(placed.place.address, trial.declared.framed.host)[:2]:
+            trial.must(
+                False,
+                f"{when}, the controller sent {described(trial, [heard])}; it should get no reply",
+                rule="command-without-acknowledgement",
+                cause=Cause(saving, UNSOLICITED),
+                came=heard.raw,
+            )
+        else:
+            judge_unasked(trial, heard, when)
     if not clean(trial, f"after {saving}", placed.place):
         return
     came = placed.ask(trial)

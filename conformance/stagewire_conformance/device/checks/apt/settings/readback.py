@@ -168,7 +168,7 @@ def _run(trial: Trial, placed: PlacedSet, care: Care) -> None:
             cause=Cause(placed.set.get, name),
         )
     neighbours = Neighbours.of(trial, placed)
-    trial.undo(f"{placed.set.set} at {placed.text}", lambda: placed.put_back(trial, before))
+    placed.undo(trial, before)
     _write_same(trial, placed, care, before)
     why = why_not_now(trial, placed, care) if care.fields else "no check changes its values"
     if why:
@@ -195,14 +195,15 @@ def write_and_read(
 def _write_same(trial: Trial, placed: PlacedSet, care: Care, before: Values) -> None:
     """Write the current values, which must change nothing."""
     came = placed.write_and_ask(trial, {**before, **dict.fromkeys(care.ignored, 0)})
+    told = placed.values(came)
     (trial.should if care.doubtful else trial.must)(
-        placed.values(came) == before,
+        told == before,
         f"{placed.text}: {placed.set.set} wrote the current values, but {placed.set.get} then "
-        f"returned {_differences(placed.values(came), before)}",
+        f"returned {_differences(told, before)}",
         wanted=placed.expected(trial, before, came),
         came=came.raw,
         rule=rule_of_set(placed.set.set),
-        cause=Cause(placed.set.set, "current values"),
+        cause=placed.differing(told, before),
     )
 
 
@@ -248,7 +249,7 @@ def _write(
         wanted=wanted,
         came=came.raw,
         rule=rule_of_set(placed.set.set),
-        cause=Cause(placed.set.set, EFFECT),
+        cause=placed.differing(rest, before),
     )
     return _Written(value, taken=told != was)
 
@@ -274,7 +275,10 @@ def _judge_refusals(
         + (f"; {care.doubtful}" if care.doubtful else ""),
         rule=rule_of_set(placed.set.set),
         cause=Cause(placed.set.set, EFFECT),
+        because=(Cause(placed.set.set, field),),
     )
+    if not gently:
+        trial.causes.report(Cause(placed.set.set, field), trial.check)
 
 
 def _differences(says: Values, wanted: Values) -> str:

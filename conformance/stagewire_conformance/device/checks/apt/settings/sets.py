@@ -12,6 +12,7 @@ from stagewire_conformance.device.check import Case
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
+from stagewire_conformance.device.checks.apt.wording import joined
 from stagewire_conformance.registry import Json, Registry
 
 if TYPE_CHECKING:
@@ -142,6 +143,23 @@ class PlacedSet:
         """Return the values of a GET that was received."""
         return {name: getattr(heard.message, name) for name in self.set.fields}
 
+    def differing(self, told: Values, wanted: Values) -> tuple[Cause, ...]:
+        """Return the causes that the set does not store the fields that differ."""
+        return tuple(Cause(self.set.set, name) for name in told if told[name] != wanted[name])
+
+    def reported(self, trial: Trial) -> tuple[Cause, ...]:
+        """Return the defects of the set that the run has reported."""
+        return tuple(cause for cause in trial.causes if cause.subject == self.set.set)
+
+    def undo(self, trial: Trial, values: Values) -> None:
+        """Restore values at the end of the check."""
+        trial.undo(
+            f"{self.set.set} at {self.text}",
+            lambda: self.put_back(trial, values),
+            rule=rule_of_set(self.set.set),
+            because=lambda: self.reported(trial),
+        )
+
     def expected(self, trial: Trial, values: Values, came: Incoming) -> bytes:
         """Return the bytes of a GET with these values, and the addresses of the one that was received."""
         told = {name: getattr(came.message, name) for name in self.set.reported}
@@ -197,7 +215,7 @@ class PlacedSet:
         """
         self.write(trial, values)
         came = self.ask(trial)
-        for heard in trial.line.listen(0):
+        for heard in joined(trial.line.listen(0)):
             judge_unasked(trial, heard, f"after {self.set.set} at {self.text}")
         return came
 

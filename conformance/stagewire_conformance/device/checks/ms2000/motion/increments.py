@@ -17,7 +17,7 @@ from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_incr
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, motion_check
-from stagewire_conformance.device.checks.ms2000.motion.stops import stop_on_the_way
+from stagewire_conformance.device.checks.ms2000.motion.stops import judge_disabled, stop_on_the_way
 from stagewire_conformance.device.checks.ms2000.stored import INCREMENT, keep
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
@@ -96,6 +96,7 @@ def _after_a_stop(mover: Mover) -> None:
     for command, way in ((m.IncrementMoveUp(), far // 4), (m.IncrementMoveDown(), -(far // 4))):
         if mover.low <= stood + way <= mover.high:
             mover.tell(command)
+            judge_disabled(mover, stood, command.layout.message)
             _judge_target(mover, command, stood, way, f", stopped on its way to {goal}")
             mover.line.listen(_SEES)
             mover.trial.need(
@@ -126,6 +127,7 @@ def _judge_target(mover: Mover, command: Command, begin: int, way: int, state: s
         f"set the target {target}; it should be {begin + way}",
         rule=rule_of_increment(command.layout.message),
         cause=Cause(command.layout.message, EFFECT),
+        because=(Cause("READ_TARGET_POSITION", "target"), *INCREMENT.defects),
     )
     return target
 

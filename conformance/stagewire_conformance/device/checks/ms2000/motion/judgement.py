@@ -5,12 +5,20 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Final
 
-from stagewire_conformance.device.causes import Cause
-from stagewire_conformance.device.checks.ms2000.motion.mover import ARRIVED, Mover, Sample
+from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.checks.ms2000.motion.mover import (
+    ARRIVED,
+    COUNTS_PER_SPEED,
+    TARGET,
+    Mover,
+    Sample,
+)
 from stagewire_ms2000.flags import StatusBits
 
 _MOVED: Final = 20
 """Counts between two readings above which an axis has certainly moved."""
+_FULL: Final = 0.9
+"""The part of the highest speed from which an axis is not seen to ramp."""
 _LOOKS: Final = 4
 """Readings within a ramp, so that at least one certainly shows it."""
 _SPARE: Final = 1.05
@@ -28,6 +36,7 @@ def judge_course(mover: Mover, goal: int, samples: list[Sample]) -> None:
     :param goal: the target of the move.
     """
     trial, name = mover.trial, mover.name
+    _judge_positions(mover, goal, samples)
     upwards = goal > samples[0].position
     way = f"axis {name} on its way {'up' if upwards else 'down'} to {goal}"
     for before, after in pairwise(samples):
@@ -47,13 +56,42 @@ def judge_course(mover: Mover, goal: int, samples: list[Sample]) -> None:
     _judge_ramps(mover, way, samples)
 
 
+def _judge_positions(mover: Mover, goal: int, samples: list[Sample]) -> None:
+    """Report a position that is that of the target from the start, and end the check."""
+    busy = [sample for sample in samples if sample.busy]
+    mover.trial.need(
+        len(busy) <= _LOOKS or any(abs(each.position - goal) > ARRIVED for each in busy),
+        f"axis {mover.name} was busy for {len(busy)} readings on its way to {goal}, and all of them had this "
+        "position; the position should follow the motion",
+        rule="position-and-status-reply",
+        cause=Cause("READ_MOTOR_POSITION", "position"),
+    )
+
+
+def _speed_of(samples: list[Sample]) -> float:
+    """Return the highest speed in µm/s that the positions show; 0 if there are too few."""
+    pairs = zip(samples, samples[_LOOKS:], strict=False)
+    found = (
+        abs(after.position - before.position) / max(after.time - before.time, 1e-3)
+        for before, after in pairs
+    )
+    return max(found, default=0.0) / COUNTS_PER_SPEED
+
+
 def _judge_speed(mover: Mover, way: str, upwards: bool, samples: list[Sample]) -> None:
     trial, fastest = mover.trial, max((sample.speed for sample in samples), key=abs)
+    most = mover.top_speed * _SPARE + 1
+    too_fast = _speed_of(samples) > most
     trial.must(
-        abs(fastest) <= mover.top_speed * _SPARE + 1,
-        f"{way} reported a speed of {fastest} µm/s; its maximum is {mover.top_speed}",
-        rule="current-speed-reply",
-        cause=Cause("READ_CURRENT_SPEED", "speed"),
+        abs(fastest) <= most,
+        f"{way} reported a speed of {fastest} µm/s"
+        + (", which its positions confirm" if too_fast else "")
+        + f"; its maximum is {mover.top_speed}",
+        rule="top-speed-limits-travel" if too_fast else "current-speed-reply",
+        cause=Cause("WRITE_TOP_SPEED", EFFECT)
+        if too_fast
+        else Cause("READ_CURRENT_SPEED", "speed"),
+        because=(Cause("WRITE_TOP_SPEED", EFFECT),),
     )
     if len(samples) > _LOOKS:
         trial.must(
@@ -73,22 +111,31 @@ def _judge_ramps(mover: Mover, way: str, samples: list[Sample]) -> None:
         mover.trial.info(f"{way} was read too rarely to show its ramps")
         return
     middle = (begin + end) / 2
-    first = [each.status for each in samples if abs(each.position - begin) < abs(middle - begin)]
-    second = [each.status for each in samples[:-1] if abs(each.position - end) < abs(middle - end)]
+    first = [each for each in samples if abs(each.position - begin) < abs(middle - begin)]
+    second = [each for each in samples[:-1] if abs(each.position - end) < abs(middle - end)]
+    full = _FULL * max(abs(each.speed) for each in samples)
+    missing, shown = [], []
     for half, down in ((first, False), (second, True)):
-        ramping = [bits for bits in half if bits.ramping and bits.motor_signal]
-        which = (
-            "ramping down in the second half (bits 4 and 5)"
-            if down
-            else "ramping up in the first half (bit 4)"
-        )
-        mover.trial.must(
-            any(bits.ramping_down is down for bits in ramping),
-            f"{way} did not report {which}; the status bytes were {_hex(half)}",
-            came=bytes(map(int, half)),
-            rule="status-ramping-bits",
-            cause=Cause("status byte", which),
-        )
+        if all(abs(each.speed) >= full for each in half):
+            mover.trial.info(f"{way} was at full speed in all readings of one half")
+            continue
+        all_bits = [each.status for each in half]
+        ramping = [bits for bits in all_bits if bits.ramping and bits.motor_signal]
+        if not any(bits.ramping_down is down for bits in ramping):
+            missing.append(
+                "ramping down in the second half (bits 4 and 5)"
+                if down
+                else "ramping up in the first half (bit 4)"
+            )
+            shown += all_bits
+    mover.trial.must(
+        not missing,
+        f"{way} did not report {' and '.join(missing)}; the status bytes were {_hex(shown)}",
+        came=bytes(map(int, shown)),
+        rule="status-ramping-bits",
+        cause=Cause("status byte", "ramping"),
+        because=(Cause("status byte", "motion"),),
+    )
 
 
 def judge_rest(mover: Mover, goal: int) -> None:
@@ -100,6 +147,18 @@ def judge_rest(mover: Mover, goal: int) -> None:
     trial, name = mover.trial, mover.name
     end = mover.line.now + _SETTLED
     first = sample = mover.sample()
+    if not first.busy and abs(first.position - goal) > ARRIVED:
+        mover.line.listen(_PAUSE)
+        sample = mover.sample()
+        trial.need(
+            abs(sample.position - first.position) <= _MOVED,
+            f"READ_STATUS of axis {name} returned b at {first.position}, but the axis moved on to "
+            f"{sample.position}; it should be busy until it is at its target",
+            wanted=b"B",
+            came=b"b",
+            rule="status-busy",
+            cause=Cause("READ_STATUS", "busy"),
+        )
     while mover.line.now < end and _is_moving(sample):
         mover.line.listen(_PAUSE)
         sample = mover.sample()
@@ -120,7 +179,7 @@ def judge_rest(mover: Mover, goal: int) -> None:
             else ""
         ),
         rule="target-moves",
-        cause=Cause("motion", "target"),
+        cause=TARGET,
     )
     told = f"{over} its status byte is {int(sample.status):#04x}"
     byte = bytes((int(sample.status),))

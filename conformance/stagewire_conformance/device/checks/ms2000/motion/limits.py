@@ -12,7 +12,12 @@ from typing import Final
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, lacks_of, motion_check
+from stagewire_conformance.device.checks.ms2000.motion.mover import (
+    TARGET,
+    Mover,
+    lacks_of,
+    motion_check,
+)
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.targets import Target
@@ -96,6 +101,7 @@ def _end(mover: Mover, upper: bool) -> None:
             came=byte,
             rule="status-limit-bits",
             cause=Cause("status byte", "limit bits"),
+            because=(TARGET,),
         )
         trial.must(
             not other,

@@ -7,11 +7,13 @@ from dataclasses import replace
 from typing import Any, Final, NamedTuple, TypeVar
 
 from stagewire.protocols import Command
-from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import Axis
 from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis_check, every_axis
+from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_motion
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
+from stagewire_conformance.device.checks.ms2000.stored import BYTE_ORDER
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.permissions import Need, Permissions, RangeError
 from stagewire_conformance.device.targets import Target
@@ -28,6 +30,23 @@ _EXPECTED: Final = 20.0
 ARRIVED: Final = 10
 """Counts (1 µm) by which an axis may miss its target; the document does not say."""
 
+EVIDENCE: Final = (
+    Cause("READ_STATUS", "busy"),
+    Cause("READ_STATUS", "busy at rest"),
+    Cause("READ_MOTOR_POSITION", "position"),
+    Cause("STOP_MOTOR", EFFECT),
+    Cause("START_MOTOR", EFFECT),
+    BYTE_ORDER,
+)
+"""The defects with which nothing is moved: where an axis is and whether it moves is unknown, or it does not
+stop, or does not move again."""
+SPEED_REPLY: Final = (Cause("READ_CURRENT_SPEED", "speed"), Cause("READ_CURRENT_SPEED", "sign"))
+"""The defects with which the reported speed shows nothing."""
+TARGET: Final = Cause("motion", "target")
+"""The defect that a move does not end at its target."""
+
+_MOVES_WITHIN: Final = 0.1
+"""Seconds in which an axis that obeys a command has certainly moved."""
 _PAUSE: Final = 0.02
 """Seconds between two readings of a moving axis; some controllers do not tolerate continuous requests."""
 _SECONDS: Final = 0.4
@@ -36,7 +55,7 @@ _LEAST: Final = 100
 """Counts (10 µm) of the shortest move that can be judged."""
 _SIZE: Final = 3
 """Bytes of a position."""
-_COUNTS_PER_SPEED: Final = POSITION.counts_per_unit / SPEED.counts_per_unit
+COUNTS_PER_SPEED: Final = POSITION.counts_per_unit / SPEED.counts_per_unit
 """Counts per second at a speed of 1 µm/s."""
 
 
@@ -73,6 +92,7 @@ class Mover(Axis):
 
         Otherwise the check ends before anything moves.
         """
+        self.trial.depends_on(*EVIDENCE)
         self.start, target = self.position, self.target
         self.top_speed = self.number(m.ReadMaximumSpeed())
         self.ramp_time = self.number(m.ReadRampTime())
@@ -111,7 +131,7 @@ class Mover(Axis):
 
     def counts_in(self, seconds: float, speed: int | None = None) -> int:
         """Return the distance in a time at a speed in µm/s, by default the top speed."""
-        return int((self.top_speed if speed is None else speed) * _COUNTS_PER_SPEED * seconds)
+        return int((self.top_speed if speed is None else speed) * COUNTS_PER_SPEED * seconds)
 
     def patience(self, counts: int) -> float:
         """Return the maximum duration of a move in seconds: twice its duration plus five, within the bound.
@@ -161,16 +181,25 @@ class Mover(Axis):
         """Send a motion command, check that the axis is busy immediately, and return the time."""
         self.line.send(command, self.address)
         began = self.line.now
-        self.trial.must(
-            self.is_busy,
-            f"immediately after {command.layout.message}, READ_STATUS of axis {self.name} "
-            "returned b; a host would assume that the move is over",
+        if not self.is_busy:
+            self._not_busy(command.layout.message)
+        return began
+
+    def _not_busy(self, message: str) -> None:
+        """Report an axis that is not busy after a motion command: it does not obey, or it does not say so."""
+        at = self.position
+        self.line.listen(_MOVES_WITHIN)
+        obeys = abs(self.position - at) > ARRIVED
+        self.trial.need(
+            False,
+            f"immediately after {message}, READ_STATUS of axis {self.name} returned b; a host would assume "
+            f"that the move is over{'' if obeys else ', but it does not begin'}",
             wanted=b"B",
             came=b"b",
-            rule="status-busy",
-            cause=Cause("READ_STATUS", "busy"),
+            rule="status-busy" if obeys else rule_of_motion(message),
+            cause=Cause("READ_STATUS", "busy") if obeys else Cause(message, EFFECT),
+            because=EVIDENCE,
         )
-        return began
 
     def sample(self) -> Sample:
         """Return the current values."""
@@ -203,7 +232,8 @@ class Mover(Axis):
                 f"{what}, axis {self.name} left {self.low}..{self.high}; it is at "
                 f"{sample.position}",
                 rule="target-moves",
-                cause=Cause("motion", "target"),
+                cause=TARGET,
+                because=EVIDENCE,
             )
             gone = abs(sample.position - samples[0].position)
             self.trial.need(
@@ -212,6 +242,7 @@ class Mover(Axis):
                 f"moved {counts}, and was stopped",
                 rule="target-moves",
                 cause=Cause("motion", "distance"),
+                because=EVIDENCE,
             )
             if not sample.busy:
                 self.line.moving.discard(self.address)
@@ -238,9 +269,10 @@ class Mover(Axis):
         An axis that does not arrive is stopped, and stays stopped.
         """
         self.line.settle()
+        stood, is_stopped = self.position, self.address in self.line.stopped
         back = m.WriteTargetPosition(self.start)
         self.line.send(back, self.address)
-        if self.address in self.line.stopped:
+        if is_stopped:
             self.line.send(m.StartMotor(), self.address)  # its target does not lead anywhere else
             self.line.send(back, self.address)  # in case the start has set another target
         try:
@@ -250,11 +282,17 @@ class Mover(Axis):
             self.line.send(m.StopMotor(), self.address)
             self.line.moving.discard(self.address)
             text = f"axis {self.name} was at {self.start}, and was stopped on its way back"
-            self.trial.follows(f"not restored: {text}", "target-moves")
+            self.trial.must(False, f"not restored: {text}", because=(*EVIDENCE, TARGET))
         else:
-            if abs(found - self.start) > ARRIVED:
-                text = f"axis {self.name} was at {self.start}, but is at {found}"
-                self.trial.follows(f"not restored: {text}", "target-moves")
+            stays = is_stopped and abs(found - stood) <= ARRIVED
+            self.trial.must(
+                abs(found - self.start) <= ARRIVED,
+                f"not restored: axis {self.name} was at {self.start}, but is at {found}"
+                + (", where it stayed after START_MOTOR" if stays else ""),
+                rule="start-enables" if stays else "target-moves",
+                cause=Cause("START_MOTOR", EFFECT) if stays else TARGET,
+                because=(*EVIDENCE, TARGET),
+            )
 
 
 def _holds_setup(count: int) -> bool:

@@ -11,7 +11,12 @@ from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.harmless import harmless_value
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample, motion_check
+from stagewire_conformance.device.checks.ms2000.motion.mover import (
+    SPEED_REPLY,
+    Mover,
+    Sample,
+    motion_check,
+)
 from stagewire_conformance.device.checks.ms2000.motion.stops import IGNORED, stop
 from stagewire_conformance.device.checks.ms2000.stored import RAMP_TIME, TOP_SPEED, keep
 from stagewire_conformance.device.trial import EnoughError
@@ -178,4 +183,5 @@ def _judge(mover: Mover, began: float, samples: list[Sample], speed: int) -> Non
             f"of {top} µm/s, it should be {due}",
             rule="ramp-time-acceleration" if speed == top else "vector-speed-ramp",
             cause=Cause("WRITE_RAMPING_TIME", EFFECT),
+            because=(*SPEED_REPLY, *TOP_SPEED.defects, Cause("WRITE_VECTOR_SPEED", EFFECT)),
         )

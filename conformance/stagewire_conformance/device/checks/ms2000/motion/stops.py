@@ -10,6 +10,7 @@ from stagewire_conformance.device.checks.ms2000.axis import DITHER
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_rest
 from stagewire_conformance.device.checks.ms2000.motion.mover import (
     ARRIVED,
+    TARGET,
     Mover,
     Sample,
     motion_check,
@@ -31,8 +32,11 @@ IGNORED: Final = Cause("STOP_MOTOR", EFFECT)
 """The cause that an axis does not stop on command. Later checks do not move it at a vector speed then."""
 
 
-def stop(mover: Mover) -> int:
-    """Stop an axis, check that it comes to rest, and return its position."""
+def stop(mover: Mover, goal: int | None = None) -> int:
+    """Stop an axis, check that it comes to rest, and return its position.
+
+    :param goal: the target on its way to which it is stopped, if it has one.
+    """
     trial, line = mover.trial, mover.line
     line.send(m.StopMotor(), mover.address)
     mover.silent(m.StopMotor())
@@ -51,6 +55,12 @@ def stop(mover: Mover) -> int:
             cause=IGNORED,
         )
     line.moving.discard(mover.address)
+    trial.need(
+        goal is None or abs(place - goal) > ARRIVED,
+        f"axis {mover.name} was stopped on its way, but went on to its target {goal}",
+        rule="stop-disables",
+        cause=Cause("STOP_MOTOR", EFFECT),
+    )
     status = mover.status
     trial.must(
         not status.motor_signal,
@@ -90,7 +100,7 @@ KIND: Final = Kind(
 )
 def _stop_and_start(mover: Mover) -> None:
     mover.ready()
-    trial, line = mover.trial, mover.line
+    line = mover.line
     goal = mover.goal(0.6)
     far = abs(goal - mover.start)
     mover.begin(m.WriteTargetPosition(goal))
@@ -100,7 +110,7 @@ def _stop_and_start(mover: Mover) -> None:
     stood = stop_on_the_way(mover, seen[-1], goal)
     _judge_letter(mover, stood)
     line.listen(_RESUMES)
-    trial.need(
+    mover.trial.need(
         abs(mover.position - stood) <= DITHER,
         f"axis {mover.name} was stopped and was at rest at {stood}, but then moved on to {mover.position}",
         rule="stop-disables",
@@ -108,13 +118,7 @@ def _stop_and_start(mover: Mover) -> None:
     )
     line.send(m.WriteTargetPosition(mover.start), mover.address)
     line.listen(_DISABLED)
-    trial.must(
-        abs(mover.position - stood) <= DITHER,
-        f"axis {mover.name} was stopped, which disables it, but moved from {stood} to "
-        f"{mover.position} for a new target",
-        rule="stop-disables",
-        cause=Cause("STOP_MOTOR", "disables"),
-    )
+    judge_disabled(mover, stood, "a new target")
     _start(mover, stood)
     mover.begin(m.WriteTargetPosition(goal))
     mover.follow("enabled again", abs(goal - stood) + far)
@@ -124,14 +128,18 @@ def _stop_and_start(mover: Mover) -> None:
 def stop_on_the_way(mover: Mover, last: Sample, goal: int) -> int:
     """Stop an axis on its way to a target, and return its position; end the check if it ignores the stop."""
     _is_in_time(mover, last, goal)
-    stood = stop(mover)
+    return stop(mover, goal)
+
+
+def judge_disabled(mover: Mover, stood: int, what: str) -> None:
+    """Check that a stopped axis has not moved, and end the check if it has."""
+    now = mover.position
     mover.trial.need(
-        abs(stood - goal) > ARRIVED,
-        f"axis {mover.name} was stopped on its way, but went on to its target {goal}",
+        abs(now - stood) <= DITHER,
+        f"axis {mover.name} was stopped, which disables it, but moved from {stood} to {now} for {what}",
         rule="stop-disables",
-        cause=IGNORED,
+        cause=Cause("STOP_MOTOR", "disables"),
     )
-    return stood
 
 
 def _is_in_time(mover: Mover, last: Sample, goal: int) -> None:
@@ -193,6 +201,7 @@ def _start(mover: Mover, stood: int) -> None:
         f"{found} after START_MOTOR; it should be at one of the two",
         rule="start-enables",
         cause=Cause("START_MOTOR", EFFECT),
+        because=(TARGET,),
     ):
         stays = abs(found - stood) < abs(found - mover.start)
         mover.trial.info(

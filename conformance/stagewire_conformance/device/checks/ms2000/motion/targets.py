@@ -64,8 +64,8 @@ def _there_and_back(mover: Mover) -> None:
             cause=Cause("READ_TARGET_POSITION", "target"),
         )
         samples = mover.follow(f"on its way to {place}", abs(place - began))
-        judge_course(mover, place, samples)
         judge_rest(mover, place)
+        judge_course(mover, place, samples)
         mover.silent(m.WriteTargetPosition(place))
         for axis, was in others.items():
             found = axis.position
@@ -175,15 +175,16 @@ def _both(first: Mover, other: Target) -> None:
     first.begin(m.WriteTargetPosition(near))
     first.follow(f"on its way to {near}", abs(near - first.start))
     where = second.position
-    if abs(where - far) > ARRIVED:
-        first.trial.must(
-            second.is_busy or abs(second.position - far) <= ARRIVED,
-            f"axis {second.name} is not busy at {where} on its way to {far}, after axis "
-            f"{first.name} arrived",
+    if abs(where - far) > ARRIVED and not second.is_busy:
+        stands = abs(second.position - where) <= DITHER
+        first.trial.need(
+            abs(second.position - far) <= ARRIVED,
+            f"axis {second.name} {'has stopped' if stands else 'is not busy'} at {where} on its way to "
+            f"{far}, after axis {first.name} was moved",
             wanted=b"B",
             came=b"b",
-            rule="status-busy",
-            cause=Cause("READ_STATUS", "busy with another axis"),
+            rule="target-moves" if stands else "status-busy",
+            cause=Cause("motion", "two axes") if stands else Cause("READ_STATUS", "busy"),
         )
     second.follow(f"on its way to {far}", abs(far - second.start))
     judge_rest(first, near)

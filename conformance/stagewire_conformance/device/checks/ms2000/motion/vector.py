@@ -6,7 +6,12 @@ from typing import Final
 
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, Sample, motion_check
+from stagewire_conformance.device.checks.ms2000.motion.mover import (
+    SPEED_REPLY,
+    Mover,
+    Sample,
+    motion_check,
+)
 from stagewire_conformance.device.checks.ms2000.motion.stops import IGNORED, stop
 from stagewire_conformance.device.trial import EnoughError
 from stagewire_ms2000 import messages as m
@@ -78,6 +83,7 @@ def _runs(mover: Mover) -> None:
             f"{line.now - end + 2 * ramp + _CRUISE:.2f} s; it should have reached its speed",
             rule="vector-speed-runs",
             cause=Cause("WRITE_VECTOR_SPEED", EFFECT),
+            because=SPEED_REPLY,
         )
         end = line.now + _CRUISE
         last = mover.follow(what, room, until=lambda at: at.time > end or at.position > brake)[-1]
@@ -95,11 +101,11 @@ def _runs(mover: Mover) -> None:
 
 def _judge_cruise(mover: Mover, what: str, speed: int, first: Sample, last: Sample) -> None:
     trial = mover.trial
-    trial.must(
+    trial.need(
         last.busy,
         f"{what}, is not busy at {last.position}; it should keep moving until the next command",
-        rule="status-busy",
-        cause=Cause("READ_STATUS", "busy"),
+        rule="status-busy" if last.speed else "vector-speed-runs",
+        cause=Cause("READ_STATUS", "busy") if last.speed else Cause("WRITE_VECTOR_SPEED", EFFECT),
     )
     seconds = last.time - first.time
     way, due = last.position - first.position, mover.counts_in(seconds, speed)

@@ -116,6 +116,7 @@ def _behind_garbage(axis: Axis, request: Command) -> None:
         came=came,
         rule="clears-on-colon",
         cause=Cause("colon", "buffers"),
+        because=(Cause("silence", "answered"), Cause("silence", "recovery")),
     )
 
 

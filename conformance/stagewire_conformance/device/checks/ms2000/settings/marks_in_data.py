@@ -97,6 +97,7 @@ def _try(axis: Axis, data: bytes, taken: str, not_taken: str) -> None:
         came=(found % 256**_SIZE).to_bytes(_SIZE, "little"),
         rule="colon-found-behind-data",
         cause=Cause("marks in data", EFFECT),
+        because=INCREMENT.defects,
     ):
         trial.info(
             "of two interpretations of the document, the controller follows: "

@@ -15,6 +15,7 @@ from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase, axis
 from stagewire_conformance.device.checks.ms2000.broken_rules import rule_of_silence, rule_of_write
 from stagewire_conformance.device.checks.ms2000.harmless import END, harmless_bytes
 from stagewire_conformance.device.checks.ms2000.stored import (
+    BYTE_ORDER,
     STORED,
     TOP_SPEED,
     Stored,
@@ -95,6 +96,7 @@ def _is_there(axis: Axis, stored: Stored, value: int) -> None:
     read = stored.read.layout.message
     text = f"{stored.name} of axis {axis.name} wrote {value}, but {read} then returned {found}"
     raw, came = ((each % 256**size).to_bytes(size, "little") for each in (value, found))
+    reversed_order = found != value and came == raw[::-1]
     if stored is TOP_SPEED and abs(found - value) <= max(1, _ROUNDING * value):
         axis.trial.should(
             found == value,
@@ -110,8 +112,8 @@ def _is_there(axis: Axis, stored: Stored, value: int) -> None:
             text,
             wanted=raw,
             came=came,
-            rule=rule_of_write(stored.name),
-            cause=Cause(stored.name, EFFECT),
+            rule="data-order" if reversed_order else rule_of_write(stored.name),
+            cause=BYTE_ORDER if reversed_order else Cause(stored.name, EFFECT),
         )
 
 
