@@ -44,6 +44,14 @@ def decode(
             help="Status block that the controller sends, such as dc or stepper.",
         ),
     ] = None,
+    context: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--context",
+            metavar="NAME=VALUE",
+            help="Another fact that selects layouts, as the registry names it; may be repeated.",
+        ),
+    ] = None,
     direction: Annotated[
         DirectionOption | None,
         typer.Option(
@@ -112,7 +120,9 @@ def decode(
         check_output(target, given if isinstance(given, Path) else None)
     total = Counts()
     with opened(given) as read:
-        task = Selection(protocol, status, direction, command, message, read.heading).task()
+        contexts = tuple(context or ())
+        options = (protocol, status, direction, command, message, read.heading, contexts)
+        task = Selection(*options).task()
         try:
             check_format(wanted, task)
         except CodecError as error:

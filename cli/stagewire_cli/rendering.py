@@ -113,6 +113,8 @@ def _meaning(field: Json, value: int | str) -> str:
     if field.get("enum"):
         names = [name for name, known in field["enum"].items() if known == value]
         parts.append(names[0] if names else "no name in the registry")
+    if field.get("enums_by_unit"):
+        parts.append(f"names depend on the unit: {', '.join(field['enums_by_unit'])}")
     if field.get("flags"):
         parts.append(_flag_names(field["flags"], value))
     if field.get("flags_by_unit"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from stagewire.capture import Heading
@@ -41,8 +42,12 @@ class Selection(Options):
             raise CalledWronglyError(
                 f"--protocol {self.protocol} contradicts the capture, which is of {recorded.protocol}"
             )
-        status = self.status or _status(recorded)
-        return replace(self, protocol=recorded.protocol, status=status)
+        named = {text.partition("=")[0] for text in self.contexts}
+        status = self.status or (None if "status" in named else _status(recorded))
+        added = [f"{name}={value}" for name, value in _contexts(recorded) if name not in named]
+        return replace(
+            self, protocol=recorded.protocol, status=status, contexts=(*self.contexts, *added)
+        )
 
     def _task(self) -> Task:
         protocol = self._protocol()
@@ -65,6 +70,16 @@ class Selection(Options):
                     raise CalledWronglyError(f"{option}: {error}") from None
         kind = FramedProtocol if self.direction is None else CommandProtocol
         return choose(self.protocol, lambda protocol: isinstance(protocol, kind))
+
+
+def _contexts(recorded: Heading) -> Iterator[tuple[str, str]]:
+    """Yield the other contexts of the unit of a capture, unless they depend on its firmware."""
+    protocol = choose(recorded.protocol, lambda _: True)
+    known = codec_of(protocol).contexts
+    for unit in protocol.registry()["units"]:
+        for name, value in unit.get("contexts", {}).items():
+            if unit["name"] == recorded.unit and isinstance(value, str) and name in known:
+                yield name, value
 
 
 def _status(recorded: Heading) -> str | None:

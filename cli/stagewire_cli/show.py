@@ -182,6 +182,8 @@ def _notes(field: Json) -> Iterator[str]:
         yield f"enumeration {field['enumeration']}"
     if field.get("flag_table"):
         yield f"flags {field['flag_table']}"
+    for unit, name in (field.get("enums_by_unit") or {}).items():
+        yield f"enumeration {name} on {unit}"
     for unit, name in (field.get("flags_by_unit") or {}).items():
         yield f"flags {name} on {unit}"
     if field.get("note"):

@@ -214,15 +214,22 @@ GROUPS: tuple[Group, ...] = (
         },
     ),
     Group(
-        "Sub-messages",
-        "Several messages may share an id if each has a sub-message, which the bytes contain. See "
-        "[Sub-messages](reference/registry.md#sub-messages).",
+        "Sub-messages and contexts",
+        "Several messages may share an id if each has a sub-message, which the bytes contain. Layouts of one "
+        "length are selected by contexts, which a unit may state. See [the language of the "
+        "registry](reference/registry.md#sub-messages).",
         {
             "SW090": Code(
                 "a sub-message that does not select its message",
                 "Only some messages of an id have a sub-message, or they differ in direction. Or a layout "
                 "does not begin with the sub-message, so the bytes would not show which message it is.",
                 "give every message of the id a `sub_message`, and begin each layout with its value",
+            ),
+            "SW091": Code(
+                "two values of a context for the same firmware",
+                "A context of a unit has two values without `from_firmware`, or two from the same version "
+                "on, so the version does not decide between them.",
+                "keep one value for each version",
             ),
         },
     ),

@@ -214,6 +214,7 @@ class Field:
     enum: Enumeration | None = None
     flags: FlagTable | None = None
     flags_by_unit: Mapping[str, FlagTable] = field(default_factory=dict)
+    enums_by_unit: Mapping[str, Enumeration] = field(default_factory=dict)
     note: str = ""
     errata: tuple[str, ...] = ()
     overlay: str = ""
@@ -224,10 +225,20 @@ class Field:
         return (self.quantity.unit or None) if self.quantity else None
 
     @property
+    def enumerations(self) -> tuple[Enumeration, ...]:
+        """Its enumeration, and those that apply to individual units."""
+        return (*([self.enum] if self.enum else []), *self.enums_by_unit.values())
+
+    @property
     def lists_all(self) -> bool:
-        """Whether every value or bit is listed, so that device classes send no others."""
+        """Whether every value or bit is listed, so that device classes send no others.
+
+        Values that differ between units are not listed in one place.
+        """
         tables = [table for table in (self.enum, self.flags) if table]
         tables += self.flags_by_unit.values()
+        if self.enums_by_unit:
+            return False
         return bool(tables) and not self.open and not any(table.open for table in tables)
 
 
@@ -358,6 +369,11 @@ class Erratum:
     not_compared: tuple[str, ...]  # places in the witness that only people can judge
     place: Place
     overlay: str = ""
+
+
+def firmware_parts(entry: Json) -> tuple[int, ...]:
+    """Return the numbers of the firmware from which a value of a context applies; () is any firmware."""
+    return tuple(int(part) for part in entry.get("from_firmware", "").split(".") if part)
 
 
 def errata_of(example: Json) -> list[str]:

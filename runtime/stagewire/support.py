@@ -70,6 +70,7 @@ if TYPE_CHECKING:
         BitsByUnit,
         InUnits,
         Named,
+        NamedByUnit,
         Raw,
         RawBytes,
         RawText,
@@ -151,6 +152,7 @@ __all__ = [
     "Motion",
     "MotionEnd",
     "Named",
+    "NamedByUnit",
     "Number",
     "PacketMessage",
     "PacketProtocol",
@@ -208,7 +210,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_framings.packet.shape": "Crc Shape Sum Xor",
             "_framings.packet.packet": "PacketMessage",
             "_framings.packet.protocol": "PacketProtocol",
-            "_devices.values": "Bits BitsByUnit InUnits Named Raw RawBytes RawText Values",
+            "_devices.values": "Bits BitsByUnit InUnits Named NamedByUnit Raw RawBytes RawText Values",
             "_devices.tables": (
                 "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
             ),

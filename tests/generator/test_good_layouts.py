@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
+import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
+from checkout import SCHEMAS
 from files import write_files
 from stagewire.columns import columns, gather, numpy_columns
 from stagewire.errors import (
@@ -21,6 +26,7 @@ from stagewire.errors import (
     UnknownSubMessageError,
 )
 from stagewire.framing import BadLength, End, Garbage, Received, Unknown, UnknownSubMessage
+from stagewire.links import Link
 from stagewire.sessions import FramedCore
 from stagewire_cli.main import main
 from stagewire_generator import render
@@ -217,6 +223,152 @@ def test_a_sorted_stream_has_the_frames_of_each_sub_message(laser: Any, m: Any) 
         m.LaserGetSetpoint: 2, m.LaserGetModes: 1, m.LaserGetFilter: 1
     }  # fmt: skip
     assert sorter.counts[UnknownSubMessage] == 1
+
+
+# Contexts
+
+
+STATE = "30 08 06 00 81 50 02 00 07 00 1a 00"
+
+
+@pytest.mark.parametrize(
+    ("context", "name"),
+    [
+        (None, "LaserStateUndecided"),
+        ({"reading": "old"}, "LaserStateOld"),
+        ({"reading": "old", "scale": "kelvin"}, "LaserStateOld"),
+        ({"reading": "new"}, "LaserStateUndecided"),
+        ({"scale": "kelvin"}, "LaserStateUndecided"),
+        ({"reading": "new", "scale": "kelvin"}, "LaserStateKelvin"),
+    ],
+)
+def test_several_contexts_select_a_layout_together(
+    laser: Any, context: dict[str, str] | None, name: str
+) -> None:
+    assert type(laser.decode(bytes.fromhex(STATE), context).message).__name__ == name
+
+
+class Answering(Link):
+    """A link to a laser that answers the identity request, and then reports its state."""
+
+    def __init__(self, firmware: bytes, m: Any) -> None:
+        self.url = "answering"
+        self.changed = threading.Condition()
+        self.said = bytearray()
+        self.info = said(m.LaserGetInfo(model="LS1", software_version=firmware))
+
+    def read(self, timeout: float | None) -> bytes:
+        """Return what was said."""
+        with self.changed:
+            self.changed.wait_for(lambda: self.said, timeout)
+            data = bytes(self.said)
+            self.said.clear()
+            return data
+
+    def write(self, data: bytes) -> None:
+        """Answer a request."""
+        if data[:2] == b"\x05\x00":
+            self.say(self.info)
+        if data[:2] == b"\x31\x08":
+            self.say(bytes.fromhex(STATE + "32 08 02 00 01 50"))
+
+    write_now = write
+
+    def say(self, data: bytes) -> None:
+        """Send bytes to the host."""
+        with self.changed:
+            self.said += data
+            self.changed.notify_all()
+
+    def has_unread(self) -> bool:
+        """Whether bytes wait to be read."""
+        return bool(self.said)
+
+    def wake(self) -> None:
+        """Wake the reader."""
+        with self.changed:
+            self.changed.notify_all()
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+@pytest.mark.parametrize(
+    ("unit", "firmware", "identify", "name"),
+    [
+        ("LS1", b"\x05\x09\x01\0", True, "LaserStateOld"),  # 1.9.5
+        ("LS1", b"\x00\x00\x02\0", True, "LaserStateCelsius"),
+        ("LS1", b"\x00\x01\x0a\0", True, "LaserStateCelsius"),  # 10.1.0
+        ("LS1", b"\x00\x00\x02\0", False, "LaserStateUndecided"),  # the firmware is unknown
+        ("LS2", b"\x05\x09\x01\0", True, "LaserStateKelvin"),
+        ("LS2", b"\x05\x09\x01\0", False, "LaserStateKelvin"),
+    ],
+)
+def test_a_device_passes_the_contexts_of_its_unit_and_firmware(
+    laser: Any, m: Any, unit: str, firmware: bytes, identify: bool, name: str
+) -> None:
+    devices = importlib.import_module("stagewire_laser.devices")
+    opened = getattr(devices, unit).open(Answering(firmware, m), identify=identify)
+    with opened as device, device.session.subscribe() as events:
+        shutter = device.get_shutter(timeout=5)
+        found = events.get(timeout=5)
+    assert type(found.frame.message).__name__ == name
+    # The same number has another name on the unit with a shutter.
+    assert getattr(shutter.state, "name", 2) == ("SHUTTER_OPEN" if unit == "LS2" else 2)
+
+
+def test_the_registry_states_contexts_and_enumerations_by_unit(files: dict[str, str]) -> None:
+    registry = json.loads(files["python/stagewire_laser/registry.json"])
+    [small] = [entry for entry in registry["units"] if entry["name"] == "LS1"]
+    assert small["contexts"] == {
+        "reading": [{"value": "new", "from_firmware": "2.0"}, {"value": "old"}],
+        "scale": "celsius",
+    }
+    [state] = [entry for entry in registry["messages"] if entry["name"] == "LASER_STATE"]
+    assert state["layouts"][0]["fields"][0]["enums_by_unit"] == {"LS2": "shutter_state"}
+    schema = json.loads((SCHEMAS / "registry.schema.json").read_text(encoding="utf-8"))
+    assert list(jsonschema.Draft202012Validator(schema).iter_errors(registry)) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], "form data:undecided"),
+        (["--context", "reading=new", "--context", "scale=kelvin"], "form data:kelvin"),
+        (["--context", "reading"], "'reading' must be NAME=VALUE"),
+        (["--context", "reading=red"], "--context: "),
+        (["--context", "scale=kelvin", "--context", "scale=celsius"], "contradicts scale=kelvin"),
+    ],
+)
+def test_the_command_takes_contexts(
+    laser: Any, capsys: pytest.CaptureFixture[str], options: list[str], said: str
+) -> None:
+    wrong = not said.startswith("form")
+    assert main(["decode", "--protocol", "laser", STATE, *options]) == (2 if wrong else 0)
+    assert said in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize(
+    ("unit", "options", "form"),
+    [
+        ("LS2", [], "kelvin"),
+        ("LS1", [], "undecided"),  # it depends on the firmware, which the capture does not contain
+        ("LS1", ["--context", "reading=new"], "celsius"),
+        ("LS2", ["--context", "scale=celsius"], "celsius"),
+    ],
+)
+def test_the_unit_of_a_capture_selects_layouts(
+    laser: Any,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    unit: str,
+    options: list[str],
+    form: str,
+) -> None:
+    capture = tmp_path / "capture.txt"
+    capture.write_text(f"# stagewire capture 1 protocol=laser unit={unit}\n0.0 < {STATE}\n")
+    assert main(["decode", str(capture), "--json", *options]) == 0
+    assert json.loads(capsys.readouterr().out)["form"] == f"data:{form}"
 
 
 # Parameter sets whose SET and GET differ

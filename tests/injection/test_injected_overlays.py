@@ -34,6 +34,7 @@ def pairs(files: Files, part: int) -> Iterator[tuple[Place, str]]:
         "overlay.yaml",
         "additions.yaml",
         "extra.yaml",
+        "units.yaml",
     }
     for index, place in enumerate(found):
         for text in EVERYWHERE[(index + part) % EVERY :: EVERY]:

@@ -131,7 +131,7 @@ class Facts:
         elif chapter == "values":
             for field in fields:
                 if squash(field.name) == parts[1]:
-                    tables = (field.enum, field.flags, *field.flags_by_unit.values())
+                    tables = (*field.enumerations, field.flags, *field.flags_by_unit.values())
                     for table in filter(None, tables):
                         yield from self._table(table, self._stated(parts))
 

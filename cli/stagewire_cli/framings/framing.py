@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 import enum
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +34,7 @@ class DirectionOption(enum.Enum):
 class Options:
     """The options that select the protocol, direction and message, as given.
 
+    :param contexts: values of ``--context``, NAME=VALUE.
     :param recorded: the heading of the input if it is a capture, which adds to the options.
     """
 
@@ -44,6 +44,19 @@ class Options:
     command: str | None = None
     message: str | None = None
     recorded: Heading | None = None
+    contexts: tuple[str, ...] = ()
+
+    @property
+    def context(self) -> dict[str, str] | None:
+        """The context that selects layouts, with the status; None if there is none."""
+        found = {} if self.status is None else {"status": self.status}
+        for text in self.contexts:
+            name, equals, value = text.partition("=")
+            if not (name and equals and value):
+                raise CalledWronglyError(f"--context: {text!r} must be NAME=VALUE")
+            if found.setdefault(name, value) != value:
+                raise CalledWronglyError(f"--context: {text} contradicts {name}={found[name]}")
+        return found or None
 
     def refuse_commands(self, why: str) -> None:
         """Raise for options that apply only to protocols of commands."""
@@ -53,12 +66,13 @@ class Options:
                     f"{option} applies only to protocols of commands and replies; {why}"
                 )
 
-    def check_context(self, protocol: Protocol, context: Mapping[str, str] | None) -> None:
+    def check_context(self, protocol: Protocol) -> None:
         """Raise for a context that the codec of a protocol does not support."""
         try:
-            codec_of(protocol).check_context(context)
+            codec_of(protocol).check_context(self.context)
         except BadValueError as error:
-            raise CalledWronglyError(f"--status: {error}") from None
+            option = "--context" if self.contexts else "--status"
+            raise CalledWronglyError(f"{option}: {error}") from None
 
 
 class Framing(abc.ABC):

@@ -65,8 +65,8 @@ class HeaderFraming(Framing):
         """Return the decoding task for the options."""
         protocol = self.protocol
         options.refuse_commands(f"frames of {protocol.name} contain their direction")
-        context = None if options.status is None else {"status": options.status}
-        options.check_context(protocol, context)
+        context = options.context
+        options.check_context(protocol)
         if options.message is None:
             return FramedTask(protocol, context)
         only = _wanted(protocol, options.message, context or {})
@@ -107,10 +107,18 @@ def _agreed(only: type[Message], context: dict[str, str] | None) -> dict[str, st
     """Return the context that gives frames the selected layout; raise if the options contradict it."""
     layout = only.layout
     if context and issubclass(only, UndecidedMessage):
-        raise CalledWronglyError(f"--message: the form {layout.form} excludes --status")
+        raise CalledWronglyError(f"--message: the form {layout.form} excludes {_spelled(context)}")
     if not layout.when:
         return context
     if context and not layout.when.items() <= context.items():
-        said = ", ".join(f"--{key} {value}" for key, value in context.items())
+        said = _spelled(context)
         raise CalledWronglyError(f"--message: the form {layout.form} contradicts {said}")
     return {**layout.when, **(context or {})}
+
+
+def _spelled(context: Mapping[str, str]) -> str:
+    """Return a context as options."""
+    return ", ".join(
+        f"--status {value}" if key == "status" else f"--context {key}={value}"
+        for key, value in context.items()
+    )

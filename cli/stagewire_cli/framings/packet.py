@@ -53,8 +53,7 @@ class PacketFraming(Framing):
         """Return the decoding task for the options."""
         protocol = self.protocol
         options.refuse_commands(f"packets of {protocol.name} are the same in both directions")
-        if options.status is not None:
-            options.check_context(protocol, {"status": options.status})
+        options.check_context(protocol)
         if options.message is None:
             return PacketTask(protocol)
         name, colon, form = options.message.partition(":")

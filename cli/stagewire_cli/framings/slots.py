@@ -73,8 +73,7 @@ class SlotsFraming(Framing):
     def task(self, options: Options) -> CommandTask:
         """Return the decoding task for the options."""
         protocol = self.protocol
-        if options.status is not None:
-            options.check_context(protocol, {"status": options.status})
+        options.check_context(protocol)
         command = options.command
         if options.direction is DirectionOption.REPLY and command is None:
             raise CalledWronglyError("a reply does not name its command; give it with --command")

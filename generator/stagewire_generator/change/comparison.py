@@ -100,8 +100,8 @@ class Comparison:
         if _plain(expected) == _plain(new):
             return
         where = {**where, "attribute": name}
-        ordered = isinstance(attribute, Sequence)
-        if _listed(expected) and _listed(new) and sorted(expected) == sorted(new) and not ordered:
+        unordered = not isinstance(attribute, Sequence) and _listed(expected) and _listed(new)
+        if unordered and sorted(expected) == sorted(new):
             kind = "order"
         self.add(kind, where, old, new)
 

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from stagewire_generator.change.comparison import Comparison, Where
 from stagewire_generator.change.matching import match_fields, match_layouts, pair, same_scale
-from stagewire_generator.model import Field, Firmware, Format, Layout, Message, Protocol
+from stagewire_generator.model import (
+    Enumeration,
+    Field,
+    Firmware,
+    FlagTable,
+    Format,
+    Layout,
+    Message,
+    Protocol,
+)
 from stagewire_generator.naming import message_classes
 
 
@@ -17,13 +26,23 @@ def compare_field(comparison: Comparison, where: Where, old: Field, new: Field) 
     _format(comparison, where, old, new)
     _range(comparison, where, old, new)
     _quantity(comparison, where, old, new)
-    by_unit = {u: comparison.renamed("flags", t.name) for u, t in old.flags_by_unit.items()}
-    if by_unit != {unit: table.name for unit, table in new.flags_by_unit.items()}:
-        before, after = (
-            {unit: table.name for unit, table in sorted(field.flags_by_unit.items())}
-            for field in (old, new)
-        )
-        comparison.add("field-flags-by-unit", where, before, after)
+    _by_unit(comparison, where, "flags", old.flags_by_unit, new.flags_by_unit)
+    _by_unit(comparison, where, "enumeration", old.enums_by_unit, new.enums_by_unit)
+
+
+def _by_unit(
+    comparison: Comparison,
+    where: Where,
+    noun: str,
+    old: Mapping[str, FlagTable | Enumeration],
+    new: Mapping[str, FlagTable | Enumeration],
+) -> None:
+    """Compare the tables that apply to individual units."""
+    before, after = (
+        {unit: table.name for unit, table in sorted(tables.items())} for tables in (old, new)
+    )
+    if {unit: comparison.renamed(noun, name) for unit, name in before.items()} != after:
+        comparison.add(f"field-{noun}-by-unit", where, before, after)
 
 
 def _format(comparison: Comparison, where: Where, old: Field, new: Field) -> None:
@@ -196,6 +215,7 @@ def _nameless(key: str, named: Field) -> Field:
         enum=None,
         flags=None,
         flags_by_unit={},
+        enums_by_unit={},
         note="",
     )
 

@@ -62,8 +62,7 @@ def related(field: Field) -> list[Subject]:
     """Return the subjects related to a field, without its message: its tables, quantity and format."""
     tables = [field.flags, *field.flags_by_unit.values()]
     found = [Subject("flags", table.name) for table in tables if table]
-    if field.enum:
-        found.append(Subject("enumeration", field.enum.name))
+    found += [Subject("enumeration", table.name) for table in field.enumerations]
     if field.quantity:
         found.append(Subject("quantity", field.quantity.name))
     return [*found, Subject("format", field.format.name.partition("[")[0])]

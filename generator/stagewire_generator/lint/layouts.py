@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from itertools import combinations
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
@@ -183,8 +184,7 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
                 what = f"{message.name}: {form} has a `when`, but its length already identifies it"
                 diagnostics.add(layouts[0].place, "SW032", what, "remove the `when`")
             continue
-        contexts = [tuple(sorted(layout.when.items())) for layout in layouts]
-        if len(set(contexts)) < len(contexts) or () in contexts:
+        if not all(_contradict(one, other) for one, other in combinations(layouts, 2)):
             forms = ", ".join(layout.form for layout in layouts)
             diagnostics.add(
                 layouts[-1].place,
@@ -192,6 +192,18 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
                 f"{message.name}: {forms} all have {length} bytes, and no context distinguishes them",
                 rules_of(protocol.framing["kind"]).same_length,
             )
+    decided = [alike for alike in groups.values() if len(alike) > 1]
+    if len(decided) > 1:
+        forms = " and ".join(", ".join(layout.form for layout in alike) for alike in decided)
+        what = f"{message.name}: contexts select layouts of different lengths: {forms}"
+        diagnostics.add(
+            decided[-1][-1].place, "SW032", what, "give all but one length a single form"
+        )
+
+
+def _contradict(one: Layout, other: Layout) -> bool:
+    """Whether no context selects both layouts."""
+    return any(other.when.get(name, value) != value for name, value in one.when.items())
 
 
 def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
@@ -216,13 +228,13 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
     for name, value in (("default", field.default), ("constant", field.constant)):
         if value is not None and not field.minimum <= value <= field.maximum:
             diagnostics.add(field.place, "SW033", f"{where}: the {name} {value} is out of range")
-    if field.enum:
-        for entry in field.enum.values:
+    for enum in field.enumerations:
+        for entry in enum.values:
             if not format.minimum <= entry.value <= format.maximum:
                 diagnostics.add(
                     field.place,
                     "SW033",
-                    f"{where}: {field.enum.name}.{entry.name} ({entry.value:#x}) does not fit a "
+                    f"{where}: {enum.name}.{entry.name} ({entry.value:#x}) does not fit a "
                     f"{format.name}",
                 )
     if field.flags and field.flags.format.size != format.size:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.lint.c_names import C_KEYWORDS, C_NAMES, CPP_KEYWORDS, check_c_names
-from stagewire_generator.model import Message, Protocol
+from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
 
@@ -244,6 +244,13 @@ def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 seen[name] = group
 
 
+def _context_values(unit: Json) -> Iterator[tuple[str, str]]:
+    """Yield the contexts of a unit, each with each of its values."""
+    for name, given in unit.get("contexts", {}).items():
+        for value in [{"value": given}] if isinstance(given, str) else given:
+            yield name, value["value"]
+
+
 def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> None:
     messages = {message.name for message in protocol.messages}
     stages = {stage.name for stage in protocol.stages}
@@ -279,6 +286,11 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
             known([entry["like"]], units, "unit with a list:", "families", key, "like")
     for key, entry in data["units"].items():
         known(entry["stages"], stages, "stage", "units", key, "stages")
+        for name, value in _context_values(entry):
+            if value not in protocol.contexts.get(name, {}).get("values", ()):
+                place = document.place("units", key, "contexts", name)
+                what = f"units.{key}: unknown context {name}: {value}"
+                diagnostics.add(place, "SW021", what)
         known([entry["family"]], families, "family", "units", key, "family")
         if "built_in" in entry:
             known([entry["built_in"]], stages, "stage", "units", key, "built_in")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.model import Conflict, Factor, Json, Message, Protocol
+from stagewire_generator.model import Conflict, Factor, Json, Message, Protocol, firmware_parts
 from stagewire_generator.strict_yaml import Document
 
 
@@ -21,6 +21,7 @@ def check_units(protocol: Protocol, document: Document, diagnostics: Diagnostics
     rules.lists()
     rules.messages()
     rules.statuses()
+    rules.contexts()
     if "addresses" in protocol.units and "devices" in protocol.framing:
         rules.addresses()
     rules.stages()
@@ -145,6 +146,21 @@ class _Rules:
         if requests and not causes and not message.exchange.get("unsolicited"):
             what = f"{message.name} is listed, but no request that it answers"
             yield what, " or ".join(requests)
+
+    def contexts(self) -> None:
+        """Check that the firmware selects at most one value of each context."""
+        for name, unit in self.units.items():
+            for context, values in unit.get("contexts", {}).items():
+                seen = set()
+                for index, entry in enumerate(values if isinstance(values, list) else ()):
+                    since = ".".join(map(str, firmware_parts(entry)))
+                    while since.endswith(".0"):
+                        since = since.removesuffix(".0")
+                    if since in seen:
+                        shown = f"firmware {since} and later" if since else "all firmware"
+                        what = f"two values apply to {shown}"
+                        self.refuse("SW091", ("units", name, "contexts", context, index), what)
+                    seen.add(since)
 
     def statuses(self) -> None:
         """Check the status and the keep-alive message of each unit against its messages."""

@@ -53,11 +53,15 @@ def resolve_field(
     ):
         if key in entry:
             facts[key] = tables.look_up(table, entry[key], kind, place)
-    by_unit = {}
-    for unit, table_name in entry.get("flags_by_unit", {}).items():
-        found = tables.look_up(tables.flags, table_name, "flag table", place)
-        if found:
-            by_unit[unit] = found
+    for key, table, kind in (
+        ("flags_by_unit", tables.flags, "flag table"),
+        ("enums_by_unit", tables.enumerations, "enumeration"),
+    ):
+        found = {
+            unit: tables.look_up(table, table_name, kind, place)
+            for unit, table_name in entry.get(key, {}).items()
+        }
+        facts[key] = {unit: known for unit, known in found.items() if known}
     return Field(
         name=name,
         offset=offset,
@@ -72,7 +76,6 @@ def resolve_field(
         default=entry.get("default"),
         constant=entry.get("constant", entry.get("value")),
         target=entry.get("target", ""),
-        flags_by_unit=by_unit,
         note=entry.get("note", ""),
         overlay=document.overlay_of(*path),
         **facts,

@@ -140,13 +140,21 @@ def described_identity(connection: Connection[Any]) -> list[str]:
     return lines + [_described_alias(alias) for alias in connection.aliases]
 
 
+def firmware_of(info: Values[Any] | None) -> tuple[int, ...] | None:
+    """Return the version of the firmware that a controller reported; None if it is unknown."""
+    version = getattr(info.message, "software_version", None) if info is not None else None
+    if not isinstance(version, bytes):
+        return None
+    return tuple(reversed(version[:3]))  # minor, interim, major; the fourth is unused
+
+
 def _reported(info: Values[Any]) -> list[str]:
     message = info.message
     number, model = getattr(message, "serial_number", None), _model(info)
     parts = [] if number is None else [f"serial number {number}"]
     if model:
         parts.append(f"model {model}")
-    version = getattr(message, "software_version", None)
-    if isinstance(version, bytes):  # minor, interim, major; the fourth is unused
-        parts.append(f"firmware {'.'.join(str(part) for part in reversed(version[:3]))}")
+    version = firmware_of(info)
+    if version is not None:
+        parts.append(f"firmware {'.'.join(map(str, version))}")
     return [", ".join(parts)] if parts else []

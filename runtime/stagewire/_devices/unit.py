@@ -120,6 +120,8 @@ class Unit:
     :param channels: number of channels at one address.
     :param messages: names of its messages in the registry.
     :param status: form of status that it sends, if the bytes do not show it.
+    :param contexts: other context of its layouts -> its values, each with the firmware from which it applies,
+        the latest first; () is any firmware.
     :param keep_alive: message that it must receive regularly on USB.
     :param prefixes: prefixes of its serial numbers and those of its cards; empty if unknown.
     :param reported_as: models that it may report, in addition to its name.
@@ -148,6 +150,7 @@ class Unit:
     channels: int = 1
     family: str = ""
     status: str | None = None
+    contexts: Mapping[str, tuple[tuple[tuple[int, ...], str], ...]] = field(default_factory=dict)
     keep_alive: type[Message] | None = None
     update_rate_hz: int | None = None
     usb_prefix: int | None = None
@@ -172,6 +175,20 @@ class Unit:
 
     def __repr__(self) -> str:
         return f"<Unit {self.name}: {self.title}>"
+
+    def contexts_of(self, firmware: tuple[int, ...] | None) -> dict[str, str]:
+        """Return the contexts that select layouts of its messages.
+
+        :param firmware: version of its firmware; None: unknown, so contexts that depend on it are left out.
+        """
+        found = {} if self.status is None else {"status": self.status}
+        for name, values in self.contexts.items():
+            if firmware is None:  # only a value that all firmware has is certain
+                certain = [value for since, value in values if since == () and len(values) == 1]
+            else:
+                certain = [value for since, value in values if firmware >= since]
+            found.update((name, value) for value in certain[:1])
+        return found
 
     def hindered(self, message: Message) -> Iterator[Hindrance]:
         """Yield the states in a message that may prevent a motion."""

@@ -12,7 +12,17 @@ from stagewire._codec.message import Message
 from stagewire._devices.scales import Scales
 from stagewire.errors import UnknownFieldError, UnknownScaleError
 
-__all__ = ["Bits", "BitsByUnit", "InUnits", "Named", "Raw", "RawBytes", "RawText", "Values"]
+__all__ = [
+    "Bits",
+    "BitsByUnit",
+    "InUnits",
+    "Named",
+    "NamedByUnit",
+    "Raw",
+    "RawBytes",
+    "RawText",
+    "Values",
+]
 
 M = TypeVar("M", bound=Message)
 E = TypeVar("E", bound=Enumeration)
@@ -167,6 +177,28 @@ class Named(_Value[E | int], Generic[E]):
     def read(self, values: Values[Any]) -> E | int:
         """Return the member, or the number."""
         return self.table.of(getattr(values.message, self.field))
+
+
+class NamedByUnit(_Value[Enumeration | int]):
+    """A number whose values have different names on some units.
+
+    :param table: enumeration on all other units.
+    :param units: unit -> its enumeration.
+    """
+
+    __slots__ = ("table", "units")
+
+    def __init__(
+        self, field: str, table: type[Enumeration], units: dict[str, type[Enumeration]]
+    ) -> None:
+        super().__init__(field)
+        self.table = table
+        self.units = units
+
+    def read(self, values: Values[Any]) -> Enumeration | int:
+        """Return the member of the enumeration of the unit that reported it, or the number."""
+        table = self.units.get(values.scales.unit, self.table)
+        return table.of(getattr(values.message, self.field))
 
 
 class Bits(_Value[F], Generic[F]):

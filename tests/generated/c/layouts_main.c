@@ -4,11 +4,6 @@
 
 #include LAYOUTS_H
 
-static const char *or_none(const char *text)
-{
-    return text == NULL ? "-" : text;
-}
-
 static void print_field(const struct stagewire_field *field)
 {
     static const char *const kinds[] = {"unsigned", "signed", "text", "bytes"};
@@ -22,7 +17,8 @@ int main(void)
     for (size_t i = 0; i < COUNT; ++i) {
         const struct stagewire_layout *const layout = &LAYOUTS[i];
         printf("layout\t%s\t%s\t%s\t%d\t%s\t%s\t%d\t%d\n", layout->message, layout->form, layout->kind, layout->id,
-            or_none(layout->context), or_none(layout->value), layout->length, layout->message_size);
+            layout->contexts == NULL ? "-" : layout->contexts->name,
+            layout->contexts == NULL ? "-" : layout->contexts->value, layout->length, layout->message_size);
         for (size_t j = 0; j < layout->field_count; ++j) {
             print_field(&layout->fields[j]);
         }

@@ -67,7 +67,8 @@ def paths(schema: Any, part: Any, path: str = "") -> set[str]:
     """Return the path of every value that a schema allows, with ``*`` for a name."""
     if "$ref" in part:
         part = {**schema["$defs"][part["$ref"].rpartition("/")[2]], **part}
-    inner = {f"{path}/{name}": below for name, below in part.get("properties", {}).items()}
+    properties = {k: below for k, below in part.get("properties", {}).items() if "not" not in below}
+    inner = {f"{path}/{name}": below for name, below in properties.items()}
     inner |= {f"{path}/*": below for below in part.get("patternProperties", {}).values()}
     if not inner:
         return {path.removeprefix("/")}

@@ -84,13 +84,13 @@ class AptLine(GuardedLink):
             for place in declared.places
             if place.keep_alive is not None and declared.wants_signs
         ]
-        for place in declared.places:
-            if place.status is not None:
-                self._framer.tell(place.address, status=place.status)
-        statuses = {place.status for place in declared.places} - {None}
-        if len(statuses) == 1:  # some controllers answer as 0, or with swapped addresses
-            for address in (0, protocol.host):
-                self._framer.tell(address, status=str(*statuses))
+        known = {place.address: place.unit.contexts_of(None) for place in declared.places}
+        contexts = {address: context for address, context in known.items() if context}
+        if len({tuple(context.items()) for context in contexts.values()}) == 1:
+            # Some controllers answer as 0, or with swapped addresses.
+            contexts |= dict.fromkeys((0, protocol.host), next(iter(contexts.values())))
+        for address, context in contexts.items():
+            self._framer.tell(address, **context)
 
     # Sending
 

@@ -143,7 +143,9 @@ def _undecided(protocol: Protocol, message: Message, layouts: list[Layout]) -> C
         f"length={first.length}",
         *_of_message(message),
     ]
-    choices = " or ".join(f"{k} {v}" for layout in layouts for k, v in layout.when.items())
+    choices = " or ".join(
+        " and ".join(f"{k} {v}" for k, v in layout.when.items()) for layout in layouts
+    )
     text = (
         f"``{message.name}`` ({shown_id(protocol, message)}) with an unknown layout; "
         f"{where(protocol, message.pages[:1], message.overlay)}.\n\n    "

@@ -53,6 +53,14 @@ def context_cases(protocol: Protocol, of: Subject, raw: bytes) -> Iterator[Case]
         return
     about = "no form: the context selects it"
     yield of.encode("context", about, raw, context=when, form=LEFT_OUT)
+    for key, value in when.items():
+        if not any(x.when.items() <= {(key, value)} for x in of.message.layouts if x.when):
+            packet = {"data": raw[SIZE:].hex(), "form": "data:undecided"}
+            shared = _shared([x for x in of.message.layouts if x.when])
+            fields = {field.name: of.plain.held[field.name] for field in shared}
+            about = f"only the context {key} {value}, which does not select the layout"
+            says = {**of.says, **packet, "fields": fields}
+            yield of.decode(f"context.only_{key}", about, raw, says, context={key: value})
     for key, values in contexts(protocol).items():
         for value in values:
             if key in when and when[key] != value:

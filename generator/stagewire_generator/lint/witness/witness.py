@@ -179,8 +179,12 @@ def _field_of_values(
 def _known_values(field: Field, table: str) -> dict[int, tuple[str, str]]:
     """Return the symbol and the path of each value or bit of a field, for the unit of the table."""
     if field.enum:
-        path = f"enumerations/{field.enum.name}/values"
-        return {v.value: (v.symbol or v.name, f"{path}/{v.name}") for v in field.enum.values}
+        enum = next(
+            (enum for unit, enum in field.enums_by_unit.items() if _is_named(unit, table)),
+            field.enum,
+        )
+        path = f"enumerations/{enum.name}/values"
+        return {v.value: (v.symbol or v.name, f"{path}/{v.name}") for v in enum.values}
     assert field.flags
     flags = next(
         (flags for unit, flags in field.flags_by_unit.items() if _is_named(unit, table)),

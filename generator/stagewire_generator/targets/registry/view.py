@@ -367,6 +367,8 @@ def _field(field: Field) -> Json:
         data["modifiers"] = [value.name for value in field.enum.modifiers]
     if (field.enum or field.flags) and not field.lists_all:
         data["open"] = True
+    if field.enums_by_unit:
+        data["enums_by_unit"] = {unit: table.name for unit, table in field.enums_by_unit.items()}
     if field.flags_by_unit:
         data["flags_by_unit"] = {unit: table.name for unit, table in field.flags_by_unit.items()}
     return data

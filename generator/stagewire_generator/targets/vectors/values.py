@@ -211,10 +211,13 @@ def _texts(field: Field) -> Iterator[tuple[str, Value]]:
 
 def _integers(field: Field) -> Iterator[tuple[str, Value]]:
     format = field.format
+    for table in field.enumerations:
+        prefix = "" if table is field.enum else f"{table.name}."
+        for named in table.values:
+            yield f"={prefix}{named.name}", named.value
     if field.enum:
-        for named in field.enum.values:
-            yield f"={named.name}", named.value
-        yield from _unknown(field, {named.value for named in field.enum.values})
+        known = {named.value for table in field.enumerations for named in table.values}
+        yield from _unknown(field, known)
     if field.flags or field.flags_by_unit:
         yield from _flags(field)
     if field.minimum > format.minimum:

@@ -13,7 +13,7 @@ from stagewire._devices.asynchronous.transport import (
     Transport,
 )
 from stagewire._devices.connection import Connection
-from stagewire._devices.identity import check_identity
+from stagewire._devices.identity import check_identity, firmware_of
 from stagewire._devices.tables import Query
 from stagewire._devices.unit import framed
 from stagewire._devices.values import Values
@@ -39,10 +39,7 @@ async def greet(
     connection.transport = transport
     await wait_for_timeouts(connection)
     unit, choices = connection.unit, connection.choices
-    if unit.status is not None:
-        # Some controllers answer from address 0, or with source and destination swapped.
-        for address in (*connection.addresses, 0, framed(connection.facts).host):
-            transport.tell(address, status=unit.status)
+    _set_contexts(connection, transport)
     if choices.usb and unit.keep_alive is not None:
         transport.keep_alive(
             unit.keep_alive(), unit.bays if unit.kind == "rack" else (own.address,)
@@ -61,7 +58,17 @@ async def greet(
             f"this is its port{bay}, or pass identify=False to open it without this check"
         ) from None
     check_identity(connection, info)
+    _set_contexts(connection, transport)
     await _ask_settings(connection, own)
+
+
+def _set_contexts(connection: Connection[Transport], transport: FramedTransport) -> None:
+    """Set the contexts that select layouts; some depend on the firmware that the controller reports."""
+    contexts = connection.unit.contexts_of(firmware_of(connection.info))
+    if contexts:
+        # Some controllers answer from address 0, or with source and destination swapped.
+        for address in (*connection.addresses, 0, framed(connection.facts).host):
+            transport.tell(address, **contexts)
 
 
 async def wait_for_timeouts(connection: Connection[Transport]) -> None:

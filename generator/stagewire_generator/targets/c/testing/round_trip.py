@@ -50,8 +50,7 @@ class LayoutView:
     message: str
     form: str
     kind: str
-    context: str
-    value: str
+    contexts: tuple[tuple[str, str], ...]
     fields: tuple[str, ...]
 
 
@@ -114,7 +113,6 @@ def _layouts(names: Names, protocol: Protocol) -> Iterator[LayoutView]:
         message, layout = of.message, of.layout
         type = names.layout(message, layout)
         shape = _shape(message, layout, bool(of.fields))
-        context, value = next(iter(layout.when.items()), ("", ""))
         yield LayoutView(
             type=type,
             name=type.removeprefix(f"{names.prefix}_"),
@@ -126,8 +124,7 @@ def _layouts(names: Names, protocol: Protocol) -> Iterator[LayoutView]:
             message=string(message.name),
             form=string(layout.form),
             kind=string(message.kind),
-            context=string(context) if context else "NULL",
-            value=string(value) if context else "NULL",
+            contexts=tuple((string(name), string(value)) for name, value in layout.when.items()),
             fields=tuple(_field(type, layout, field) for field in of.fields),
         )
 

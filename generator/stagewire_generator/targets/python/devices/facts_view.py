@@ -14,6 +14,7 @@ from stagewire_generator.model import (
     Json,
     Protocol,
     Quantity,
+    firmware_parts,
 )
 from stagewire_generator.targets.python.brackets import (
     Nested,
@@ -295,6 +296,8 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
     ]
     if "status" in entry:
         items.append(f"status={literal(entry['status'])}")
+    if "contexts" in entry:
+        items.append(mapping("contexts=", list(_contexts(entry["contexts"]))))
     keeper = entry.get("keep_alive", "none")
     by_name = {message.name: message for message in protocol.messages}
     if keeper != "none" and by_name[keeper].layouts:
@@ -325,6 +328,17 @@ def _unit(protocol: Protocol, unit: UnitPlan, messages: str, tables: TableWriter
     }
     items.extend(_strings(argument, sorted(names)) for argument, names in carried.items() if names)
     return Nested(f"{literal(unit.name)}: Unit(", tuple(items), ")")
+
+
+def _contexts(contexts: Json) -> Iterator[Source]:
+    """Yield each context with its values, each with the firmware from which it applies, the latest first."""
+    for name, given in contexts.items():
+        values = [{"value": given}] if isinstance(given, str) else given
+        rows = sorted(((firmware_parts(entry), entry["value"]) for entry in values), reverse=True)
+        yield keyed(
+            literal(name),
+            call("", [call("", [call("", map(str, since)), literal(v)]) for since, v in rows]),
+        )
 
 
 def _strings(head: str, names: list[str]) -> Nested:

@@ -96,7 +96,8 @@ def _can_be_asked(call: Call, unit: UnitPlan) -> bool:
 
 
 def _table(field: Field, unit: str) -> FlagTable | Enumeration | None:
-    return field.flags_by_unit.get(unit, field.flags) or field.enum
+    flags = field.flags_by_unit.get(unit, field.flags)
+    return flags or field.enums_by_unit.get(unit, field.enum)
 
 
 def _states(table: FlagTable | Enumeration) -> list[FlagBit] | list[EnumValue]:

@@ -22,8 +22,8 @@ from stagewire_generator.targets.python.devices.arguments import (
 
 _CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
 _VALUES = frozenset({
-    "Any", "Bits", "BitsByUnit", "False", "InUnits", "Message", "Named", "None", "Raw", "RawBytes",
-    "RawText", "True", "Values"
+    "Any", "Bits", "BitsByUnit", "False", "InUnits", "Message", "Named", "NamedByUnit", "None", "Raw",
+    "RawBytes", "RawText", "True", "Values"
 })  # fmt: skip
 
 

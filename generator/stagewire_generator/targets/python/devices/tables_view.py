@@ -247,6 +247,9 @@ def _members(argument: Argument) -> Iterator[tuple[str, Nested, str]]:
 
 
 def _kind(field: Field) -> tuple[str, tuple[str | Nested, ...]]:
+    if field.enum and field.enums_by_unit:
+        units = (f"{literal(u)}: e.{camel(t.name)}" for u, t in field.enums_by_unit.items())
+        return "NamedByUnit", (f"e.{camel(field.enum.name)}", Nested("{", tuple(units), "}"))
     if field.enum:
         return "Named", (f"e.{camel(field.enum.name)}",)
     if field.flags_by_unit and field.flags:

@@ -65,14 +65,19 @@ struct stagewire_field {
     int64_t maximum;
 };
 
+/** A context that selects a layout, such as status, and its value. */
+struct stagewire_context {
+    const char *name; /**< NULL after the last one */
+    const char *value;
+};
+
 /** A layout of a message on the wire. */
 struct stagewire_layout {
     const char *message;
     const char *form;
     const char *kind; /**< message, command or setup */
     uint16_t id;
-    const char *context; /**< context that selects this layout, such as status, or NULL */
-    const char *value; /**< value of the context for this layout */
+    const struct stagewire_context *contexts; /**< contexts that select it together, or NULL */
     uint16_t length; /**< bytes of payload */
     uint32_t message_size; /**< bytes of the message as the document prints it */
     uint16_t struct_size; /**< bytes of the C struct; 0 if there is none */

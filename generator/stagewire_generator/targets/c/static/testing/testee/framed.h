@@ -42,6 +42,9 @@ bool framed_check_context(struct testee *testee);
 /** Whether a context selects a layout. */
 bool framed_agrees(const struct stagewire_layout *layout, const struct json_value *context);
 
+/** Whether a context has another value than one that selects a layout. */
+bool framed_contradicts(const struct stagewire_layout *layout, const struct json_value *context);
+
 /** Whether all layouts of the message that depend on a context have the field at the same place. */
 bool framed_is_shared(const struct stagewire_layout *layout, const struct stagewire_field *field);
 

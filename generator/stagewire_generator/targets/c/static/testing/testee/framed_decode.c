@@ -18,9 +18,39 @@ const char framed_undocumented[] = "undocumented";
 
 bool framed_agrees(const struct stagewire_layout *layout, const struct json_value *context)
 {
-    const struct json_value *const value =
-        layout->context == NULL ? NULL : json_get(context, layout->context);
-    return value != NULL && json_is(value, layout->value);
+    const struct stagewire_context *at = layout->contexts;
+    for (; at != NULL && at->name != NULL; ++at) {
+        const struct json_value *const value = json_get(context, at->name);
+        if (value == NULL || !json_is(value, at->value)) {
+            return false;
+        }
+    }
+    return at != NULL;
+}
+
+bool framed_contradicts(const struct stagewire_layout *layout, const struct json_value *context)
+{
+    const struct stagewire_context *at = layout->contexts;
+    for (; at != NULL && at->name != NULL; ++at) {
+        const struct json_value *const value = json_get(context, at->name);
+        if (value != NULL && !json_is(value, at->value)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether a key of a context, which its value follows, is one of those that select a layout. */
+static bool is_known(const struct stagewire_layout *layout, const struct json_value *key)
+{
+    const struct stagewire_context *at = layout->contexts;
+    while (at != NULL && at->name != NULL) {
+        if (json_is(key, at->name) && json_is(key + 1, at->value)) {
+            return true;
+        }
+        ++at;
+    }
+    return false;
 }
 
 bool framed_check_context(struct testee *testee)
@@ -29,8 +59,7 @@ bool framed_check_context(struct testee *testee)
     for (const struct json_value *at = json_first(context); at != json_next(context);
          at = json_next(at + 1)) {
         const struct stagewire_layout *layout = testee_protocol.layouts;
-        while (layout != testee_layouts_end()
-            && !(framed_agrees(layout, context) && json_is(at, layout->context))) {
+        while (layout != testee_layouts_end() && !is_known(layout, at)) {
             ++layout;
         }
         if (layout == testee_layouts_end()) {
@@ -108,7 +137,7 @@ static enum stagewire_verdict read_frame(
     }
     reading->message = best->message;
     reading->form =
-        best->context == NULL || framed_agrees(best, context) ? best->form : framed_undecided;
+        best->contexts == NULL || framed_agrees(best, context) ? best->form : framed_undecided;
     reading->layout = best;
     return best->decode(frame, size, testee->message, &reading->envelope);
 }
@@ -132,7 +161,7 @@ bool framed_is_shared(const struct stagewire_layout *layout, const struct stagew
 {
     for (const struct stagewire_layout *other = testee_protocol.layouts;
          other != testee_layouts_end(); ++other) {
-        if (strcmp(other->message, layout->message) != 0 || other->context == NULL) {
+        if (strcmp(other->message, layout->message) != 0 || other->contexts == NULL) {
             continue;
         }
         const struct stagewire_field *found = other->fields;

@@ -233,14 +233,13 @@ static struct choice choose(const struct testee *testee)
             continue;
         }
         ++choice.layouts;
-        if (layout->context != NULL && choice.undecided == NULL) {
+        if (layout->contexts != NULL && choice.undecided == NULL) {
             choice.undecided = layout;
         }
         if (form != NULL ? json_is(form, layout->form) : !decided) {
             choice.layout = layout;
             decided = framed_agrees(layout, context);
-            choice.contradicts = form != NULL && layout->context != NULL
-                && json_get(context, layout->context) != NULL && !decided;
+            choice.contradicts = form != NULL && framed_contradicts(layout, context);
         }
     }
     if (form == NULL && !decided && choice.layouts > 1) {
