@@ -16,14 +16,15 @@ from stagewire.framing import End, FrameEvent
 from stagewire.links import Link
 from stagewire.protocols import FramedMessage, FramedProtocol
 from stagewire.sessions import Matching
-from stagewire_conformance.device.causes import DELIVERY, NOW_AND_THEN, Cause, silence
+from stagewire_conformance.device.causes import NOW_AND_THEN, Cause, silence
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.apt_contact import first_contact, identity_at
 from stagewire_conformance.device.lines.apt_guard import AptGuard
-from stagewire_conformance.device.lines.dialogue import Incoming, message_text
+from stagewire_conformance.device.lines.apt_parts import AptParts
+from stagewire_conformance.device.lines.dialogue import Incoming, addressed_text
 from stagewire_conformance.device.lines.line import GuardedLink
-from stagewire_conformance.device.lines.motions import STATUS_BITS, Ending, Moved, reports_motion
-from stagewire_conformance.device.lines.standstill import Measure, Part, Sighting, bring_to_rest
+from stagewire_conformance.device.lines.motions import Moved
+from stagewire_conformance.device.lines.standstill import Part, bring_to_rest
 from stagewire_conformance.device.lines.strays import cause_of_silence, subject_of
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.targets import names_of
@@ -33,9 +34,6 @@ if TYPE_CHECKING:
 
 _SIGN_PERIOD: Final = 0.5
 """Seconds between two keep-alive messages. A controller needs one per second (page 80)."""
-
-_SIGHT: Final = 0.5
-"""Seconds to wait for the status of a motor that is brought to rest."""
 
 _GIVEN_UP: Final = 0.1
 """Seconds without a byte after which an incomplete frame is given up."""
@@ -73,6 +71,7 @@ class AptLine(GuardedLink):
         self._guard = AptGuard(declared, allowed)
         self._matching = Matching(protocol)
         self._moved = Moved(declared, self._matching)
+        self._parts = AptParts(self, self._moved, self._write_now)
         self._framer = protocol.framer(End.HOST)
         self._answers: dict[str, tuple[type[FramedMessage], ...]] = {}
         self._last = 0.0  # time of the last received bytes
@@ -130,7 +129,7 @@ class AptLine(GuardedLink):
     ) -> None:
         source = self._protocol.host if source is None else source
         raw = message.pack(dest, source)
-        self._write(raw, partial(_told, message, dest, source), keep_alive=keep_alive)
+        self._write(raw, partial(addressed_text, message, dest, source), keep_alive=keep_alive)
 
     def _sign_of_life(self) -> None:
         if self._signs and not self._silent and self.now >= self._next_sign:
@@ -356,70 +355,23 @@ class AptLine(GuardedLink):
 
     def parts(self, *, going: bool = False) -> list[Part]:
         """Return what this check has set in motion; see :meth:`.GuardedLink.parts`."""
-        channels = self._moved.channels(going=going)
-        return [part for each in channels if (part := self._part(*each)).measures]
+        return self._parts.moved(going=going)
 
     def others(self) -> list[Part]:
         """Return the other channels with a motor; see :meth:`.GuardedLink.others`."""
-        moved = self._moved.channels()
-        motors = [
-            (place, channel)
-            for place in self.declared.places
-            if place.moves_stages
-            for channel in place.channels
-        ]
-        parts = [self._part(*motor) for motor in motors if motor not in moved]
-        return [part for part in parts if part.look and part.measures]
+        return self._parts.others()
 
     def stop_channel(self, place: Target, channel: int) -> bool:
         """Stop a channel immediately, and return whether it rests; see :meth:`.GuardedLink.come_to_rest`."""
-        part = self._part(place, channel)
+        part = self._parts.part(place, channel)
         part.measures[-2 if len(part.measures) > 2 else 0].take()
         self.adrift += bring_to_rest(self, [part], {part.name})
         return not self.adrift
 
     def disable_channel(self, place: Target, channel: int) -> None:
         """Disable a channel that ignores its stops, if it can be disabled."""
-        if (last := self._part(place, channel).measures[-1]).disables:
+        if (last := self._parts.part(place, channel).measures[-1]).disables:
             last.take()
-
-    def _part(self, place: Target, channel: int) -> Part:
-        name = f"{place.name} channel {channel}"
-        measures = [
-            Measure(ending.text, partial(self._end, ending, place, name), ending.disables)
-            for ending in self._moved.endings(place, channel)
-        ]
-        query = place.unit.status_query
-        asked = "" if query is None or query.req is None else query.req.layout.message
-        statuses = self._classes_of_answers(asked) if asked else ()
-        silent = (Cause(each.layout.message, DELIVERY) for each in statuses)
-        look = self._look(place, channel)
-        return Part(name, tuple(measures), look, (silence(place.name), *silent))
-
-    def _end(self, ending: Ending, place: Target, name: str) -> None:
-        host = self._protocol.host
-        for message in ending.messages:
-            told = partial(_told, message, place.address, host)
-            self._write_now(message.pack(place.address, host), told)
-        if ending.disables:
-            self.disabled.add(name)
-
-    def _look(self, place: Target, channel: int) -> Callable[[], Sighting | None] | None:
-        """Return a function that reads the state of a motor; None for a channel without a position."""
-        query = place.unit.status_query
-        if not place.moves_stages or query is None or query.req is None or place.status is None:
-            return None
-        request = self.declared.make(query.req.layout.message, channel)
-        bits = STATUS_BITS[place.status]
-
-        def look() -> Sighting | None:
-            heard = self.ask(request, place.address, _SIGHT)
-            if heard is None:
-                return None
-            moving = reports_motion(bits(heard.message.status_bits))
-            return Sighting(heard.time, heard.message.position, moving)
-
-        return look
 
     def forget(self) -> None:
         """Forget all motions, before the next check."""
@@ -428,7 +380,3 @@ class AptLine(GuardedLink):
 
     def leave(self) -> None:
         """Do nothing: first contact changes nothing."""
-
-
-def _told(message: FramedMessage, dest: int, source: int) -> str:
-    return f"{source:#04x}->{dest:#04x} {message_text(message)}"

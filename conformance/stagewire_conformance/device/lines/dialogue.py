@@ -110,7 +110,12 @@ class Incoming:
 def frame_text(frame: Frame) -> str:
     """Return a frame in one line: addresses, message and fields."""
     extra = f" extra={frame.extra.hex()}" if frame.extra else ""
-    return f"{frame.source:#04x}->{frame.dest:#04x} {message_text(frame.message)}{extra}"
+    return f"{addressed_text(frame.message, frame.dest, frame.source)}{extra}"
+
+
+def addressed_text(message: Message, dest: int, source: int) -> str:
+    """Return a message with its addresses in one line."""
+    return f"{source:#04x}->{dest:#04x} {message_text(message)}"
 
 
 def message_text(message: Message) -> str:
