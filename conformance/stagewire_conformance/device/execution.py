@@ -21,11 +21,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from stagewire.errors import TransportError
-from stagewire.links import Link, open_link
+from stagewire.links import Link
 from stagewire.protocols import CommandProtocol, FramedProtocol
 from stagewire.sessions import Recording
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.errors import NothingAnswersError
+from stagewire_conformance.device.lines.reopening import Reopenable, ReopeningLink
 from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.device.report import Report, digests_of
 from stagewire_conformance.device.run import Progress, RunInterrupted, run
@@ -122,7 +123,7 @@ def _run(
     """
     try:
         with (
-            open_link(url) as link,
+            ReopeningLink(url) as link,
             _recorded(link, log, plan) as line,
             progress() as hear,
         ):
@@ -154,7 +155,7 @@ def dead_line_report(url: str, plan: Plan, why: str) -> Report:
     )
 
 
-class _RecordedLink(Link):
+class _RecordedLink(Reopenable):
     """A link that records all traffic.
 
     :param link: the underlying link.
@@ -181,6 +182,10 @@ class _RecordedLink(Link):
     def write_now(self, data: bytes) -> None:
         """Write immediately, without recording."""
         self._link.write_now(data)
+
+    def reopen(self) -> bool:
+        """Open the underlying link again, if it can be."""
+        return isinstance(self._link, Reopenable) and self._link.reopen()
 
     def wake(self) -> None:
         """Make a waiting read return soon."""

@@ -279,18 +279,25 @@ class CommandLine(GuardedLink):
 
         A colon ends an incomplete command. In a command that writes data, colons would be data (``3A 3A 3A``
         is a position) and would not help; but bytes that could begin such a command are only sent as a whole
-        command. A controller that does not answer then is switched to the command format.
+        command. A controller that does not answer then is switched to the command format. If that does not
+        help, the link is opened again, if it can be.
         """
         if not self._in_step:
             self._write(self._end, lambda: "ends an incomplete command")
             self._in_step = True
             self.unasked += self._until_quiet(QUIET, _UNASKED)
-            if not self.ask(m.ReadStatus(), self.declared.places[0].address, _SOON, quiet=0):
+            if not self._answers():
                 self.send(m.SwitchToLowLevel())  # the controller may have left this format
+                if not self._answers() and self.reopen():
+                    self.send(m.SwitchToLowLevel())
         silent = self.now - self._stirred  # often the check has already waited for silence
         came = self.unasked + self._until_quiet(max(0.0, QUIET - silent), _UNASKED)
-        self.unasked = b""
+        self.unasked, self.silent = b"", ""
         return [f"{came.hex(' ')}: {_UNASKED}"] if came else []
+
+    def _answers(self) -> bool:
+        """Return whether the controller answers a request."""
+        return bool(self.ask(m.ReadStatus(), self.declared.places[0].address, _SOON, quiet=0))
 
     def pause(self, seconds: float) -> None:
         """Wait, and keep everything that arrives as unsolicited."""

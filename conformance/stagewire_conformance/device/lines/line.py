@@ -27,6 +27,7 @@ from typing import Any, ClassVar, Final, Protocol, Self
 from stagewire.errors import TransportLostError
 from stagewire.links import Link
 from stagewire_conformance.device.declaration import Declaration
+from stagewire_conformance.device.lines.reopening import Reopenable
 from stagewire_conformance.device.lines.standstill import Adrift, Part, bring_to_rest
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_conformance.device.results import Entry
@@ -301,6 +302,16 @@ class GuardedLink(ABC):
     @abstractmethod
     def leave(self) -> None:
         """Restore the state in which :meth:`contact` found the controller, at the end of a run."""
+
+    def reopen(self) -> bool:
+        """Open the link again, which can bring a controller back into step; return whether it was opened.
+
+        It never is while something may be moving, because nothing could be stopped meanwhile.
+
+        Raises :class:`~stagewire.errors.TransportLostError` if it could not be opened again.
+        """
+        self.interruption.check()
+        return self._rests and isinstance(self._link, Reopenable) and self._link.reopen()
 
     # Bytes
 

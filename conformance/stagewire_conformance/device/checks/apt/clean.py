@@ -142,9 +142,10 @@ def is_error(trial: Trial, heard: Incoming) -> bool:
 
 
 def _put_into_step(trial: Trial, request: Request) -> bool:
-    """Send zeros, which contain no message and no address, to complete a frame that may be pending.
+    """Bring the controller back into step, and return whether it answers again.
 
-    Return whether the controller answers again.
+    Zeros contain no message and no address. They complete a frame that may be pending. If they do not help,
+    the link is drained and opened again, if it can be.
     """
     singles = (1,) * (HEADER_SIZE - 1)
     for zeros in (*singles, _LONGEST, *singles, _LONGER, *singles):
@@ -154,7 +155,13 @@ def _put_into_step(trial: Trial, request: Request) -> bool:
         wait = _PATIENCE + zeros / _PER_SECOND
         if trial.line.ask(request.message, request.place.address, wait=wait) is not None:
             return True
-    return False
+    trial.line.drain()
+    if not trial.line.reopen():
+        return False
+    if trial.line.ask(request.message, request.place.address, wait=_PATIENCE) is None:
+        return False
+    trial.info("the controller answered again only after the connection was opened again")
+    return True
 
 
 def _silent_places(trial: Trial, silent: Target) -> Iterator[Target]:
