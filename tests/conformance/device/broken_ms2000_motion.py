@@ -162,7 +162,7 @@ MOTION = named(
         "READ_TARGET_POSITION returned",
     ),
     answered=Defect(
-        answers(lambda raw, _: ACK, m.WriteTargetPosition), "move-target/X", "without a request"
+        answers(lambda raw, _: ACK, m.WriteTargetPosition), "move-target/X", "should get no reply"
     ),
     no_motor_bit=Defect(answers(bits(clear=1), *STATUSES), "move-target/X", "without bit 0"),
     no_ramps=Defect(answers(bits(clear=16), *STATUSES), "move-target/X", "ramping up"),
@@ -188,7 +188,7 @@ MOTION = named(
     ),
     down_for_up=Defect(passes(down_for_up), "move-increment/X", "set the target"),
     increment_answered=Defect(
-        answers(lambda raw, _: ACK, m.IncrementMoveDown), "move-increment/Y", "without a request"
+        answers(lambda raw, _: ACK, m.IncrementMoveDown), "move-increment/Y", "should get no reply"
     ),
     stops_the_other=Defect(
         passes(stops_the_other), "move-together/X/Y", "but it does not begin", hides=True
@@ -213,7 +213,7 @@ MOTION = named(
     ),
     ends_by_itself=Defect(EndsByItself, "move-vector/Y", "until the next command"),
     vector_answered=Defect(
-        answers(lambda raw, _: ACK, m.WriteVectorSpeed), "move-vector/X", "without a request"
+        answers(lambda raw, _: ACK, m.WriteVectorSpeed), "move-vector/X", "should get no reply"
     ),
     only_tells_ramp_time=Defect(OnlyTellsRampTime, "ramps/X/target", "with a ramp of 250 ms"),
     ramp_of_vector=Defect(OnlyTellsRampTime, "ramps/Y/vector", "with a ramp of 250 ms"),

@@ -152,6 +152,8 @@ class CommandLine(GuardedLink):
         self._stirred = self.now  # time of the last traffic
         self.unasked = b""
         """Bytes received without a request since the line was last settled."""
+        self.silent = ""
+        """The command without a reply that was sent last before :attr:`unasked`; empty if it was another."""
         self.moving: set[int] = set()
         """Axes that may be moving. A check removes an axis once it has reported rest."""
         # the same, including axes that have reported rest in this check
@@ -191,6 +193,11 @@ class CommandLine(GuardedLink):
             self.stopped.add(frame.axis or 0)
         elif isinstance(command, m.StartMotor):
             self.stopped.discard(frame.axis or 0)
+        if getattr(command, "reply", None) is None:
+            self._fill(0)
+            self.unasked += self._out(len(self._waiting), _UNASKED)
+            if not self.unasked:
+                self.silent = command.layout.message
         if frame.extra or frame.form != "request":
             self._in_step = False  # a controller may read it differently
         self._write(raw, partial(self._words, frame))
@@ -231,6 +238,8 @@ class CommandLine(GuardedLink):
         """
         self._fill(0)
         self.unasked += self._out(len(self._waiting), _UNASKED)
+        if not self.unasked:
+            self.silent = ""
         self.send(command, axis, sized=sized, extra=extra)
         return self.hear(command, wait, quiet)
 

@@ -91,6 +91,10 @@ class Axis:
     def nothing_unasked(self) -> None:
         """Report bytes that came without a request, such as bytes after a reply that was read before."""
         came, self.line.unasked = self.line.unasked, b""
+        command, self.line.silent = self.line.silent, ""
+        if command:
+            self._unanswered(command, came)
+            return
         self.trial.must(
             not came,
             f"{_bytes(len(came))} arrived without a request",
@@ -106,15 +110,16 @@ class Axis:
 
     def silent(self, command: Command, seconds: float = QUIET) -> None:
         """Check that a command that was sent is not answered."""
-        came = self.line.listen(seconds) if seconds else b""
+        self._unanswered(command.layout.message, self.line.listen(seconds) if seconds else b"")
+
+    def _unanswered(self, command: str, came: bytes) -> None:
         self.trial.must(
             not came,
-            f"{command.layout.message} of axis {self.name} was answered with "
-            f"{_bytes(len(came))}; it should get no reply",
+            f"{command} of axis {self.name} was answered with {_bytes(len(came))}; it should get no reply",
             wanted=b"",
             came=came,
-            rule=rule_of_silence(command.layout.message),
-            cause=Cause(command.layout.message, UNSOLICITED),
+            rule=rule_of_silence(command),
+            cause=Cause(command, UNSOLICITED),
         )
 
     # Values of the axis, read quickly enough to follow a move

@@ -37,6 +37,10 @@ COMMON: Final = (
     "top-speed-limits-travel",
     "stop-no-response",
     "start-no-response",
+    "position-write-no-reply",
+    "increment-up-no-response",
+    "increment-down-no-response",
+    "vector-speed-no-reply",
 )
 """Rules that any check may find broken: every check reads, and every check of motion moves and stops."""
 
@@ -110,7 +114,7 @@ def rule_of_value(message: str) -> str:
 
 def rule_of_silence(message: str) -> str:
     """Return the rule that a command has no reply."""
-    return _SILENT[message]
+    return _SILENT.get(message, "no-blanks-in-replies")
 
 
 def rule_of_write(message: str) -> str:
