@@ -1,14 +1,12 @@
-"""The guarded link to a controller with unframed commands, and the first contact with one.
+"""The guarded link to a controller with unframed commands.
 
 A reply has no frame. Only the command gives it a meaning: the line sends a request, waits for the expected
-number of bytes, and treats bytes that follow shortly after them as extra. At first contact any byte could be
-a reply, so bytes that look like one are accepted, even if wrong: checks find out what is wrong with them.
-Noise, an echo and other protocols are refused.
+number of bytes, and treats bytes that follow shortly after them as extra.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from typing import Final
 
@@ -16,105 +14,13 @@ from stagewire.errors import CodecError
 from stagewire.links import Link
 from stagewire.protocols import Command, CommandFrame, CommandProtocol, Reply, SetupCommand
 from stagewire_conformance.device.declaration import Declaration
-from stagewire_conformance.device.errors import NothingAnswersError
+from stagewire_conformance.device.lines.command_contact import first_contact
 from stagewire_conformance.device.lines.command_guard import CommandGuard
 from stagewire_conformance.device.lines.dialogue import message_text
 from stagewire_conformance.device.lines.line import GuardedLink
 from stagewire_conformance.device.lines.standstill import Measure, Part, Sighting
 from stagewire_conformance.device.permissions import Permissions
 from stagewire_ms2000 import messages as m
-
-_MOTOR: Final = b"EMOT"
-"""The beginning of the identification of an axis (section 7)."""
-_TEXT: Final = 5
-"""Length of the text of an identification. The document describes the sixth byte in two ways."""
-_MOST: Final = 12
-"""Maximum length of a repeated identification. A longer answer is not one."""
-_BUSY: Final = (b"B", b"b", b"N", b"n")
-"""Letters of the status, in both cases."""
-_ROUND: Final = 1.0
-"""Seconds for one request to all axes."""
-
-
-def first_contact(line: CommandLine) -> tuple[dict[str, int | str], bool]:
-    """Request the identification of the axes. Without a right answer switch to the command format and repeat.
-
-    Returns the first identification, empty if an axis reports only its status; and whether the controller was
-    found in the other format. Raises :class:`.NothingAnswersError` without a reply.
-    """
-    first = answer = _identification(line)
-    found_in_text = False
-    if not answer.startswith(_MOTOR):  # no answer, or an error message of the other format
-        line.send(m.SwitchToLowLevel())
-        answer = _identification(line)
-        found_in_text = bool(answer) and answer != first
-    if answer:
-        return {
-            "identification": answer.decode("ascii", "backslashreplace").rstrip(": ")
-        }, found_in_text
-    if _tells_status(line):
-        return {}, False
-    raise NothingAnswersError(_nothing(line))
-
-
-def _identification(line: CommandLine) -> bytes:
-    """Return the first identification, or nothing.
-
-    A wrong identification must arrive twice, because noise does not.
-    """
-    request = m.ReadIdentification()
-    for axis, answer in _answers(line, request):
-        if answer.startswith(_MOTOR) or (_is_text(answer) and answer == _ask(line, request, axis)):
-            return answer
-    return b""
-
-
-def _tells_status(line: CommandLine) -> bool:
-    """Return whether an axis reports its status, twice."""
-    request = m.ReadStatus()
-    return any(
-        answer in _BUSY and _ask(line, request, axis) in _BUSY
-        for axis, answer in _answers(line, request)
-    )
-
-
-def _answers(line: CommandLine, request: Command) -> Iterator[tuple[int, bytes]]:
-    """Yield the answer of each axis, until the time is over or an answer is too long."""
-    end = line.now + _ROUND
-    for place in line.declared.places:
-        if (left := end - line.now) <= 0:
-            return
-        answer = _ask(line, request, place.address, left)
-        if len(answer) > _MOST:
-            return
-        yield place.address, answer
-
-
-def _ask(line: CommandLine, request: Command, axis: int, left: float = _ROUND) -> bytes:
-    return line.ask(request, axis, min(left, _ROUND / len(line.declared.places)))
-
-
-def _is_text(answer: bytes) -> bool:
-    """Return whether bytes could be the text of a wrong identification."""
-    text = answer[:_TEXT]
-    return len(text) == _TEXT and text.isascii() and text.decode("ascii").isprintable()
-
-
-def _nothing(line: CommandLine) -> str:
-    name = line.declared.unit.name
-    came = sum(len(entry.raw) for entry in line.log if not entry.sent)
-    if came:
-        return (
-            f"no {name} answers at {line.url}: {came} bytes arrived that are not a reply. Check "
-            "the baud rate and the kind of controller"
-        )
-    axes = ", ".join(place.name for place in line.declared.places)
-    return (
-        f"no answer at {line.url}: none of the axes {axes} identifies itself, even after 255 66, "
-        f"which switches to the low-level format. Check that the {name} is switched on, that this is its "
-        "port, and that its switches set this baud rate"
-    )
-
 
 QUIET: Final = 0.05
 """Seconds of silence after which a reply is complete."""
