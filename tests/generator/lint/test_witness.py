@@ -577,6 +577,7 @@ def test_unknown_lists_and_other_pages_are_reported(protocol: Protocol, tmp_path
     [
         ("Messages of TPx Series", "['TP1', 'TP2', 'TP9']"),  # a digit for x
         ("Messages of TP1 and TP2", "['TP1', 'TP2']"),
+        ('"Messages of TP1, TP2 and TP9"', "['TP1', 'TP2', 'TP9']"),
         ("Messages of TP10", "[]"),
     ],
 )

@@ -118,7 +118,8 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
 
 def _units_in(title: str, units: Iterable[str]) -> list[str]:
     """Return the units that a heading names, by their own names or that of their series, such as BPC20x."""
-    patterns = [re.escape(word).replace("x", "[0-9]") for word in title.split()]
+    words = (word.rstrip(",") for word in title.split())
+    patterns = [re.escape(word).replace("x", "[0-9]") for word in words]
     return sorted(name for name in units if any(re.fullmatch(p, name) for p in patterns))
 
 
