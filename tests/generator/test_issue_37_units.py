@@ -115,7 +115,7 @@ with devices.KST101.open(answering(26000001, "KST101")):
     run(package, program)
 
 
-def test_a_class_for_the_bsc203_has_three_bays_that_count_from_0_on_the_wire(package: Path) -> None:
+def test_a_class_for_the_bsc203_counts_bays_from_1_and_sends_them_from_0(package: Path) -> None:
     program = """\
 with devices.BSC203.open(answering(70000001, "BSC203", bays=(0, 2)), stage="APT_STEPPER") as bsc:
     assert bsc.get_bay_used(bay_ident=0).bay_state == 1
@@ -163,7 +163,7 @@ def test_every_motor_unit_has_a_class(package: Path, protocol: Protocol) -> None
         ("KST101", {"MOT_SET_TSTACTUATORTYPE", "MOT_GET_STATUSUPDATE"}, {"MOT_SET_TRIGGER"}),
         ("KST201", {"MOT_GET_KCUBEMMIPARAMS"}, {"MOT_SET_LIMSWITCHPARAMS", "MOT_SET_AVMODES"}),
         ("K10CR1", {"MOT_SET_TRIGGER"}, {"MOT_SET_POWERPARAMS", "HW_DISCONNECT"}),
-        ("BSC203", {"MOT_SET_KCUBEKSTLOOPPARAMS"}, {"RACK_SET_DIGOUTPUTS"}),
+        ("BSC203", {"MOT_SET_KCUBEKSTLOOPPARAMS"}, {"MOT_ACK_DCSTATUSUPDATE"}),
         ("LTS300", {"MOT_SET_BOWINDEX"}, {"MOT_SET_ENCCOUNTER"}),
         ("MFF101", {"MOT_MOVE_JOG", "MOT_GET_STATUSBITS"}, {"MOT_MOVE_STOP", "MOT_MOVE_HOME"}),
         ("BBD303", {"MOT_MOVE_SYNCHSTART", "MOT_SET_IOCONFIG"}, {"MOT_SET_KCUBEMMIPARAMS"}),
