@@ -53,7 +53,7 @@ def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
     protocol = _resolved(files, diagnostics, say)
     check_pages(protocol, files, diagnostics)
     say(f"{protocol.name}: witness and errata")
-    return Checked(protocol, check_errata(protocol, files, diagnostics), files)
+    return Checked(protocol, check_errata(protocol, files, files, diagnostics), files)
 
 
 def check_overlays(
@@ -76,15 +76,16 @@ def check_overlays(
         files = read_overlay(overlay, diagnostics, say)
         if len(diagnostics.found) > before:
             continue
-        protocol = _laid_over(base, [files], diagnostics, say)
-        if protocol is None:
+        composed = compose(base, [files], diagnostics)
+        if composed is None:
             continue
+        protocol = _resolved(composed, diagnostics, say)
         name = overlay.path.name
         view = replace(protocol, document=protocol.document_of(name))
         check_pages(view, files, diagnostics)
         title = f"{protocol.name}/{name}"
         say(f"{title}: witness and errata")
-        compared = check_errata(protocol, files, diagnostics, name)
+        compared = check_errata(protocol, files, composed, diagnostics, name)
         checked[title] = Checked(protocol, compared, files)
         right[name] = files, protocol
     if not chosen or not right.keys() >= set(chosen):

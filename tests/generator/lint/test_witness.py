@@ -577,7 +577,7 @@ def test_unknown_lists_and_other_pages_are_reported(protocol: Protocol, tmp_path
     [
         ("Messages of TPx Series", "['TP1', 'TP2', 'TP9']"),  # a digit for x
         ("Messages of TP1 and TP2", "['TP1', 'TP2']"),
-        ('"Messages of TP1, TP2 and TP9"', "['TP1', 'TP2', 'TP9']"),
+        ('"Messages of TP1, TP2, and TP9 (continued)"', "['TP1', 'TP2', 'TP9']"),
         ("Messages of TP10", "[]"),
     ],
 )
@@ -630,7 +630,7 @@ def test_lists_and_units_are_unknown_in_a_protocol_without_units(
     assert found(compare(bare, tmp_path, text)) == {
         "lists/TP1": (2, "Of the TP1", "no such list"),
         "units/TP1": (3, "TP1", "no such unit"),
-        "prefixes/71/TP1": (4, "False", "True"),
+        "prefixes/71/TP1": (4, "TP1", "nothing"),
     }
 
 
@@ -653,15 +653,34 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
     "prefixes": ("usb_prefixes: [[x, 71xxx, x, TP1], [x, 72xxx, x, TP2]]", {}),
     "a prefix of another unit": (
         "usb_prefixes: [[x, 71xxx, x, TP9],\n[x, 72xxx, x, TP2]]",
-        {"prefixes/71/TP9": (3, "False", "True"), "prefixes/71/TP1": (3, "TP9", "TP1")},
+        {"prefixes/71/TP9": (3, "TP9", "nothing"), "prefixes/71/TP1": (3, "TP9", "TP1")},
     ),
     "other prefixes": (
         "usb_prefixes: [[x, 71xxx, x, TP1/TP2],\n[x, 79xxx, x, TP8]]",
         {
-            "prefixes/71/TP2": (3, "False", "True"),
-            "prefixes/79/TP8": (4, "False", "True"),
+            "prefixes/71/TP2": (3, "TP2", "nothing"),
+            "prefixes/79/TP8": (4, "TP8", "nothing"),
             "prefixes/72/missing": (3, "nothing", "72"),
         },
+    ),
+    "units with one prefix": (  # only the first has it in the registry
+        "usb_prefixes: [[x, 71xxx, x, TP1/2/10],\n[x, 72xxx, x, TP2]]",
+        {
+            "prefixes/71/TP2": (3, "TP2", "nothing"),
+            "prefixes/71/TP10": (3, "TP10", "nothing"),
+        },
+    ),
+    "a series with one prefix": (
+        "usb_prefixes: [[x, 71xxx, x, TP1],\n[x, 72xxx, x, TP2],\n[x, 74xxx, x, T3X/TPX]]",
+        {"prefixes/74/T3X": (5, "T3X", "nothing"), "prefixes/74/TPX": (5, "TPX", "nothing")},
+    ),
+    "a prefix from another source": (
+        "usb_prefixes: [[x, 71xxx, x, TP1], [x, 72xxx, x, TP2], [x, 73xxx, x, TP3]]",
+        {},
+    ),
+    "a prefix without a unit": (
+        'usb_prefixes: [[x, 71xxx, x, TP1],\n[x, 72xxx, x, ""],\n[x, 75xxx, x, ""]]',
+        {"prefixes/72/TP2": (4, "nothing", "TP2")},
     ),
     "a prefix that is not a number": (
         "usb_prefixes: [[7, none, x, TP1], [8, 71xxx, x, TP1],\n[9, 72xxx, x, TP2]]",
@@ -670,6 +689,10 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
     "addresses": (
         'addresses: [[x, "0x01", x], [x, "0x11", x], [x, "0x21", x], [x, "0x22", x], [x, "0x50", x]]',
         {},
+    ),
+    "addresses with an ellipsis": (
+        'addresses: [[x, "0x01", x], [x, "0x11", x], [x, "0x20", x],\n[x, "…", x], [x, "0x50", x]]',
+        {"addresses/0x20": (3, "False", "True")},
     ),
     "other addresses": (
         'addresses: [[x, "0x01", x],\n[x, "0x01", x],\n[x, "0x77", x]]',
@@ -701,6 +724,20 @@ def test_units_prefixes_addresses_and_formats_are_compared(
     if "usb_prefixes" not in section:  # each unit has its prefix, and its row
         section += f"\n{PREFIXES}"
     assert found(compare(protocol, tmp_path, listing("lists", "lists: {}", section))) == wanted
+
+
+def test_units_and_prefixes_may_be_those_of_unsupported_units(
+    protocol: Protocol, tmp_path: Path
+) -> None:
+    unsupported = {"TPx": {}, "TP81": {"prefixes": [75]}, "TP82": {"prefixes": [75]}}
+    known = replace(protocol, units={**protocol.units, "unsupported": unsupported})
+    text = listing(
+        "lists",
+        "lists: {}",
+        "usb_prefixes: [[x, 71xxx, x, TP1], [x, 72xxx, x, TP2], [x, 75xxx, x, TP8X]]",
+        "motor_controllers: [[x, TPx, 2 Channel Balloon]]",
+    )
+    assert found(compare(known, tmp_path, text)) == {}
 
 
 def test_lists_are_compared_after_all_chapters(protocol: Protocol, tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ from stagewire_generator.model import Json
 from stagewire_generator.strict_yaml import KeyPath
 
 _PREFIX = re.compile(r"[0-9]{2}")
+_SERIES = re.compile(r"x|(?<=[0-9])X")
+_NO_LETTER = re.compile(r"[^A-Z]")
 _COUNT = re.compile(r"([0-9]+) [Cc]hannel ")
 
 
@@ -116,10 +118,9 @@ def _list(comparison: Comparison, key: str, printed: Json, entry: Json) -> None:
             comparison.differs(f"lists/{key}/{name}/misprinted", ("lists", key), name, "as printed")
 
 
-def _units_in(title: str, units: Iterable[str]) -> list[str]:
-    """Return the units that a heading names, by their own names or that of their series, such as BPC20x."""
-    words = (word.rstrip(",") for word in title.split())
-    patterns = [re.escape(word).replace("x", "[0-9]") for word in words]
+def _units_in(words: str, units: Iterable[str]) -> list[str]:
+    """Return the units that words name, by their own names or that of their series, such as BPC20x."""
+    patterns = [_SERIES.sub("[0-9]", re.escape(word.rstrip(","))) for word in words.split()]
     return sorted(name for name in units if any(re.fullmatch(p, name) for p in patterns))
 
 
@@ -141,7 +142,11 @@ def _rows_of_list(
 
 def _units(comparison: Comparison, data: Json) -> None:
     units = comparison.protocol.units.get("units", {})
+    unsupported = comparison.protocol.units.get("unsupported", {})
     for path, name, says in _printed_units(data):
+        if name in unsupported:
+            comparison.compared += 1
+            continue
         if name not in units:
             comparison.differs(f"units/{name}", path, name, "no such unit")
             continue
@@ -160,11 +165,21 @@ def _printed_units(data: Json) -> Iterator[tuple[KeyPath, str, str]]:
 
 
 def _prefixes(comparison: Comparison, data: Json) -> None:
-    units = comparison.protocol.units.get("units", {})
-    known = {
+    """Compare the prefixes of serial numbers: each printed unit has its prefix, and no other unit.
+
+    The registry may have further units with a printed prefix only under ``known_prefixes``, since the sources
+    of these are not the document.
+    """
+    owned = {
         name: {entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry}
-        for name, entry in units.items()
+        for name, entry in comparison.protocol.units.get("units", {}).items()
     }
+    known = {name: set(prefixes) for name, prefixes in owned.items()}
+    for prefix, entry in comparison.protocol.units.get("known_prefixes", {}).items():
+        for name in (entry["unit"], *entry.get("shared_with", ())):
+            known.setdefault(name, set()).add(int(prefix))
+    for name, entry in comparison.protocol.units.get("unsupported", {}).items():
+        known.setdefault(name, set()).update(entry.get("prefixes", ()))
     printed = set()
     for index, (line, text, _, codes) in enumerate(data.get("usb_prefixes", [])):
         path: KeyPath = ("usb_prefixes", index)
@@ -174,14 +189,26 @@ def _prefixes(comparison: Comparison, data: Json) -> None:
             continue
         prefix = int(digits[0])
         printed.add(prefix)
-        for code in codes.split("/"):
-            right = prefix in known.get(code, ())
-            comparison.same(f"prefixes/{prefix}/{code}", path, right, True)
-        for name in sorted(known.keys() - {*codes.split("/")}):
-            if prefix in known[name]:
-                comparison.differs(f"prefixes/{prefix}/{name}", path, codes, name)
-    for prefix in sorted(set().union(*known.values()) - printed):
+        named = _coded(codes, known)
+        for code in named:
+            encoded = code if prefix in known.get(code, ()) else NOTHING
+            comparison.same(f"prefixes/{prefix}/{code}", path, code, encoded)
+        for name in sorted(owned.keys() - {*named}):
+            if prefix in owned[name]:
+                comparison.differs(f"prefixes/{prefix}/{name}", path, codes or NOTHING, name)
+    for prefix in sorted(set().union(*owned.values()) - printed):
         comparison.differs(f"prefixes/{prefix}/missing", ("usb_prefixes",), "nothing", prefix)
+
+
+def _coded(codes: str, units: Iterable[str]) -> list[str]:
+    """Return the units that a cell names, such as ``BPC103/203`` or ``MFF10X``; others as printed."""
+    names: list[str] = []
+    letters = ""
+    for code in filter(None, codes.split("/")):
+        full = letters + code if code.isdecimal() else code
+        letters = _NO_LETTER.split(full, maxsplit=1)[0]
+        names += _units_in(full, units) or [full]
+    return names
 
 
 def _addresses(comparison: Comparison, data: Json) -> None:
@@ -193,8 +220,13 @@ def _addresses(comparison: Comparison, data: Json) -> None:
         return
     known = {f"0x{address:02X}" for address in (framing["host"], *framing["devices"])}
     seen: set[str] = set()
-    for index, (_, address, _) in enumerate(data.get("addresses", [])):
+    rows = data.get("addresses", [])
+    for index, (_, address, _) in enumerate(rows):
         path = ("addresses", index)
+        if address == "…" and 0 < index < len(rows) - 1:
+            first, last = (int(rows[at][1], 16) for at in (index - 1, index + 1))
+            seen |= {f"0x{between:02X}" for between in range(first + 1, last)}
+            continue
         if address in seen:
             comparison.differs(f"addresses/{address}/twice", path, address, "once")
         comparison.same(f"addresses/{address}", path, address in known, True)

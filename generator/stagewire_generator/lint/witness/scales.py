@@ -25,10 +25,11 @@ def compare_scales(comparison: Comparison, files: Mapping[str, list[Document]]) 
     """Compare each scale that has a printed text with numbers, as places ``scales/PATH``.
 
     One of the numbers must be the factor or its reciprocal, rounded to the printed digits, or two of them
-    must have that ratio. A text without numbers is not compared.
+    must have that ratio. A text without numbers is not compared. An overlay may also add scales to entries of
+    the protocol, in its file of additions.
     """
     for kind in ("quantities", "stages"):
-        for document in files.get(kind, []):
+        for document in (*files.get(kind, ()), *files.get("additions", ())):
             comparison.document = document
             for path, scale, key in _printed(document.data.get(kind, {}), (kind,)):
                 factor, unit = str(scale[key]), key.replace("counts_per_", "")

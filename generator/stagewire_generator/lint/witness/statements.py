@@ -48,7 +48,18 @@ def compare_statements(
     files: Mapping[str, list[Document]],
     diagnostics: Diagnostics,
 ) -> None:
-    """Compare the statements of the document with the registry, as places ``statements/PATH``."""
+    """Compare the statements of the document with the registry, as places ``statements/PATH``.
+
+    :param facts: the registry: the facts of an overlay and of its protocol.
+    :param files: the files of the protocol, or of the overlay. Only their scales have a ``printed`` text from
+        this document.
+    """
+    ours = {
+        path
+        for kind in (*OF_REGISTRY, "additions")
+        for d in files.get(kind, [])
+        for path in _texts(d.data)
+    }
     for document in files.get("printed", []):
         comparison.document = document
         for index, entry in enumerate(document.data.get(CHAPTER, ())):
@@ -57,7 +68,7 @@ def compare_statements(
                 for at, key, holder in facts.at(pattern, document, path, diagnostics):
                     place = "/".join(filter(None, (CHAPTER, at, key)))
                     comparison.same(place, path, *facts.sides(value, holder.get(key, NOTHING)))
-                    if "printed" in holder and key != "printed":
+                    if at in ours and "printed" in holder and key != "printed":
                         words = entry["words"], holder["printed"]
                         comparison.same(f"{place}/words", path, *words)
 
@@ -89,6 +100,15 @@ def check_witnesses(facts: Facts, tables: Iterable[str], diagnostics: Diagnostic
             fact = "/".join(map(str, path))
             if fact not in facts.stated and not in_chapters.match(fact):
                 diagnostics.add(document.place(*path), "SW043", f"{fact} has no second witness")
+
+
+def _texts(node: Json, path: str = "") -> Iterator[str]:
+    """Yield the path of each mapping with a ``printed`` text."""
+    if "printed" in node:
+        yield path
+    for key, inner in node.items():
+        if isinstance(inner, dict):
+            yield from _texts(inner, f"{path}/{key}".lstrip("/"))
 
 
 def facts_of(node: Json, path: KeyPath = ()) -> Iterator[KeyPath]:
