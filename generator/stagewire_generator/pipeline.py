@@ -53,7 +53,7 @@ def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
     protocol = _resolved(files, diagnostics, say)
     check_pages(protocol, files, diagnostics)
     say(f"{protocol.name}: witness and errata")
-    return Checked(protocol, check_errata(protocol, files, files, diagnostics), files)
+    return Checked(protocol, check_errata(protocol, files, diagnostics), files)
 
 
 def check_overlays(
@@ -85,7 +85,7 @@ def check_overlays(
         check_pages(view, files, diagnostics)
         title = f"{protocol.name}/{name}"
         say(f"{title}: witness and errata")
-        compared = check_errata(protocol, files, composed, diagnostics, name)
+        compared = check_errata(protocol, files, diagnostics, name, composed)
         checked[title] = Checked(protocol, compared, files)
         right[name] = files, protocol
     if not chosen or not right.keys() >= set(chosen):

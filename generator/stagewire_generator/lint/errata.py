@@ -29,16 +29,16 @@ _NOT_PRINTED = (
 def check_errata(
     protocol: Protocol,
     files: Mapping[str, list[Document]],
-    registry: Mapping[str, list[Document]],
     diagnostics: Diagnostics,
     overlay: str = "",
+    registry: Mapping[str, list[Document]] | None = None,
 ) -> Comparison:
     """Compare witness, registry, errata and examples with each other.
 
     :param files: the files of the protocol, or of the overlay.
-    :param registry: the files of the protocol, with the overlay applied. Statements refer to them.
     :param overlay: the overlay whose document and errata are checked; empty for the protocol itself. A
         witness is optional for an overlay; if it has one, all its messages must be in it.
+    :param registry: the files of the protocol with the overlay applied, to which statements refer.
     """
     printed = files.get("printed", [])
     witness = bool(printed) if overlay else files["protocol"][0].data.get("witness", True)
@@ -46,7 +46,7 @@ def check_errata(
         what = "a witness is not allowed, because protocol.yaml has `witness: false`"
         diagnostics.add(document.place(), "SW046", what)
     comparison = compare_witness(protocol, printed if witness else [], overlay)
-    facts = Facts(protocol, registry)
+    facts = Facts(protocol, registry or files)
     if witness:
         compare_statements(comparison, facts, files, diagnostics)
     check_decisions(facts, files, diagnostics)
