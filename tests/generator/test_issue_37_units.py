@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from checkout import ROOT
 from stagewire_cli.main import main
@@ -88,7 +90,7 @@ def test_a_class_for_the_kdc101_opens_and_reads(package: Path) -> None:
 with devices.KDC101.open(answering(27000001, "KDC101"), stage="Z8") as kdc:
     assert kdc.serial_number == 27000001
     assert kdc.get_vel_params().max_velocity == 0x50
-    assert kdc.get_dc_status_update().position_mm == 1
+    assert abs(kdc.get_dc_status_update().position_mm - 34304 / 34554.96) < 1e-6
     reply = kdc.session.ask(m.MotReqKcubeMmiParams(1), (m.MotGetKcubeMmiParams,), dest=0x50)
     assert reply.message.disp_brightness == 60, reply
 assert {dest for _, dest in ASKED} == {0x50}, ASKED
@@ -184,3 +186,31 @@ def test_units_of_issue_3_keep_all_their_messages(protocol: Protocol) -> None:
     for name in base.units["units"]:
         missing = messages_of(base, name) - messages_of(protocol, name)
         assert not missing, (name, missing)
+
+
+def test_units_of_issue_3_have_the_messages_of_the_lists_that_name_them(protocol: Protocol) -> None:
+    """The headings of the printed lists name them; the lists of the registry do not."""
+    path = SPEC / "overlays" / "issue_37" / "printed" / "lists.yaml"
+    document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    ids = {
+        f"0x{m.id:04X}": m.name for m in protocol.messages if m.id is not None and not m.sub_message
+    }
+    of_name = {name: m.name for m in protocol.messages for name in (m.name, *m.aliases)}
+    lacking: dict[str, set[str]] = {}
+    for name in ("TDC001", "TST001", "TSC001", "BSC101", "BSC103", "BBD101", "BBD103", "BBD203"):
+        series = re.compile(rf"\b{name[:-1]}[{name[-1]}x]")
+        printed = {
+            of_name.get(row["name"].removeprefix("MGMSG_"), ids[row["id"]])
+            for entry in document["lists"].values()
+            if series.search(entry["title"])
+            for row in entry["rows"]
+        }
+        assert printed, name
+        lacking[name] = printed - protocol.messages_of(protocol.units["units"][name])
+    sets = {name: {message.split("_")[-1] for message in left} for name, left in lacking.items()}
+    assert {name: left for name, left in sets.items() if left} == {
+        "BSC101": {"KCUBEKSTLOOPPARAMS"},  # page 148: only for KST101 and BSC20x
+        "BSC103": {"KCUBEKSTLOOPPARAMS"},
+        "BBD101": {"LIMSWITCHPARAMS"},  # page 78: not for BBD10x
+        "BBD103": {"LIMSWITCHPARAMS"},
+    }

@@ -671,8 +671,15 @@ TABLES_OF_UNITS: dict[str, tuple[str, Found]] = {
         },
     ),
     "a series with one prefix": (
-        "usb_prefixes: [[x, 71xxx, x, TP1],\n[x, 72xxx, x, TP2],\n[x, 74xxx, x, T3X/TPX]]",
-        {"prefixes/74/T3X": (5, "T3X", "nothing"), "prefixes/74/TPX": (5, "TPX", "nothing")},
+        "usb_prefixes: [[x, 71xxx, x, TP1],\n[x, 72xxx, x, TP2],\n[x, 74xxx, x, T3X/T4X]]",
+        {"prefixes/74/T3X": (5, "T3X", "nothing"), "prefixes/74/T4X": (5, "T4X", "nothing")},
+    ),
+    "a name with a slash": (
+        "usb_prefixes: [[x, 71xxx, x, TP1/2], [x, 72xxx, x, TP2],\n[x, 75xxx, x, TP3/IR]]",
+        {
+            "prefixes/71/TP2": (3, "TP2", "nothing"),
+            "prefixes/75/TP3/IR": (4, "TP3/IR", "nothing"),
+        },
     ),
     "a prefix from another source": (
         "usb_prefixes: [[x, 71xxx, x, TP1], [x, 72xxx, x, TP2], [x, 73xxx, x, TP3]]",

@@ -11,6 +11,7 @@ from stagewire_generator.strict_yaml import KeyPath
 
 _PREFIX = re.compile(r"[0-9]{2}")
 _SERIES = re.compile(r"x|(?<=[0-9])X")
+_SLASH = re.compile(r"/(?=[^/]*[0-9])")
 _NO_LETTER = re.compile(r"[^A-Z]")
 _COUNT = re.compile(r"([0-9]+) [Cc]hannel ")
 
@@ -201,10 +202,13 @@ def _prefixes(comparison: Comparison, data: Json) -> None:
 
 
 def _coded(codes: str, units: Iterable[str]) -> list[str]:
-    """Return the units that a cell names, such as ``BPC103/203`` or ``MFF10X``; others as printed."""
+    """Return the units that a cell names, such as ``BPC103/203`` or ``MFF10X``; others as printed.
+
+    A part without digits belongs to the name before it, as in ``MNA601/IR``.
+    """
     names: list[str] = []
     letters = ""
-    for code in filter(None, codes.split("/")):
+    for code in filter(None, _SLASH.split(codes)):
         full = letters + code if code.isdecimal() else code
         letters = _NO_LETTER.split(full, maxsplit=1)[0]
         names += _units_in(full, units) or [full]

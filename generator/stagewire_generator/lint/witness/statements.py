@@ -12,11 +12,13 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase, translate
+from fractions import Fraction
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.model import Json, Protocol
+from stagewire_generator.scales import RATIONAL
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 CHAPTER = "statements"
@@ -24,6 +26,8 @@ OF_REGISTRY = ("protocol", "messages", "units", "quantities", "stages")
 """The kinds of files with facts that a statement can name."""
 
 Found = tuple[str, Json, bool]  # a path, the mapping there, and whether a pattern names it in full
+
+_FIGURE = re.compile(r"[0-9]+(?:\.(?P<decimals>[0-9]+))?\Z")
 
 _ENTRY = 2  # parts of the path of an entry, such as units/TDC001
 
@@ -173,9 +177,12 @@ class Facts:
     def sides(self, stated: Any, encoded: Any) -> tuple[str, str]:
         """Return a stated and an encoded value as texts, which are equal if the values are.
 
-        Numbers have several spellings, and lists any order. Of two lists, only the differences are shown. A
-        mapping is compared by its keys, and facts about firmware by their versions.
+        Numbers have several spellings, and a quoted one may be rounded. Lists may have any order, and only
+        their differences are shown. A mapping is compared by its keys, and facts about firmware by their
+        versions.
         """
+        if _rounded(stated, encoded):
+            return str(stated), str(stated)
         if isinstance(stated, dict):
             stated = self._on_pages(stated)
         if isinstance(encoded, dict):
@@ -224,6 +231,15 @@ def _below(
         lacking += without or ([] if matched else [wanted])
         below += matched
     return below, lacking
+
+
+def _rounded(stated: Any, encoded: Any) -> bool:
+    """Whether an exact factor, rounded to the digits of a printed figure, is that figure."""
+    figure = _FIGURE.match(stated) if isinstance(stated, str) else None
+    if figure is None or not RATIONAL.match(str(encoded)):
+        return False
+    half = Fraction(1, 2 * 10 ** len(figure["decimals"] or ""))
+    return abs(Fraction(str(encoded)) - Fraction(stated)) <= half
 
 
 def _listed(members: Counter[str]) -> str:
