@@ -261,9 +261,15 @@ def controllers(spec: Spec, names: list[str]) -> None:
     slide |= dict.fromkeys(names, slide["TPx"])
 
 
+def _without_stages(data: Json) -> Json:
+    """Return the facts of another unit like TP9, for which no stage has scales."""
+    facts = {key: value for key, value in data["units"]["TP9"].items() if key != "fewer_stages"}
+    return {**facts, "stages": []}
+
+
 def units(spec: Spec, names: list[str]) -> None:
-    known = spec.files["tiny/units.yaml"]["units"]
-    known |= {name: {**known["TP9"], "stages": []} for name in names}
+    data = spec.files["tiny/units.yaml"]
+    data["units"] |= {name: _without_stages(data) for name in names}
 
 
 def families(spec: Spec, names: list[str]) -> None:
@@ -274,7 +280,7 @@ def families(spec: Spec, names: list[str]) -> None:
 def lists(spec: Spec, names: list[str]) -> None:
     data = spec.files["tiny/units.yaml"]
     for number, name in enumerate(names):
-        data["units"][f"L{number}"] = {**data["units"]["TP9"], "stages": []}
+        data["units"][f"L{number}"] = _without_stages(data)
         data["lists"][name] = {**data["lists"]["TP1"], "units": [f"L{number}"]}
 
 
