@@ -10,6 +10,7 @@ from corpus_lines import CorpusLink, Maker, SteppedCorpusLink
 from corpus_ms2000 import Ms2000
 from corpus_stepper import Stepper
 from corpus_tdc001 import Tdc001
+from corpus_z8 import Z8Tdc001
 
 from declared_benches import DeclaredBench
 from stagewire_conformance.device.permissions import Range
@@ -52,6 +53,18 @@ BENCHES = {
         ),
         "-10291..171520counts",
         Tdc001,
+    ),
+    "z8": CorpusBench(
+        Pics(
+            unit="TDC001",
+            line="usb",
+            channels=(
+                ChannelPics(number=1, stage="Z812", travel=Range.parse("-10291..428800counts")),
+            ),
+            timing=_TIMING,
+        ),
+        "-10291..171520counts",
+        Z8Tdc001,
     ),
     "stepper": CorpusBench(
         Pics(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from corpus_apt import AptUnit, Command
 from corpus_motion import Path, at_speed, resting, then, to_rest, to_target
@@ -28,6 +28,10 @@ class Setting:
     id: int
     layout: str
     values: tuple[int, ...]
+
+    def with_values(self, *values: int) -> Setting:
+        """Return the setting with other values after power-up."""
+        return replace(self, values=values)
 
 
 _OF_EVERY_MOTOR: Mapping[str, tuple[int, str]] = {

@@ -27,6 +27,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     targets.ABSOLUTE,
     targets.RELATIVE,
     targets.STORED,
+    targets.FAR,
     jogs.KIND,
     profile.KIND,
     backlash.KIND,

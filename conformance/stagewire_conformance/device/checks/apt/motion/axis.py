@@ -51,6 +51,8 @@ JITTER: Final = 4
 """Counts by which a servo at rest may be seen to move."""
 HELD: Final = 64
 """Counts within which a servo holds its stage."""
+_STEPS: Final = 16
+"""Counts by which the position of a stepper motor may differ from its target."""
 
 
 @dataclass(frozen=True)
@@ -377,9 +379,11 @@ class Axis:
     def tolerance(self, distance: int) -> int:
         """Return the counts by which a motor may miss its target after a move over some distance.
 
-        The document gives no figure. This is half a per cent or the accuracy of a servo, but never more than
-        a quarter of the distance.
+        The document gives no figure. For a servo, this is half a per cent or its accuracy, but never more
+        than a quarter of the distance. A stepper motor counts its own steps, so it hardly ever misses.
         """
+        if self.place.status == "stepper":
+            return max(JITTER, min(_STEPS, abs(distance) // 4))
         return max(JITTER, min(max(HELD, abs(distance) // 200), abs(distance) // 4))
 
     @staticmethod

@@ -54,6 +54,24 @@ def top_speed(points: Sequence[Point]) -> float:
     return max(speeds(points), default=0.0)
 
 
+def steady_speed(points: Sequence[Point]) -> float:
+    """Return the average speed in counts/s over the middle half of a motion; 0 if it has no length.
+
+    At a constant speed, it is more precise than the highest speed: the time is longer.
+    """
+    first, last = points[0].position, points[-1].position
+    quarter = abs(last - first) / 4
+    middle = [
+        point
+        for point in points
+        if quarter <= abs(point.position - first) and quarter <= abs(point.position - last)
+    ]
+    if not middle:
+        return 0.0
+    seconds = max(middle[-1].time - middle[0].time, 1e-3)
+    return abs(middle[-1].position - middle[0].position) / seconds
+
+
 def is_speeding_up(points: Sequence[Point]) -> bool:
     """Return whether a motion certainly became faster until its last position."""
     last = speeds(points)[-_SURE:]

@@ -43,6 +43,9 @@ _WAYS = {
 }
 """Names of the directions in sentences; None is an unknown direction."""
 
+_ACCURATE = 32
+"""Counts from its target at which a settled servo may rest."""
+
 _FEW = 3
 """The minimum number of statuses between the first and the last that must show a motion."""
 _FOLLOWS = 0.1
@@ -313,12 +316,28 @@ def judge_positions(
     )
 
 
-def judge_place(axis: Axis, told: str, status: Status, start: int, target: int) -> bool:
-    """Report a motor that is not at its target; return whether it is."""
+def judge_place(
+    axis: Axis, told: str, status: Status, start: int, target: int, *, accurate: bool = False
+) -> bool:
+    """Report a motor that is not at its target; return whether it is.
+
+    :param accurate: whether even a small distance from the target is reported, as NON-STRICT.
+    """
     missed = status.position - target
     bits = status.bits
     limit = bits.forward_hardware_limit or bits.reverse_hardware_limit
     hint = " (a limit switch is active: is the range within the travel?)" if limit else ""
+    if accurate and abs(missed) <= axis.tolerance(target - start):
+        axis.trial.should(
+            abs(missed) <= _ACCURATE,
+            f"{axis.text}: after {told}, it rests at {status.position}, {abs(missed)} counts away from its "
+            f"target {target}; a move is complete when the axis has settled at the demanded position",
+            rule=rule_of_command(told),
+            cause=axis.cause_of_miss(command_in(told), missed, target - start),
+            because=axis.spoilt,
+            came=status.heard.raw,
+        )
+        return True
     return axis.trial.must(
         abs(missed) <= axis.tolerance(target - start),
         f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "

@@ -56,6 +56,7 @@ class Move:
     :param jog: the pace of a jog; None for another move.
     :param direction: the direction of a jog.
     :param rule: the rule about its end message; by default that of the command.
+    :param accurate: whether even a small distance from the target is reported.
     """
 
     axis: Axis
@@ -65,6 +66,7 @@ class Move:
     jog: Pace | None = None
     direction: MoveDirection | None = None
     rule: str = ""
+    accurate: bool = False
 
 
 def absolute(axis: Axis, target: int, about: str = "") -> Move:
@@ -185,7 +187,8 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
         return False
     if end.name == COMPLETED and not judge_early(axis, one.told, end, seen, one.target):
         return False
-    arrived = judge_place(axis, one.told, judge_rest(axis, one.told, end), start, one.target)
+    rest = judge_rest(axis, one.told, end)
+    arrived = judge_place(axis, one.told, rest, start, one.target, accurate=one.accurate)
     if arrived:
         judge_positions(axis, one.told, seen.statuses, start, one.target)
     if arrived and direction is not None:

@@ -32,6 +32,8 @@ _LEAST_PER_MM_S: Final = 2.048
 """The velocity in a status that is 1 mm/s by the coarsest scale."""
 _FASTER: Final = 4.0
 """The ratio of a measured velocity to that of a scale from which the scale does not apply."""
+_LITERAL: Final = 0.1
+"""The relative difference up to which a measured unit is the count/s."""
 _FRACTION: Final = 65536
 """Velocities and accelerations of DC servo controllers have 16 fractional bits (page 14)."""
 
@@ -144,6 +146,22 @@ def velocity_scale(place: Target, channel: int) -> float | None:
     """Return the counts/s of one unit of a velocity parameter (page 30); None if unknown."""
     ratio = _ratio(place, channel, "velocity")
     return None if ratio is None else float(ratio)
+
+
+def acceleration_scale(place: Target, channel: int, velocity: float) -> float | None:
+    """Return the counts/s² of one unit of an acceleration parameter (page 30); None if unknown.
+
+    If the document does not have it, it follows from the unit of the velocity, which is the count/s, or, for
+    a servo, a change per cycle (page 14).
+
+    :param velocity: the measured counts/s of one unit of a velocity.
+    """
+    ratio = _ratio(place, channel, "acceleration")
+    if ratio is not None:
+        return float(ratio)
+    if abs(velocity - 1) <= _LITERAL:
+        return 1.0
+    return velocity**2 * _FRACTION if place.status == "dc" else None
 
 
 def is_printed(place: Target, channel: int) -> bool:

@@ -20,6 +20,7 @@ from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import distances, long_enough, make_room
 from stagewire_conformance.device.checks.apt.motion.pace import (
+    acceleration_scale,
     is_printed,
     jog_pace_of,
     velocity_scale,
@@ -43,9 +44,13 @@ _SECONDS: Final = 0.3
 """The approximate duration of the first move in seconds."""
 _OFF: Final = 0.35
 """The relative tolerance of a speed."""
+_FASTER: Final = 1.1
+"""The ratio of a constant speed to the maximum velocity from which the motor is too fast."""
+_RAMP: Final = 1.5
+"""The ratio of an acceleration to its parameter, or the inverse, from which it is wrong."""
 _EXACT: Final = 0.1
 """The relative difference up to which a speed is that of the setting in counts/s."""
-_LONGER: Final = 1.5
+_LONGER: Final = 1.25
 """The ratio of the durations of a jog and a move from which their accelerations differ."""
 _TELLABLE: Final = 40
 """The least velocity in a status whose quarter is precise enough to be compared."""
@@ -128,10 +133,14 @@ def _moves(axes: Sequence[Axis]) -> None:
     before = {axis: _MOVES.velocity_of(axis) for axis in ways}
     found = _MOVES.search_velocity(list(ways), shuttle)
     for axis, each in found.items():
-        _judge_scale(axis, each, _MOVES)
+        _judge_scale(axis, each.values[-1], shuttle.courses[axis][-1], _MOVES)
         _judge_reported(axis, shuttle.courses[axis])
         _MOVES.restore_velocity(axis, before[axis])
-    _MOVES.search_acceleration(found, shuttle)
+    units = {
+        axis: shuttle.courses[axis][-1].steady / each.values[-1] for axis, each in found.items()
+    }
+    for axis, each in _MOVES.search_acceleration(found, shuttle).items():
+        _judge_ramp(axis, each.values[-1], shuttle.courses[axis][-1], units[axis])
 
 
 @motor_check(
@@ -166,7 +175,7 @@ def _jogs(axes: Sequence[Axis]) -> None:
     moves = same_moves.speeds(list(same_moves.ways))
     same_moves.speeds(list(moves))  # back, so that the next jogs have room
     for axis, each in found.items():
-        _judge_scale(axis, each, _JOGS)
+        _judge_scale(axis, each.values[-1], shuttle.courses[axis][-1], _JOGS)
         if axis in moves:
             _judge_alike(axis, each, moves[axis], _MOVES.velocity_of(axis))
         _JOGS.restore_velocity(axis, before[axis])
@@ -234,22 +243,50 @@ def _is_trapezoidal(axis: Axis) -> bool:
     return False
 
 
-def _judge_scale(axis: Axis, found: Search, profile: _Profile) -> None:
-    """Compare the measured speed with the velocity parameter, if its scale is known.
+def _judge_scale(axis: Axis, velocity: int, course: Course, profile: _Profile) -> None:
+    """Compare the measured speed with the velocity parameter.
 
-    If the document does not have the scale, a controller may also take the printed unit literally.
+    If the document does not have its scale, a controller may also take the printed unit literally, which is
+    the count/s. With an unknown scale, a motor may be slower than that, but not faster.
     """
     scale = velocity_scale(axis.place, axis.channel)
-    if scale is None:
-        return
-    scales = [scale] if is_printed(axis.place, axis.channel) else [scale, 1.0]
-    dues, speed = [found.values[-1] * each for each in scales], found.found[-1]
+    scales = {1.0 if scale is None else scale}
+    if not is_printed(axis.place, axis.channel):
+        scales.add(1.0)
+    dues = [velocity * each for each in sorted(scales)]
     axis.trial.must(
-        any(abs(speed - due) <= _OFF * due for due in dues),
-        f"{axis.text}: with a maximum velocity of {found.values[-1]}, which is "
-        f"{' or '.join(f'{due:.0f}' for due in dues)} counts/s, {profile.what} reached {speed:.0f} counts/s",
+        any(
+            (scale is None or course.speed >= (1 - _OFF) * due)
+            and course.speed <= (1 + _OFF) * due
+            and course.steady <= _FASTER * due
+            for due in dues
+        ),
+        f"{axis.text}: with a maximum velocity of {velocity}, which is "
+        f"{' or '.join(f'{due:.0f}' for due in dues)} counts/s, {profile.what} reached "
+        f"{course.speed:.0f} counts/s, and {course.steady:.0f} counts/s on average in the middle of its way",
         rule=rule_of_set(profile.setting),
         cause=profile.defect,
+        because=() if profile is _MOVES else (_MOVES.defect,),
+    )
+
+
+def _judge_ramp(axis: Axis, value: int, course: Course, unit: float) -> None:
+    """Compare the acceleration of a move that only sped up and slowed down with its parameter.
+
+    It is in counts/s² if the velocity is in counts/s. Otherwise, both are changes per servo cycle.
+
+    :param unit: the measured speed in counts/s of one unit of velocity.
+    """
+    scale = acceleration_scale(axis.place, axis.channel, unit)
+    if scale is None or axis.trial.causes.check_of(_MOVES.defect):
+        return
+    due, ramp = value * scale, 4 * course.way / course.seconds**2
+    axis.trial.must(
+        due / _RAMP <= ramp <= _RAMP * due,
+        f"{axis.text}: with an acceleration of {value}, which is {due:.0f} counts/s², a move over "
+        f"{course.way} counts took {course.seconds:.2f} s, as with {ramp:.0f} counts/s²",
+        rule="velocity-parameters",
+        cause=Cause(_MOVES.setting, _MOVES.acceleration),
     )
 
 

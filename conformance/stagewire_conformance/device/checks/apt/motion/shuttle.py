@@ -14,6 +14,7 @@ from stagewire_conformance.device.checks.apt.motion.course import (
     Point,
     beyond,
     points_of,
+    steady_speed,
     top_speed,
     until_steady,
 )
@@ -36,6 +37,8 @@ class Course:
 
     :param seconds: from the command to the end message.
     :param speed: the highest speed in counts/s.
+    :param steady: the average speed over the middle half of the way.
+    :param way: its distance in counts.
     :param reported: the highest velocity in a status, without its sign; None if statuses have none.
     :param over: the counts by which it went beyond its last position.
     :param ramp: the counts after which it had nine tenths of its highest speed.
@@ -43,6 +46,8 @@ class Course:
 
     seconds: float
     speed: float
+    steady: float
+    way: int
     reported: int | None
     over: int
     ramp: int
@@ -122,6 +127,8 @@ class Shuttle:
             course = Course(
                 seconds=end.time - began[axis],
                 speed=top_speed(points),
+                steady=steady_speed(points),
+                way=abs(points[-1].position - points[0].position),
                 reported=max(velocities, default=None),
                 over=beyond(points, points[0].position, points[-1].position),
                 ramp=until_steady(points),

@@ -234,6 +234,7 @@ def _judge(one: Move, start: int, seen: Watched, told: str) -> int | None:
         f"{start} and {target}",
         rule="stop-any-move",
         cause=Cause("MOT_MOVE_STOP", EFFECT),
+        because=axis.doubts,
     )
     return place
 

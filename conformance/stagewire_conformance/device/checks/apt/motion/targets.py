@@ -1,6 +1,7 @@
 """Moves to a target: to a position, by a distance, to a stored target, and of one motor alone.
 
 - ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46).
+- ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back.
 - ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
   only by the address in their messages, channels of a module only by the channel.
 """
@@ -8,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Final
 
 from stagewire_apt import messages as m
@@ -27,6 +29,7 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     relative,
 )
 from stagewire_conformance.device.checks.apt.motion.parameters import change, messages_of
+from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
 
 _SECONDS: Final = 0.3
 """The approximate duration of a move in seconds."""
@@ -134,6 +137,35 @@ def _stored_relative(axes: Sequence[Axis]) -> None:
         told = f"MOT_MOVE_RELATIVE without a distance, with {way} stored"
         moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
     move(moves)
+
+
+_SECONDS_FAR: Final = 3.0
+"""The maximum duration of a long move in seconds, approximately."""
+_FAR: Final = 0x1_1000
+"""Counts of a long move. From near 0, its target needs more than 16 bits; the lower 16 bits are near 0."""
+
+
+FAR = Kind(
+    name="move-far",
+    title="A move covers a long distance, and ends exactly at its target",
+    rules=("absolute-move-long", "relative-move-long", *COMPLETION),
+)
+
+
+@motor_check(
+    FAR,
+    "MOT_MOVE_ABSOLUTE moves {motors} far away, and MOT_MOVE_RELATIVE back",
+    messages=("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", COMPLETED),
+    does=f"moves all motors together by up to {_FAR} counts within {{range}}, and back",
+    seconds=4.5,
+)
+def _far(axes: Sequence[Axis]) -> None:
+    lasting = distances_lasting(axes, _SECONDS_FAR)
+    ways = {axis: max(-_FAR, min(way, _FAR)) for axis, way in lasting.items()}
+    out = [absolute(axis, axis.start + way) for axis, way in ways.items()]
+    if move([replace(each, accurate=True) for each in out]):
+        back = [relative(axis, -way) for axis, way in ways.items()]
+        move([replace(each, accurate=True) for each in back])
 
 
 _SECONDS_ALONE: Final = 0.25

@@ -10,8 +10,10 @@ from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.pace import coarsest_velocity, status_velocity
 
-_TELLING: Final = 3.0
+_TELLING: Final = 1.5
 """The minimum velocity, in units of the status, that must not be reported as 0."""
+_ROUNDED: Final = 3.0
+"""The tolerance of a reported velocity, in units of the status."""
 _OFF: Final = 0.4
 """The tolerance of the average of the reported velocities, as a fraction of the measured speed."""
 _LONG: Final = 0.12
@@ -88,7 +90,7 @@ def _judge_size(axis: Axis, told: str, midway: Sequence[Status]) -> None:
     speed = _measured(midway)
     last = midway[-1]
     axis.trial.must(
-        abs(reported - speed) <= _OFF * speed + _TELLING * unit + HELD / seconds,
+        abs(reported - speed) <= _OFF * speed + _ROUNDED * unit + HELD / seconds,
         f"{axis.text}: on its way after {told}, it moved at {speed:.0f} counts/s, but the "
         f"velocities in {last.heard.name} were {reported / unit:.0f} on average, which is "
         f"{reported:.0f} counts/s",

@@ -15,6 +15,7 @@ from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set, rule_of_status
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
+from stagewire_conformance.device.lines.motions import STATUS_BITS, reports_motion
 from stagewire_conformance.device.permissions import Need
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ _WIDE: Final = (0x1_0000, 0x1_FFFF)
 
 _NOISE: Final = 64
 """Counts by which the position of a stage that is held may vary."""
+
+_WATCHED: Final = 0.15
+"""Seconds after which a motion that the command has started can be seen."""
 
 
 KIND = Kind(
@@ -72,6 +76,7 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
         lambda: _put_back(trial, placed, field, before),
         because=lambda: (get, *placed.reported(trial)),
     )
+    still = not _is_moving(trial, placed)
     shift, wide = trial.random.randint(*_SHIFT), trial.random.randint(*_WIDE)
     for value in (before + shift, before - wide, before + wide):
         if not -(2**31) <= value < 2**31:
@@ -92,6 +97,8 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
             return  # more attempts would not help
         if field == "position":
             _see_in_status(trial, placed, value)
+            if still and value == before + shift and not _stays(trial, placed, value):
+                return
 
 
 def _status(trial: Trial, placed: PlacedSet) -> Incoming | None:
@@ -125,10 +132,41 @@ def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
     )
 
 
+def _is_moving(trial: Trial, placed: PlacedSet) -> bool:
+    """Return whether the status reports a motion."""
+    came = _status(trial, placed)
+    if came is None:
+        return False
+    return reports_motion(STATUS_BITS[placed.place.status or ""](came.message.status_bits))
+
+
+def _stays(trial: Trial, placed: PlacedSet, value: int) -> bool:
+    """Report a motor that moves after its counter was set, and stop it; return whether it stays at rest."""
+    trial.line.pause(_WATCHED)
+    moving = _is_moving(trial, placed)
+    came = placed.ask(trial)
+    told = placed.values(came)["position"]
+    stays = not moving and abs(told - value) <= _NOISE
+    if not stays:
+        trial.line.stop_channel(placed.place, placed.channel)
+    return trial.must(
+        stays,
+        f"{placed.text}: after {placed.set.set} wrote position = {value}, the motor began to move, and was "
+        f"stopped; it was at {told} after {_WATCHED} s. The command should only set the counter",
+        came=came.raw,
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, EFFECT),
+    )
+
+
 def _put_back(trial: Trial, placed: PlacedSet, field: str, before: int) -> None:
     values: Values = {field: before}
     line, declared, address = trial.line, trial.declared, placed.place.address
     line.send(declared.make(placed.set.set, placed.channel, **values), address)
+    if Cause(placed.set.set, EFFECT) in placed.reported(
+        trial
+    ):  # this command, too, may start a motion
+        line.stop_channel(placed.place, placed.channel)
     came = line.ask(declared.make(placed.set.req, placed.channel), address)
     if came is None or abs(placed.values(came)[field] - before) > _NOISE:
         says = "no reply" if came is None else came.text
