@@ -45,7 +45,7 @@ class TargetsOfSixteenUnsignedBits(Tdc001):
         super().move_absolute(position & 0xFFFF if position > 0 else position)
 
 
-@FAULTS.moves("absolute-move-long", "absolute-move", "move-completed")
+@FAULTS.moves("absolute-move-long", "absolute-move", "relative-move", "move-completed")
 class EndsFortyShort(Tdc001):
     """Every move ends 40 counts before its target."""
 
@@ -64,7 +64,7 @@ class LongMovesEndFortyShort(Tdc001):
         super().move_to(target - short, motion, acceleration, speed)
 
 
-@FAULTS.moves("absolute-move-completed", "move-completed")
+@FAULTS.moves("absolute-move-completed", "relative-move-completed", "move-completed")
 class CompletedFortyShort(Tdc001):
     """MOVE_COMPLETED is sent 40 counts before the target, with the status bits of a motor at rest."""
 

@@ -32,7 +32,7 @@ READING = (
     "keep-alive-reply", "enabled-bit",
 )  # fmt: skip
 NOTHING = Permissions()
-PATIENT = tuple(name for name in READING if name != "updates")  # without the thirty seconds
+PATIENT = tuple(name for name in READING if name != "updates")  # without the twenty seconds
 
 
 def outcomes(

@@ -163,9 +163,8 @@ def _put_back(trial: Trial, placed: PlacedSet, field: str, before: int) -> None:
     values: Values = {field: before}
     line, declared, address = trial.line, trial.declared, placed.place.address
     line.send(declared.make(placed.set.set, placed.channel, **values), address)
-    if Cause(placed.set.set, EFFECT) in placed.reported(
-        trial
-    ):  # this command, too, may start a motion
+    # If the previous command started a motion, this one may also.
+    if Cause(placed.set.set, EFFECT) in placed.reported(trial):
         line.stop_channel(placed.place, placed.channel)
     came = line.ask(declared.make(placed.set.req, placed.channel), address)
     if came is None or abs(placed.values(came)[field] - before) > _NOISE:
