@@ -1,6 +1,6 @@
 # These targets run on a fresh machine and include the set-up:
 #   make demo      check the spec, regenerate all code, run all worked examples, move a virtual stage
-#   make test      formatting, types, import rules, and the tests of all folders: five minutes on two cores
+#   make test      formatting, types, import rules, and the tests of all folders: ten minutes on two cores
 #   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages;
 #                  then make proofs
 #   make proofs    all interruptions of all faulty controllers, and all wrong facts in the spec: half an hour
