@@ -1,6 +1,6 @@
 """Parameters of which `make test` runs some, and `make test-all` all.
 
-:data:`PROOF` marks the tests that try thousands of cases, which `make proofs` runs.
+:data:`PROOF` marks the tests that try thousands of cases or need a quiet machine, which `make proofs` runs.
 """
 
 from __future__ import annotations

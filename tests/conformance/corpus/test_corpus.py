@@ -15,14 +15,14 @@ from corpus_faults_tdc001_motion import FAULTS
 from corpus_lines import Maker, RealTimeCorpusLink, SteppedCorpusLink
 from corpus_motor import MotorController
 
-from parts import first_of
+from parts import PROOF, first_of
 from stagewire_conformance.device.permissions import Need
 from stagewire_conformance.device.pics import ChannelPics
 from stagewire_conformance.device.report import Report
 from stagewire_conformance.device.results import Result
 from stagewire_conformance.device.run import run
 
-REAL_TIME = pytest.param(RealTimeCorpusLink, id="real-time", marks=pytest.mark.matrix)
+REAL_TIME = pytest.param(RealTimeCorpusLink, id="real-time", marks=PROOF)
 WRONG = (Result.FAIL, Result.NON_STRICT)
 
 

@@ -16,7 +16,7 @@ from stagewire_conformance.device.plans import Plan
 from stagewire_conformance.reports import Fact, Omission, Sheet, Verdict, as_html
 from stagewire_conformance.reports.device_sheet import sheet_of_execution
 
-pytestmark = pytest.mark.matrix
+pytestmark = [pytest.mark.matrix, pytest.mark.proof]  # the runs take minutes in real time
 
 CERTIFICATE = """
 [certificate]

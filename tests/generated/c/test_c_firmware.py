@@ -138,6 +138,7 @@ def port(tmp_path: Path) -> Iterator[Path]:
     assert process.wait(20) == 0
 
 
+@pytest.mark.proof
 @pytest.mark.matrix
 def test_the_controller_passes_the_suite_in_real_time(port: Path) -> None:
     plan = Plan.of(None, ALL, pics=EXAMPLES / "pics.toml")

@@ -22,6 +22,7 @@ from stagewire_conformance.device.checks.apt.replies import (
     requests_of,
     spoils,
 )
+from stagewire_conformance.device.checks.apt.streams import unstopped
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 from stagewire_conformance.device.lines.line import jitter_of, percentile
 from stagewire_conformance.device.lines.strays import cause_of_stray, known_bytes
@@ -149,6 +150,7 @@ def _judge_surplus(trial: Trial, surplus: Sequence[Incoming]) -> bool:
             for cause in (
                 cause_of_stray(trial.declared, heard),
                 *known_bytes(trial.causes, heard.raw),
+                *unstopped(trial.declared),
                 Cause("back-to-back", "lost"),
                 NOW_AND_THEN,
             )
