@@ -3,7 +3,8 @@
 #   make test      formatting, types, import rules, and the tests of all folders: ten minutes on two cores
 #   make test-all  make test, then the matrices: every compiler and machine, hostile input, walkthroughs, packages;
 #                  then make proofs
-#   make proofs    all interruptions of all faulty controllers, all wrong facts in the spec, and runs in real time: half an hour
+#   make proofs    all interruptions of all faulty controllers, all wrong facts in the spec, and runs in real time:
+#                  half an hour on a quiet machine
 # These targets take longer or need a quiet machine:
 #   make coverage  the coverage of the library and the virtual controllers, compared with its floor
 #   make bench     speed and memory, compared with their limits
