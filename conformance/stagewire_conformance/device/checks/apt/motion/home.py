@@ -18,10 +18,7 @@ from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, HOMED, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
-from stagewire_conformance.device.checks.apt.motion.judgement import (
-    judge_end,
-    judge_rest,
-)
+from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     MOTION_BITS,
