@@ -168,3 +168,8 @@ def _integer(text: str) -> int | None:
     if not _INTEGER.match(text):
         return None
     return int(text, 16) if "x" in text.lower() else int(text)
+
+
+def context_option(name: str, value: str) -> str:
+    """Return the option of ``stagewire decode`` that states a context."""
+    return f"--status {value}" if name == "status" else f"--context {name}={value}"

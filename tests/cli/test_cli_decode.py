@@ -63,7 +63,7 @@ def test_json_has_the_form_of_the_testees_answers(stagewire: Stagewire) -> None:
 def test_values_and_flags_are_shown_by_name(stagewire: Stagewire) -> None:
     undecided = stagewire("decode", COMPLETED)
     assert "form data:undecided" in undecided.out
-    assert "--status dc or stepper" in undecided.out
+    assert "--status dc or --status stepper" in undecided.out
     result = stagewire("decode", COMPLETED, "--status", "dc")
     assert "CHAN1" in result.out
     assert "moving_forward | moving_reverse | channel_enabled" in result.out

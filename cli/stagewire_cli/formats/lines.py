@@ -16,6 +16,7 @@ from stagewire_cli.formats.task import Task
 from stagewire_cli.formats.writer import AS_JSON, AS_WORDS, PENDING, FieldsText, TextWriter, compact
 from stagewire_cli.output import console
 from stagewire_cli.rendering import event_line, explain, frame_line, frame_table, frame_title
+from stagewire_cli.values import context_option
 from stagewire_conformance.answers import Decoded, frame_answer, refusal
 from stagewire_conformance.framings import EVENT_NAMES
 from stagewire_conformance.notation import spaced
@@ -93,8 +94,10 @@ class TableWriter(TextWriter):
         if answer["fields"] or answer.get("extra") or answer.get("data"):
             self._console.print(frame_table(self.task.protocol, answer))
         if answer["form"] == "data:undecided":
-            known = self.task.codec.contexts.items()
-            options = [f"--{key} {' or '.join(values)}" for key, values in known]
+            options = [
+                " or ".join(context_option(key, value) for value in values)
+                for key, values in self.task.codec.contexts.items()
+            ]
             self._say(f"the bytes do not determine the layout; use {', '.join(options)}")
         if name:
             self._say("")

@@ -10,7 +10,7 @@ from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.formats.sinks import Column
 from stagewire_cli.formats.task import FrameRows, Task
 from stagewire_cli.framings.framing import SEVERAL, Framing, Json, Options, message_class
-from stagewire_cli.values import parse_address
+from stagewire_cli.values import context_option, parse_address
 from stagewire_conformance.registry import registry_of
 
 
@@ -118,7 +118,4 @@ def _agreed(only: type[Message], context: dict[str, str] | None) -> dict[str, st
 
 def _spelled(context: Mapping[str, str]) -> str:
     """Return a context as options."""
-    return ", ".join(
-        f"--status {value}" if key == "status" else f"--context {key}={value}"
-        for key, value in context.items()
-    )
+    return ", ".join(context_option(name, value) for name, value in context.items())
