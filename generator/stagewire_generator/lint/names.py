@@ -58,6 +58,7 @@ def check_names(protocol: Protocol, units: Document | None, diagnostics: Diagnos
     _members(protocol, diagnostics)
     if units is not None:
         _units(protocol, units, diagnostics)
+        _units_of_fields(protocol, diagnostics)
     if len(diagnostics.found) == before:  # otherwise C would repeat the errors for the same names
         check_c_names(protocol, diagnostics)
 
@@ -242,6 +243,25 @@ def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
                     what = f"{stage.name}: {name} has scales in {seen[name]} and in {group}"
                     diagnostics.add(stage.place, "SW037", what, "remove it from one of them")
                 seen[name] = group
+
+
+def _units_of_fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
+    """Check the units for which a field has names of their own. Messages may share a field."""
+    known = {
+        name
+        for section in ("units", "aliases", "unsupported")
+        for name in protocol.units.get(section, ())
+    }
+    fields = {
+        field.place: field
+        for message in protocol.messages
+        for layout in message.layouts
+        for field in layout.all_fields
+    }
+    for place, field in fields.items():
+        for unit in dict.fromkeys([*field.flags_by_unit, *field.enums_by_unit]):
+            if unit not in known:
+                diagnostics.add(place, "SW021", f"{field.name}: unknown unit {unit}")
 
 
 def _context_values(unit: Json) -> Iterator[tuple[str, str]]:

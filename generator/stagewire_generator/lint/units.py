@@ -337,7 +337,7 @@ class _Rules:
                     what = f"{prefix} is the prefix of {owner}, and {name} is not of its family"
                     hint = "correct the prefix, or state in `distinguished_by` how they differ"
                     self.refuse("SW083", path, what, hint)
-        self._unsupported()
+        self._unsupported(printed)
 
     def _length(self, path: tuple[str, ...], name: str, prefix: str) -> None:
         """Check that a prefix and six more digits are as long as the serial numbers of a unit."""
@@ -346,9 +346,16 @@ class _Rules:
             what = f"{prefix} begins {len(prefix) + 6} digits, but serial numbers of {name} have {digits}"
             self.refuse("SW083", path, what, f"correct the prefix, or `serial_digits` of {name}")
 
-    def _unsupported(self) -> None:
-        """Check that an unsupported unit is not described elsewhere."""
-        for name in self.protocol.units.get("unsupported", {}):
+    def _unsupported(self, printed: Mapping[str, str]) -> None:
+        """Check that an unsupported unit is not described elsewhere, and shares no prefix of another unit."""
+        known = self.protocol.units.get("known_prefixes", {})
+        for name, entry in self.protocol.units.get("unsupported", {}).items():
+            for prefix in map(str, entry.get("prefixes", ())):
+                owner = printed.get(prefix) or known.get(prefix, {}).get("unit")
+                if owner:
+                    what = f"{prefix} is the prefix of {owner}"
+                    hint = f"remove it; if both have it, share {prefix} under `known_prefixes`"
+                    self.refuse("SW083", ("unsupported", name, "prefixes"), what, hint)
             described = name in self.units or name in self.protocol.units.get("aliases", {})
             if described:
                 what = f"{name} is described as a unit or an alias"
