@@ -66,6 +66,7 @@ class CommandCore(Core):
         self._queue: deque[CommandExchange] = deque()
         self._outstanding: CommandExchange | None = None
         self._free_at = 0.0  # end of the pacing
+        self._paces = False  # the last output begins a pause
         self._owed = 0  # missing bytes of the reply to an abandoned read
         self._owed_until = 0.0  # end of the usual time for them
         self._drained_at = inf  # when the silence is long enough; inf: the line is clean
@@ -262,9 +263,16 @@ class CommandCore(Core):
                 self._replies.sent(line.frame)
             return line.hand_out()
         self._free_at = now + self.options.pacing
+        self._paces = True
         raw = line.hand_out()
         line.end()
         return raw
+
+    def wrote(self, now: float) -> None:
+        """Begin the pause after the bytes of the last output now; see :meth:`.Core.wrote`."""
+        if self._paces:
+            self._paces = False
+            self._free_at = now + self.options.pacing
 
     def tick(self, now: float) -> None:
         """Process deadlines that have passed."""

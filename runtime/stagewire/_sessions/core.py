@@ -35,8 +35,8 @@ def all_is_read() -> bool:
 class Core:
     """Base of the session cores.
 
-    A driver passes received bytes to :meth:`receive`, writes the bytes of :meth:`output` after each call, and
-    calls :meth:`tick` and :meth:`output` when something is :attr:`due`. At :attr:`silent_at` it reads the
+    A driver passes received bytes to :meth:`receive`, writes the bytes of :meth:`output` after each call, calls
+    :meth:`wrote`, and calls :meth:`tick` and :meth:`output` when something is :attr:`due`. At :attr:`silent_at` it reads the
     line once more and calls :meth:`receive`, even if nothing arrived.
     """
 
@@ -80,6 +80,13 @@ class Core:
 
         :param has_unread: returns whether bytes have arrived that were not passed to :meth:`receive`. If so,
             requests wait until they were, so that earlier bytes cannot answer them.
+        """
+        raise NotImplementedError
+
+    def wrote(self, now: float) -> None:
+        """Note that the bytes of the last :meth:`output` were written: pauses after them begin now.
+
+        Without this call, they begin at the time of :meth:`output`.
         """
         raise NotImplementedError
 

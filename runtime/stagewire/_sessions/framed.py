@@ -218,6 +218,10 @@ class FramedCore(Core):
         self._at(self._send_queue.take(now, write, may_ask))
         return b"".join(parts)
 
+    def wrote(self, now: float) -> None:
+        """Begin the pauses after the bytes of the last output now; see :meth:`.Core.wrote`."""
+        self._send_queue.wrote(now)
+
     def tick(self, now: float) -> None:
         """Process deadlines and quiet periods that have passed."""
         if now < self._next or self._failure is not None:

@@ -95,6 +95,7 @@ class LoopDriver(Driver[_C]):
         """Write the bytes that may be written now, and set the timer for what is due later."""
         if data := self._core.output(self.now(), self._link.has_unread):
             self._write(data)
+            self._core.wrote(self.now())
         due = self._core.due
         due = self._core.silent_at if due is None else min(due, self._core.silent_at)
         if due < self._timer_at:

@@ -33,6 +33,7 @@ class SendQueue:
         self._pacing = pacing
         self._lanes: dict[int, _Lane] = {}
         self._busy: dict[int, _Lane] = {}  # lanes with waiting exchanges
+        self._paced: set[_Lane] = set()  # lanes in which the last output begins a pause
 
     def add(self, exchange: FramedExchange) -> None:
         """Add an exchange to the end of the queue."""
@@ -49,7 +50,15 @@ class SendQueue:
 
     def pace(self, dest: int, now: float) -> None:
         """Note that a frame without a reply is written now."""
-        self._lanes.setdefault(dest, _Lane()).free_at = now + self._pacing
+        lane = self._lanes.setdefault(dest, _Lane())
+        lane.free_at = now + self._pacing
+        self._paced.add(lane)
+
+    def wrote(self, now: float) -> None:
+        """Begin the pauses after the frames of the last output now."""
+        for lane in self._paced:
+            lane.free_at = now + self._pacing
+        self._paced.clear()
 
     def take(
         self, now: float, write: Callable[[FramedExchange], object], may_ask: Callable[[], bool]

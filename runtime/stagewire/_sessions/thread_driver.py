@@ -217,6 +217,8 @@ class ThreadDriver(Driver[_C]):
                 self._look_ahead()
             if data:
                 self._write(data)
+                with self._lock:
+                    self._core.wrote(self.now())
             if self._waits_for_reader:
                 self._link.wake()
         finally:

@@ -69,6 +69,19 @@ def test_writes_are_paced_and_reads_are_not():
     assert talk.ask(c.ReadMotorPosition(), Y).written
 
 
+def test_the_pause_after_a_write_begins_when_the_bytes_were_written():
+    talk = Commands(pacing=0.02)
+    talk.send(c.StartMotor(), X)
+    talk.now += 0.015
+    talk.core.wrote(talk.now)
+    talk.ask(c.ReadMotorPosition(), X)
+    assert talk.later(0.019) == b""
+    assert talk.later(0.001) == READ_X
+    talk.core.wrote(talk.now + 5)  # no pause after a read
+    assert talk.hear(POSITION) == b""
+    assert talk.ask(c.ReadMotorPosition(), Y).written
+
+
 @pytest.mark.parametrize("came", [0, 1, 2])
 def test_a_stop_is_sent_at_any_time_without_shifting_replies(came):
     talk = Commands(pacing=5)

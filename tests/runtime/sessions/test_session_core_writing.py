@@ -41,6 +41,21 @@ def test_after_a_command_without_a_reply_the_next_frame_waits():
     assert all(one.written for one in later)
 
 
+def test_a_pause_begins_when_the_bytes_were_written():
+    talk = Framed(pacing=0.05)
+    talk.send()
+    talk.now += 0.03
+    talk.core.wrote(talk.now)
+    later = talk.ask()
+    assert talk.later(0.049) == b""
+    assert talk.later(0.001) == REQUEST
+    assert later.written
+    talk.now += 0.03
+    talk.core.wrote(talk.now)  # no pause after a request
+    talk.hear(said(vel_params()))
+    assert talk.ask().written
+
+
 def test_after_a_move_the_next_frame_also_waits():
     talk = Framed(pacing=0.05)
     talk.move()

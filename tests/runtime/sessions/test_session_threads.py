@@ -76,14 +76,16 @@ def test_a_thread_that_stops_waiting_hands_over_reading(background: bool) -> Non
 
 @reading
 def test_a_paced_frame_is_written_when_its_pause_is_over(background: bool) -> None:
-    """Frames without a reply are paced, no matter which threads send them."""
+    """Frames without a reply are paced, no matter which threads send them and how long a write takes."""
     link = TestLink()
-    times: dict[int, float] = {}
+    times: list[tuple[float, float]] = []  # begin and end of each write
     write = link.write
 
     def timed(data: bytes) -> None:
-        times[len(times)] = time.monotonic()
+        begin = time.monotonic()
+        time.sleep(0.015)
         write(data)
+        times.append((begin, time.monotonic()))
 
     link.write = timed  # type: ignore[method-assign]
     options = SessionOptions(pacing=0.02)
@@ -95,7 +97,7 @@ def test_a_paced_frame_is_written_when_its_pause_is_over(background: bool) -> No
             ]
         )
     assert len(times) == 3
-    assert all(later - earlier >= 0.019 for earlier, later in itertools.pairwise(times.values()))
+    assert all(begin - end >= 0.02 for (_, end), (begin, _) in itertools.pairwise(times))
 
 
 @reading
