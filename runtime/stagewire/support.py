@@ -91,9 +91,11 @@ if TYPE_CHECKING:
     from stagewire._framings.slots.protocol import CommandProtocol
     from stagewire._sessions.options import Ends
     from stagewire.quantities import (
+        EndlessTravel,
         Limit,
         Number,
         Scale,
+        ScaleConflict,
         Stage,
         UnknownLimit,
         UnknownScale,
@@ -135,6 +137,7 @@ __all__ = [
     "Device",
     "DeviceCommand",
     "Direction",
+    "EndlessTravel",
     "Ends",
     "Enumeration",
     "Facts",
@@ -167,6 +170,7 @@ __all__ = [
     "Reply",
     "Rule",
     "Scale",
+    "ScaleConflict",
     "Setting",
     "SetupCommand",
     "Shape",

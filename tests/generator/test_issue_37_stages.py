@@ -5,11 +5,13 @@ The counts are computed from the figures that pages 39 to 41, 122 and 149 print,
 
 from __future__ import annotations
 
+import ast
 import os
 import runpy
 import subprocess
 import sys
 from fractions import Fraction
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +112,21 @@ def stages(package: Path) -> dict[str, Stage]:
     """The stages of the package, by name."""
     names: dict[str, Any] = runpy.run_path(str(package / "stagewire_apt" / "stages.py"))
     return {name: value for name, value in names.items() if isinstance(value, Stage)}
+
+
+def test_stages_with_the_same_scales_share_them(stages: dict[str, Stage]) -> None:
+    z812, z825 = stages["Z812"], stages["Z825"]
+    assert z812.scales["KDC101"] is z825.scales["KDC101"]
+    assert z812.limits != z825.limits
+
+
+def test_the_package_imports_public_names_only(package: Path) -> None:
+    """Type checkers know no other names, even if the runtime can load them."""
+    for path in (package / "stagewire_apt").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("stagewire."):
+                names = {name.name for name in node.names}
+                assert names <= {*import_module(node.module or "").__all__}, path.name
 
 
 def scale(stage: Stage, quantity: str, group: str) -> Scale | ScaleConflict:

@@ -7,6 +7,51 @@ from stagewire.support import Limit, Scale, Stage, UnknownLimit, UnknownScale
 
 __all__ = ["APT_STEPPER", "MLS203", "MLS203_X", "MLS203_Y", "Z8", "Z806", "Z812", "Z825"]
 
+_BBD10x_UNITS: tuple[str, ...] = ("BBD101", "BBD102", "BBD103", "BBD201", "BBD202", "BBD203")
+
+_TDC001_UNITS: tuple[str, ...] = ("TDC001", "KDC101")
+
+_MLS203_ON_BBD10x: dict[str, Scale] = {
+    "position": Scale.counts_per("mm", 20000, 1, printed="20,000 PMD units"),
+    "encoder_position": Scale.counts_per("mm", 20000, 1, printed="10 x 20,000"),
+    "velocity": Scale.counts_per("mm/s", 16777216, 125, printed="134218"),
+    "acceleration": Scale.counts_per("mm/s^2", 134217728, 9765625, printed="13.7439"),
+    "jerk": Scale.counts_per("mm/s^3", 70368744177664, 762939453125, printed="92.2337"),
+    "status_velocity": Scale.counts_per("mm/s", 256, 125, printed="204.8"),
+}
+
+_Z8_ON_TDC001: dict[str, Scale | UnknownScale] = {
+    "position": Scale.counts_per("mm", 34304, 1, printed="512 x 67 = 34,304"),
+    "encoder_position": Scale.counts_per(
+        "mm",
+        34304,
+        1,
+        printed="512 x 67 = 34,304 encoder counts",
+    ),
+    "pot_velocity": Scale.counts_per(
+        "mm/s",
+        34304,
+        1,
+        printed="3430 Encoder Counts/sec = 0.1 mm/sec",
+    ),
+    "velocity": Scale.counts_per(
+        "mm/s",
+        35970351104,
+        46875,
+        source=(
+            "later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of 6 MHz); "
+            "Issue 3 gives none"
+        ),
+    ),
+    "acceleration": UnknownScale(
+        "mm/s^2",
+        (
+            "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle give "
+            "261.93, so neither figure is used"
+        ),
+    ),
+}
+
 APT_STEPPER = Stage(
     "APT_STEPPER",
     "stage with a 1 mm pitch screw on an APT stepper controller",
@@ -71,17 +116,10 @@ MLS203 = Stage(
     "MLS203 brushless XY scanning stage",
     page=14,
     scales={
-        "BBD10x": {
-            "position": Scale.counts_per("mm", 20000, 1, printed="20,000 PMD units"),
-            "encoder_position": Scale.counts_per("mm", 20000, 1, printed="10 x 20,000"),
-            "velocity": Scale.counts_per("mm/s", 16777216, 125, printed="134218"),
-            "acceleration": Scale.counts_per("mm/s^2", 134217728, 9765625, printed="13.7439"),
-            "jerk": Scale.counts_per("mm/s^3", 70368744177664, 762939453125, printed="92.2337"),
-            "status_velocity": Scale.counts_per("mm/s", 256, 125, printed="204.8"),
-        },
+        "BBD10x": _MLS203_ON_BBD10x,
     },
     controllers={
-        "BBD10x": ("BBD101", "BBD102", "BBD103", "BBD201", "BBD202", "BBD203"),
+        "BBD10x": _BBD10x_UNITS,
     },
     limits={
         "travel": UnknownLimit("the two axes differ; specify stage MLS203_X or MLS203_Y"),
@@ -95,17 +133,10 @@ MLS203_X = Stage(
     "X axis of the MLS203",
     page=14,
     scales={
-        "BBD10x": {
-            "position": Scale.counts_per("mm", 20000, 1, printed="20,000 PMD units"),
-            "encoder_position": Scale.counts_per("mm", 20000, 1, printed="10 x 20,000"),
-            "velocity": Scale.counts_per("mm/s", 16777216, 125, printed="134218"),
-            "acceleration": Scale.counts_per("mm/s^2", 134217728, 9765625, printed="13.7439"),
-            "jerk": Scale.counts_per("mm/s^3", 70368744177664, 762939453125, printed="92.2337"),
-            "status_velocity": Scale.counts_per("mm/s", 256, 125, printed="204.8"),
-        },
+        "BBD10x": _MLS203_ON_BBD10x,
     },
     controllers={
-        "BBD10x": ("BBD101", "BBD102", "BBD103", "BBD201", "BBD202", "BBD203"),
+        "BBD10x": _BBD10x_UNITS,
     },
     limits={
         "travel": Limit.of(
@@ -123,17 +154,10 @@ MLS203_Y = Stage(
     "Y axis of the MLS203",
     page=14,
     scales={
-        "BBD10x": {
-            "position": Scale.counts_per("mm", 20000, 1, printed="20,000 PMD units"),
-            "encoder_position": Scale.counts_per("mm", 20000, 1, printed="10 x 20,000"),
-            "velocity": Scale.counts_per("mm/s", 16777216, 125, printed="134218"),
-            "acceleration": Scale.counts_per("mm/s^2", 134217728, 9765625, printed="13.7439"),
-            "jerk": Scale.counts_per("mm/s^3", 70368744177664, 762939453125, printed="92.2337"),
-            "status_velocity": Scale.counts_per("mm/s", 256, 125, printed="204.8"),
-        },
+        "BBD10x": _MLS203_ON_BBD10x,
     },
     controllers={
-        "BBD10x": ("BBD101", "BBD102", "BBD103", "BBD201", "BBD202", "BBD203"),
+        "BBD10x": _BBD10x_UNITS,
     },
     limits={
         "travel": Limit.of("75", "mm", source="page 76 of the document"),
@@ -147,40 +171,10 @@ Z8 = Stage(
     "Z8 series DC servo actuator, 1.0 mm lead screw with a 67:1 gear head",
     page=56,
     scales={
-        "TDC001": {
-            "position": Scale.counts_per("mm", 34304, 1, printed="512 x 67 = 34,304"),
-            "encoder_position": Scale.counts_per(
-                "mm",
-                34304,
-                1,
-                printed="512 x 67 = 34,304 encoder counts",
-            ),
-            "pot_velocity": Scale.counts_per(
-                "mm/s",
-                34304,
-                1,
-                printed="3430 Encoder Counts/sec = 0.1 mm/sec",
-            ),
-            "velocity": Scale.counts_per(
-                "mm/s",
-                35970351104,
-                46875,
-                source=(
-                    "later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of "
-                    "6 MHz); Issue 3 gives none"
-                ),
-            ),
-            "acceleration": UnknownScale(
-                "mm/s^2",
-                (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
-                    "give 261.93, so neither figure is used"
-                ),
-            ),
-        },
+        "TDC001": _Z8_ON_TDC001,
     },
     controllers={
-        "TDC001": ("TDC001", "KDC101"),
+        "TDC001": _TDC001_UNITS,
     },
     limits={
         "travel": UnknownLimit(
@@ -210,40 +204,10 @@ Z806 = Stage(
     "Z806 actuator of the Z8 series",
     page=56,
     scales={
-        "TDC001": {
-            "position": Scale.counts_per("mm", 34304, 1, printed="512 x 67 = 34,304"),
-            "encoder_position": Scale.counts_per(
-                "mm",
-                34304,
-                1,
-                printed="512 x 67 = 34,304 encoder counts",
-            ),
-            "pot_velocity": Scale.counts_per(
-                "mm/s",
-                34304,
-                1,
-                printed="3430 Encoder Counts/sec = 0.1 mm/sec",
-            ),
-            "velocity": Scale.counts_per(
-                "mm/s",
-                35970351104,
-                46875,
-                source=(
-                    "later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of "
-                    "6 MHz); Issue 3 gives none"
-                ),
-            ),
-            "acceleration": UnknownScale(
-                "mm/s^2",
-                (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
-                    "give 261.93, so neither figure is used"
-                ),
-            ),
-        },
+        "TDC001": _Z8_ON_TDC001,
     },
     controllers={
-        "TDC001": ("TDC001", "KDC101"),
+        "TDC001": _TDC001_UNITS,
     },
     limits={
         "travel": Limit.of("6", "mm", source="ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor"),
@@ -271,40 +235,10 @@ Z812 = Stage(
     "Z812 actuator of the Z8 series",
     page=56,
     scales={
-        "TDC001": {
-            "position": Scale.counts_per("mm", 34304, 1, printed="512 x 67 = 34,304"),
-            "encoder_position": Scale.counts_per(
-                "mm",
-                34304,
-                1,
-                printed="512 x 67 = 34,304 encoder counts",
-            ),
-            "pot_velocity": Scale.counts_per(
-                "mm/s",
-                34304,
-                1,
-                printed="3430 Encoder Counts/sec = 0.1 mm/sec",
-            ),
-            "velocity": Scale.counts_per(
-                "mm/s",
-                35970351104,
-                46875,
-                source=(
-                    "later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of "
-                    "6 MHz); Issue 3 gives none"
-                ),
-            ),
-            "acceleration": UnknownScale(
-                "mm/s^2",
-                (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
-                    "give 261.93, so neither figure is used"
-                ),
-            ),
-        },
+        "TDC001": _Z8_ON_TDC001,
     },
     controllers={
-        "TDC001": ("TDC001", "KDC101"),
+        "TDC001": _TDC001_UNITS,
     },
     limits={
         "travel": Limit.of(
@@ -336,40 +270,10 @@ Z825 = Stage(
     "Z825 actuator of the Z8 series",
     page=56,
     scales={
-        "TDC001": {
-            "position": Scale.counts_per("mm", 34304, 1, printed="512 x 67 = 34,304"),
-            "encoder_position": Scale.counts_per(
-                "mm",
-                34304,
-                1,
-                printed="512 x 67 = 34,304 encoder counts",
-            ),
-            "pot_velocity": Scale.counts_per(
-                "mm/s",
-                34304,
-                1,
-                printed="3430 Encoder Counts/sec = 0.1 mm/sec",
-            ),
-            "velocity": Scale.counts_per(
-                "mm/s",
-                35970351104,
-                46875,
-                source=(
-                    "later issues of the document, 767367 per mm/s (34304 counts, 2048 cycles of "
-                    "6 MHz); Issue 3 gives none"
-                ),
-            ),
-            "acceleration": UnknownScale(
-                "mm/s^2",
-                (
-                    "Issue 3 gives none; later issues print 263 per mm/s^2, but counts and cycle "
-                    "give 261.93, so neither figure is used"
-                ),
-            ),
-        },
+        "TDC001": _Z8_ON_TDC001,
     },
     controllers={
-        "TDC001": ("TDC001", "KDC101"),
+        "TDC001": _TDC001_UNITS,
     },
     limits={
         "travel": Limit.of(

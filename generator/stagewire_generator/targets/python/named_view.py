@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 
@@ -57,6 +58,15 @@ class QuantityView:
     name: str
     scale: Nested
     doc: str
+
+
+@dataclass(frozen=True, slots=True)
+class SharedView:
+    """A constant of several stages: a table of scales, or the units of a family of controllers."""
+
+    name: str
+    type: str
+    made: Nested
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,20 +128,70 @@ def scale_of(factor: Factor, unit: str) -> Nested:
     return call(f"Scale.{method}", arguments)
 
 
-def stage_view(protocol: Protocol, stage: Stage) -> StageView:
-    """Make the view of a stage."""
+def stage_views(protocol: Protocol) -> tuple[tuple[SharedView, ...], tuple[StageView, ...]]:
+    """Make the views of all stages, and of the constants that several of them share.
+
+    Most stages share their scales with others of the same lead screw and motor. A shared table is named after
+    the first stage and controller that have it.
+    """
+    stages = sorted(protocol.stages, key=lambda stage: stage.name)
+    tables: dict[Nested, list[SharedView]] = {}
+    families: dict[Nested, list[SharedView]] = {}
+    for stage in stages:
+        for controller, made in _scale_tables(protocol, stage).items():
+            kinds = " | ".join(sorted({_kind(f) for f in stage.scales[controller].values()}))
+            table = SharedView(f"_{stage.name}_ON_{controller}", f"dict[str, {kinds}]", made)
+            tables.setdefault(made, []).append(table)
+        for controller, made in _families(protocol, stage).items():
+            family = SharedView(f"_{controller}_UNITS", "tuple[str, ...]", made)
+            families.setdefault(made, []).append(family)
+    shared = [
+        views[0]
+        for made, views in (*families.items(), *tables.items())
+        if len(views) > 1 and len(made.items) > 1
+    ]
+    names = {view.made: view.name for view in shared}
+    return tuple(shared), tuple(_stage_view(protocol, stage, names) for stage in stages)
+
+
+def _families(protocol: Protocol, stage: Stage) -> dict[str, Nested]:
+    """Return the units of each family of controllers that drives a stage."""
+    members = {controller.name: controller.members for controller in protocol.controllers}
+    return {controller: strings("", members[controller]) for controller in stage.scales}
+
+
+def _scale_tables(protocol: Protocol, stage: Stage) -> dict[str, Nested]:
+    """Return the scales of a stage on each controller."""
     units = {quantity.name: quantity.unit_on(stage) for quantity in protocol.quantities}
-    controllers = {controller.name: controller.members for controller in protocol.controllers}
-    scales = [
-        mapping(
-            f"{literal(controller)}: ",
+    return {
+        controller: mapping(
+            "",
             [keyed(literal(name), _scale(factor, units[name])) for name, factor in factors.items()],
             broken=True,
         )
         for controller, factors in stage.scales.items()
+    }
+
+
+def _kind(factor: Factor | Conflict | str) -> str:
+    """Return the class of a scale."""
+    if isinstance(factor, Factor):
+        return "Scale"
+    return "ScaleConflict" if isinstance(factor, Conflict) else "UnknownScale"
+
+
+def _stage_view(protocol: Protocol, stage: Stage, shared: Mapping[Nested, str]) -> StageView:
+    """Make the view of a stage.
+
+    :param shared: the names of the shared constants.
+    """
+    scales = [
+        keyed(literal(controller), shared.get(made, made))
+        for controller, made in _scale_tables(protocol, stage).items()
     ]
     families = [
-        strings(f"{literal(controller)}: ", controllers[controller]) for controller in stage.scales
+        keyed(literal(controller), shared.get(made, made))
+        for controller, made in _families(protocol, stage).items()
     ]
     arguments: list[Source] = [
         literal(stage.name),

@@ -16,11 +16,12 @@ from stagewire_generator.targets.python.framing import framing_of
 from stagewire_generator.targets.python.named_view import (
     NamedView,
     QuantityView,
+    SharedView,
     StageView,
     enumeration_view,
     flag_table_view,
     quantity_view,
-    stage_view,
+    stage_views,
 )
 from stagewire_generator.targets.python.source import (
     SUPPORT,
@@ -78,6 +79,7 @@ class PackageView:
     chapters: tuple[ChapterView, ...]
     enumerations: tuple[NamedView, ...]
     flags: tuple[NamedView, ...]
+    shared: tuple[SharedView, ...]
     stages: tuple[StageView, ...]
     stage_imports: tuple[str, ...]
     quantities: tuple[QuantityView, ...]
@@ -107,7 +109,7 @@ def package_view(protocol: Protocol) -> PackageView:
         for quantity in sorted(protocol.quantities, key=lambda q: q.name)
         if quantity.factor
     )
-    stages = tuple(stage_view(protocol, s) for s in sorted(protocol.stages, key=lambda s: s.name))
+    shared, stages = stage_views(protocol)
     devices = devices_view(protocol)
     factors = [f for s in protocol.stages for scales in s.scales.values() for f in scales.values()]
     kinds = ["Stage"] if stages else []
@@ -130,6 +132,7 @@ def package_view(protocol: Protocol) -> PackageView:
         chapters=chapters,
         enumerations=enumerations,
         flags=flags,
+        shared=shared,
         stages=stages,
         stage_imports=tuple(kinds),
         quantities=quantities,
