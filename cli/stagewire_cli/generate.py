@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import functools
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -21,12 +22,17 @@ from stagewire_cli.generator import (
 )
 from stagewire_cli.output import printable, progress, show_paths
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from stagewire_generator.model import Protocol
+
 EXAMPLE = """\b
 Examples:
   stagewire generate --spec spec --out generated
   stagewire generate --check
   stagewire generate --spec-dir mine/spec --package acme_turntable --out mine/generated
   stagewire generate --overlay thorlabs_apt/later_issues --out later
+  stagewire generate --unit TDC001 --out small
   stagewire generate --list-inputs
   stagewire generate --templates my-templates --out generated
   stagewire generate --target c --target c-tests --out build
@@ -71,6 +77,14 @@ def generate(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
             help="Apply this overlay (a later issue) to its protocol; may be repeated.",
+        ),
+    ] = None,
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--unit",
+            metavar="UNIT",
+            help="Generate only the messages of this unit and what they use; may be repeated.",
         ),
     ] = None,
     check: Annotated[
@@ -128,7 +142,13 @@ def generate(
     if templates is not None and not templates.is_dir():
         raise CalledWronglyError(f"{templates} is not a folder; give a folder with templates")
     rendered = functools.partial(
-        _render, folders, target, templates, package or "", overlays=overlay or []
+        _render,
+        folders,
+        target,
+        templates,
+        package or "",
+        overlays=overlay or [],
+        units=unit or [],
     )
     if list_templates:
         show_paths(our_templates())
@@ -162,6 +182,7 @@ def _render(
     undone: str,
     *,
     overlays: Sequence[str] = (),
+    units: Sequence[str] = (),
     err: bool = False,
 ) -> dict[str, str]:
     """Return path -> text of all files; if the spec or a template is invalid, print the errors and exit.
@@ -169,6 +190,7 @@ def _render(
     :param package: the name of the package of the only protocol; empty for no project.
     :param undone: a word for the work that is not done in that case, such as ``written``.
     :param overlays: the overlays to apply, in order.
+    :param units: the units to generate code for; empty for all.
     :param err: whether diagnostics also go to standard error.
     """
     from stagewire_generator import SpecError, render
@@ -176,7 +198,7 @@ def _render(
     from stagewire_generator.targets.templates import Templates, TemplatesError
 
     try:
-        protocols = load(find(folders), overlays=overlays)
+        protocols = _reduced(load(find(folders), overlays=overlays), units)
         if package and len(protocols) != 1:
             names = ", ".join(sorted(protocol.name for protocol in protocols))
             raise CalledWronglyError(
@@ -195,6 +217,29 @@ def _render(
             typer.echo(f"stagewire: {printable(line)}", err=True)
     typer.echo(f"nothing was {undone}", err=True)
     raise typer.Exit(WRONG)
+
+
+def _reduced(protocols: Sequence[Protocol], units: Sequence[str]) -> Sequence[Protocol]:
+    """Return the protocols that have some of the units, each reduced to these; without units, all."""
+    if not units:
+        return protocols
+    from stagewire_generator.reduction import reduced, units_of
+
+    known = sorted({name for protocol in protocols for name in units_of(protocol)})
+    for name in units:
+        for protocol in protocols:
+            if reason := protocol.units.get("unsupported", {}).get(name, {}).get("reason"):
+                raise CalledWronglyError(f"--unit {name}: this unit is not supported: {reason}")
+        if name not in known:
+            close = difflib.get_close_matches(name.upper()[:80], known, n=3)
+            meant = (
+                f"did you mean {' or '.join(close)}?"
+                if close
+                else f"choose from {', '.join(known)}"
+            )
+            raise CalledWronglyError(f"--unit {name}: unknown unit ({meant})")
+    chosen = {protocol: units_of(protocol).intersection(units) for protocol in protocols}
+    return [reduced(protocol, names) for protocol, names in chosen.items() if names]
 
 
 def _list_inputs(folders: Sequence[Path], templates: Path | None) -> None:

@@ -10,9 +10,12 @@ import callgraph
 import pytest
 import size_table
 import sizes
-from toolchain import Package, compiles, need, of_each_package, packages, symbols
+from toolchain import CORTEX_M0, Package, compiles, need, of_each_package, packages, symbols
 
+from checkout import ROOT
 from stagewire.protocols import load_protocol
+from stagewire_generator import check, reduced, render
+from stagewire_generator.output import write
 
 PARSER = 640
 HELPERS = 140
@@ -69,6 +72,28 @@ def test_the_parser_is_small(measured: Measured) -> None:
     for prefix, (_, figures) in measured.items():
         assert figures[f"{prefix}/parser"] <= PARSER
         assert figures.get(f"{prefix}/replies", 0) <= PARSER
+
+
+@pytest.mark.matrix
+@pytest.mark.parametrize(
+    ("unit", "overlays", "bytes"),
+    [("TDC001", [], 900), ("KDC101", ["thorlabs_apt/issue_37"], 1004)],
+)
+def test_a_unit_alone_has_a_small_table(
+    tmp_path: Path, unit: str, overlays: list[str], bytes: int
+) -> None:
+    """The page on C has these figures, which may grow by 5 %."""
+    need(sizes.GCC)
+    [protocol] = check(ROOT / "spec" / "thorlabs_apt", overlays=overlays)
+    write(tmp_path, render([reduced(protocol, [unit])], ["c"]))
+    package = Package(tmp_path / "c" / protocol.package)
+    made = tmp_path / "parser.o"
+    options = [*CORTEX_M0, "-std=c99", "-DAPT_NO_NAMES", f"-I{package.folder.parent}"]
+    compiles(sizes.GCC, *options, "-c", package.source, "-o", made)
+    text = compiles("arm-none-eabi-size", made).splitlines()[1].split()[0]
+    assert int(text) <= 1.05 * bytes
+    page = (ROOT / "docs" / "reference" / "c.md").read_text(encoding="utf-8")
+    assert f"| {bytes:,} |" in page
 
 
 def messages(protocol: str) -> list[dict[str, Any]]:
