@@ -48,8 +48,14 @@ def figures(comparison: Comparison) -> str:
 
 
 def missing_chapters(comparison: Comparison) -> Iterator[tuple[str]]:
-    """Yield a line for each chapter that is not transcribed, with what the program reads there."""
+    """Yield a line for the lists, the index and each chapter with parts that are not transcribed."""
     document = comparison.document
+    printed = {entry["line"] for entry in comparison.transcription.lists["lists"].values()}
+    rows = [rows for line, (_, rows) in document.lists.items() if line not in printed]
+    yield (f"not transcribed: {len(rows)} lists of messages, {sum(map(len, rows))} rows",)
+    last = comparison.transcription.contents["rows"][-1]["line"]
+    rest = sum(row.line > last for row in document.index)
+    yield (f"not transcribed: {rest} rows of the index",)
     starts = [
         (int(page), title) for _, title, page in document.titles if title.endswith("Messages")
     ]

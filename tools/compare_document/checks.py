@@ -24,6 +24,8 @@ FACTORS: Final = range(38, 42)
 """Pages with the conversion factors of Section 8."""
 
 SPACE: Final = r"\s+"
+PASSAGE: Final = 4
+"""Lines after a value with its text."""
 
 TABLES: Final = {
     "motor_controllers": (range(61, 62), r"[A-Z]{3}[\dx]{3}\s"),
@@ -193,25 +195,36 @@ def compare_ticks(comparison: Comparison, values: Data) -> None:
 
 def compare_list(comparison: Comparison, values: Data) -> Iterator[int]:
     """Compare one list of values, and yield its lines."""
-    start = values["line"]
+    place = (values["line"], 0)
     for row in values["rows"]:
         parts = re.split(r"…|[()]", " ".join(row[1:]))
-        found = list(find_value(comparison.document, start, row[0]))
-        fitting = [line for line, text in found if contains(text, parts)]
-        start = fitting[0] if fitting else start
-        read = tuple(row) if fitting else found[0][1] if found else NOTHING
-        comparison.check(start, "value", read, tuple(row))
-        yield start
+        found = list(find_value(comparison.document, place, row[0]))
+        fitting = [(line, end) for line, end, text in found if contains(text, parts)]
+        fitting = [one for one in fitting if one[0] < fitting[0][0] + PASSAGE]
+        fitting.sort(key=lambda one: not begins(comparison.document[one[0]], row[0]))
+        place = fitting[0] if fitting else place
+        read = tuple(row) if fitting else found[0][2] if found else NOTHING
+        comparison.check(place[0], "value", read, tuple(row))
+        yield place[0]
 
 
-def find_value(document: Document, start: int, value: str) -> Iterator[tuple[int, str]]:
-    """Yield the lines below a line that have a value, with the text there."""
-    pattern = re.compile(rf"(?<![\w.]){re.escape(value.removeprefix('to '))}(?!\w)")
-    for number in range(start, len(document.lines)):
-        if document.page(number) > document.page(start) + 1:
+def begins(text: str, value: str) -> bool:
+    """Whether a line is the row of a value, and not a sentence with it."""
+    return re.match(rf"\s*(?:\S+(?: \S+)*\s{{2,}})?{re.escape(value)}(?!\w)", text) is not None
+
+
+def find_value(
+    document: Document, place: tuple[int, int], value: str
+) -> Iterator[tuple[int, int, str]]:
+    """Yield the places of a value from a line and a column on: its line, its end, and the text there."""
+    before = r"(?<![\w.])" if "x" in value.casefold() else r"(?:^\s*|\s{2}|:\s|\b(?:be|or|B)\s)"
+    pattern = re.compile(rf"{before}{re.escape(value.removeprefix('to '))}(?!\w)", re.ASCII)
+    for number in range(place[0], len(document.lines)):
+        if document.page(number) > document.page(place[0]) + 1:
             return
-        if pattern.search(document[number]):
-            yield number, document.passage(number)
+        for found in pattern.finditer(document[number]):
+            if number > place[0] or found.end() > place[1]:
+                yield number, found.end(), document.passage(number, PASSAGE)
 
 
 def compare_lists(comparison: Comparison) -> None:

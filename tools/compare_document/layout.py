@@ -24,6 +24,10 @@ VALUE_ROW: Final = re.compile(
     rf"\s*(?:(?P<label>[A-Za-z]\S*(?: \S+){{0,2}})\s+\(?)?(?P<value>{VALUE.pattern})(?:\):|(?![\w,)]))"
     r"\s*(?P<text>(?:[-–]|//)?\s*\w.*|$)"
 )
+PLAIN_VALUE_ROW: Final = re.compile(
+    r"\s{4,}(?:\S+\s{2,})?(?:(?P<value>\d{1,2})\.?(?: [-–=]|(?=\s+[A-Z'‘])|, \d\d -)"
+    r"|(?P<byte>byte\[\d+\]) =|[A-Z]+(?: [A-Z]+)*\s+(?P<last>\d)$)"
+)
 TICK: Final = "✓"
 
 
@@ -75,6 +79,11 @@ def read_values(document: Document) -> None:
         if row and not HEADING.fullmatch(document[number].strip()):
             text = f"{row['label'] or ''} {row['text']}".strip()
             document.values.append(Value(number, document.page(number), row["value"], text))
+        plain = PLAIN_VALUE_ROW.match(document[number])
+        if plain:
+            value = next(filter(None, plain.groups()))
+            text = document[number].strip()
+            document.values.append(Value(number, document.page(number), value, text))
 
 
 def read_ticks(document: Document) -> None:

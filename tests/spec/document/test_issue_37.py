@@ -159,3 +159,19 @@ def test_a_page_that_cannot_be_read_is_reported(
     )
     found = checks.compare(layout.read(damaged), transcription)
     assert [one.line for one in found.differences if one.what == "header cell"] == [2270] * 6
+
+
+def test_a_wrong_value_of_a_list_is_reported(
+    document: Document, transcription: Transcription
+) -> None:
+    wrong = copy.deepcopy(transcription)
+    rows = [
+        row for _, entry in wrong.messages for one in entry.get("values", []) for row in one["rows"]
+    ]
+    for row in rows[::20]:
+        right = row[0]
+        row[0] = f"{right[:-1]}{'7' if right.endswith('3') else '3'}"
+        found = Comparison(document, wrong)
+        checks.compare_values(found)
+        assert found.differences, (right, row)
+        row[0] = right
