@@ -20,15 +20,20 @@ UNREADABLE = Path(__file__).parent / "unreadable.yaml"
 CHAPTERS = ("generic", "motor", "motor_2", "solenoid", "piezo")
 
 
-def document(protocol: str) -> text.Document:
-    """Return the document of a protocol; without it skip the test, or fail in a CI that should have it."""
-    path = text.find(protocol)
+def path_of(name: str) -> Path:
+    """Return the text of a document; without it skip the test, or fail in a CI that should have it."""
+    path = text.find(name)
     if path is None:
         reason = f"the text of the vendor's document is not available (see {text.VARIABLE})"
         if os.environ.get("CI") and os.environ.get(text.VARIABLE) != text.WITHOUT:
             pytest.fail(reason)
         pytest.skip(reason)
-    return text.Document.read(path)
+    return path
+
+
+def document(protocol: str) -> text.Document:
+    """Return the document of a protocol."""
+    return text.Document.read(path_of(protocol))
 
 
 def witness(protocol: str) -> dict[str, Any]:
