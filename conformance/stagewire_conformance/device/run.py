@@ -19,7 +19,7 @@ from typing import Final
 from stagewire.errors import StagewireError, TransportLostError
 from stagewire.links import Link
 from stagewire.protocols import CommandProtocol
-from stagewire_conformance.device.causes import Causes
+from stagewire_conformance.device.causes import UNSOLICITED, Cause, Causes
 from stagewire_conformance.device.check import Check
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersError
@@ -242,6 +242,14 @@ class _Run:
         line.rest()
         for text in line.settle():
             trial.info(f"received after the check, unsolicited: {text}")
+        for name, raw in line.unasked_ends.items() if trial.result is Result.PASS else ():
+            trial.must(
+                False,
+                f"{name} reports the end of a motion, but nothing was asked to move",
+                came=raw,
+                rule=line.rest_rule,
+                cause=Cause(name, UNSOLICITED),
+            )
         line.forget()
 
     def _note_rest(self, check: Check, trial: Trial) -> None:

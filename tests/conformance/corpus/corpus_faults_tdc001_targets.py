@@ -99,6 +99,16 @@ class CompletedFortyShort(Tdc001):
         self.told = True
 
 
+@FAULTS.moves("at-rest-unchanged")
+class StoredPositionMovesAtOnce(Tdc001):
+    """SET_MOVEABSPARAMS starts the move for which it stores the position."""
+
+    def set(self, name: str, frame: bytes) -> None:
+        super().set(name, frame)
+        if name == "absolute":
+            self.move_absolute(self.stored_position())
+
+
 @FAULTS.moves("channel-enable")
 class MovesOfADisabledChannel(Tdc001):
     """A disabled channel stops, but carries out the next move."""

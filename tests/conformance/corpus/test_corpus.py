@@ -7,13 +7,16 @@ range.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
 from corpus_benches import BENCHES, CorpusBench
 from corpus_faults_tdc001_motion import FAULTS
 from corpus_lines import Maker, RealTimeCorpusLink, SteppedCorpusLink
+from corpus_motion import Path, Piece
 from corpus_motor import MotorController
+from corpus_tdc001 import Tdc001
 
 from parts import PROOF, first_of
 from stagewire_conformance.device.permissions import Need
@@ -44,6 +47,19 @@ def test_a_correct_controller_passes(name: str, line: type) -> None:
     assert not findings(report)
     results = [outcome.result for outcome in report.outcomes]
     assert results.count(Result.PASS) >= 0.95 * len(results)
+
+
+class SettlesFirst(Tdc001):
+    """Reports the end of a motion 150 ms after the motor has come to rest."""
+
+    def go(self, motion: str, path: Path) -> None:
+        if path.pieces and not math.isinf(path.end):
+            path = Path((*path.pieces, Piece(path.end, 0.15, path.rest, 0, 0)), path.rest)
+        super().go(motion, path)
+
+
+def test_a_controller_that_reports_the_end_of_a_motion_later_passes() -> None:
+    assert not findings(BENCHES["tdc001"].run(SettlesFirst))
 
 
 class WatchedLine(SteppedCorpusLink):

@@ -54,6 +54,7 @@ class AptLine(GuardedLink):
     """
 
     stop_rule = "stop-any-move"
+    rest_rule = "at-rest-unchanged"
 
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         super().__init__(link, declared, allowed)
@@ -71,6 +72,7 @@ class AptLine(GuardedLink):
         self._guard = AptGuard(declared, allowed)
         self._matching = Matching(protocol)
         self._moved = Moved(declared, self._matching)
+        self.unasked_ends = self._moved.unasked
         self._parts = AptParts(self, self._moved, self._write_now)
         self._framer = protocol.framer(End.HOST)
         self._answers: dict[str, tuple[type[FramedMessage], ...]] = {}

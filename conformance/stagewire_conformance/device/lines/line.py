@@ -21,7 +21,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from types import FrameType, TracebackType
+from types import FrameType, MappingProxyType, TracebackType
 from typing import Any, ClassVar, Final, Protocol, Self
 
 from stagewire.errors import TransportLostError
@@ -163,6 +163,10 @@ class GuardedLink(ABC):
 
     stop_rule: ClassVar[str]
     """The rule that a stop ends a motion."""
+    rest_rule: ClassVar[str] = ""
+    """The rule that nothing moves at rest; empty if no message would show that something does."""
+    unasked_ends: Mapping[str, bytes] = MappingProxyType({})
+    """Reported ends of motions that this check did not ask for: message -> the first one received."""
 
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         self.declared = declared

@@ -70,6 +70,9 @@ class Moved:
         # Place of a motion -> the messages that report its end; an empty set if only a stop ends it.
         # None: the motion has ended.
         self._going: dict[_Where, frozenset[str] | None] = {}
+        self._asked = False  # something was asked to move or to stop
+        self.unasked: dict[str, bytes] = {}
+        """Ends of motions that nobody asked for: message -> the first one received."""
 
     def _ends_of(self, message: str) -> frozenset[str]:
         exchange = self._entries[message]["exchange"]
@@ -79,6 +82,7 @@ class Moved:
         """Note a message that is about to be sent."""
         where = _Where(dest, self._matching.channel_of(message))
         name = message.layout.message
+        self._asked |= effect in ("motion", "stop")
         if effect == "motion":
             goes_on = bool(self._entries[name]["exchange"].get("halted_by"))
             ends = self._ends_of(name) if goes_on else self._going.get(where)
@@ -90,6 +94,8 @@ class Moved:
         """Note a received message, which may be the end of a motion."""
         if message.layout.message not in self._ends:
             return
+        if not self._asked:
+            self.unasked.setdefault(message.layout.message, raw)
         source, channel = self._matching.source_of(raw), self._matching.channel_of(message)
         for where, ends in self._going.items():
             if ends and message.layout.message in ends and where == _Where(source or -1, channel):
@@ -112,6 +118,8 @@ class Moved:
     def forget(self) -> None:
         """Forget all motions, before the next check."""
         self._going.clear()
+        self.unasked.clear()
+        self._asked = False
 
     def endings(self, place: Target, channel: int) -> list[Ending]:
         """Return the messages that end the motion of a channel, the mildest first.

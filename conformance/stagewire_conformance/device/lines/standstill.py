@@ -1,7 +1,8 @@
 """Bring everything to rest that a check has set in motion, and verify that it is at rest.
 
-A controller may ignore a stop, report the end of a motion that continues, or stop answering. So a part rests
-only if its position shows it. Each part has measures, such as a stop with a profile, an immediate stop, and
+A controller may ignore a stop, report the end of a motion that continues, report a position that does not
+change during a motion, or stop answering. So a part rests only if its position does not change and its status
+reports no motion. Each part has measures, such as a stop with a profile, an immediate stop, and
 disabling it. The next measure is taken as soon as the last one has no effect.
 """
 
@@ -33,11 +34,6 @@ A servo that holds its stage may oscillate, and a slow motion must not be mistak
 """
 _TREMBLES: Final = 8
 """Counts in :data:`_HALF` up to which a change may be an oscillation."""
-_STILL_AFTER_ALL: Final = 1.0
-"""Seconds without a change of the position after which a motion that is still reported is ignored.
-
-This applies only after an immediate stop.
-"""
 
 
 class Sighting(NamedTuple):
@@ -142,9 +138,7 @@ class _Watched:
 
     @property
     def rests(self) -> bool:
-        """Whether the part is at rest, according to its positions."""
-        if self._stays(_STILL_AFTER_ALL, 1) and self.taken > 1:
-            return True
+        """Whether the part is at rest, according to its positions and its status."""
         stays = any(self._stays(seconds, most) for seconds, most in _STILL)
         return stays and not self.seen[-1].moving
 

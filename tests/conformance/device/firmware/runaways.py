@@ -19,14 +19,22 @@ class Runaway(Firmware):
     :param obeys_immediate: whether an immediate stop is obeyed.
     :param obeys_disable: whether a disabled channel stops.
     :param reports_rest: whether the status never reports motion.
+    :param freezes_position: whether the reported position stays the same during a motion.
     """
 
     def __init__(
-        self, *, obeys_immediate: bool, obeys_disable: bool, reports_rest: bool = False
+        self,
+        *,
+        obeys_immediate: bool,
+        obeys_disable: bool,
+        reports_rest: bool = False,
+        freezes_position: bool = False,
     ) -> None:
         self._obeys_immediate = obeys_immediate
         self._obeys_disable = obeys_disable
         self._reports_rest = reports_rest
+        self._freezes_position = freezes_position
+        self._frozen: dict[int, int] = {}
         self._runs: dict[tuple[int, int | None], bytes] = {}
 
     def takes(self, frame: Frame) -> None:
@@ -48,6 +56,12 @@ class Runaway(Firmware):
     def says(self, frame: Frame) -> None:
         if self._reports_rest and "status_bits" in frame.fields:
             frame = frame.with_("status_bits", frame["status_bits"] & ~0x2F0)
+        if self._freezes_position and "position" in frame.fields:
+            if self._runs:
+                frozen = self._frozen.setdefault(frame.source, frame["position"])
+                frame = frame.with_("position", frozen)
+            else:
+                self._frozen.clear()
         self.say(frame.raw)
 
 
@@ -57,6 +71,12 @@ RUNAWAYS = {
     "obeys nothing": lambda: Runaway(obeys_immediate=False, obeys_disable=False),
     "obeys nothing and reports rest": lambda: Runaway(
         obeys_immediate=False, obeys_disable=False, reports_rest=True
+    ),
+    "obeys when disabled, with a frozen position": lambda: Runaway(
+        obeys_immediate=False, obeys_disable=True, freezes_position=True
+    ),
+    "obeys nothing, with a frozen position": lambda: Runaway(
+        obeys_immediate=False, obeys_disable=False, freezes_position=True
     ),
 }
 

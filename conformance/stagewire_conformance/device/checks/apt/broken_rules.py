@@ -204,6 +204,7 @@ COMMON: Final = (
     "no-error-in-normal-operation",
     "unit-messages",
     "command-without-acknowledgement",
+    "at-rest-unchanged",
     "status-bits-motion",
     "status-bits-same",
     "status-position",
