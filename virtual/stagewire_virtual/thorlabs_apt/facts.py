@@ -14,6 +14,9 @@ from stagewire_virtual.instrument import Unit
 CHANNEL: Final = "chan_ident"
 """The field of the channel, in a header or in a packet."""
 
+PLAIN: Final = "data"
+"""The form of a message that is sent, if the registry has several; the others are also understood."""
+
 
 @dataclass(frozen=True, slots=True)
 class Value:
@@ -53,7 +56,7 @@ class Message:
     :param to_controller: whether controllers receive it.
     :param set_name: its parameter set; empty if it has none.
     :param role: ``set``, ``req`` or ``get`` in that set; empty if it has none.
-    :param values: its values, without the channel and reserved fields.
+    :param values: its values, in any of its forms, without the channel and reserved fields.
     :param names_channel: whether it has a field for the channel.
     :param answered_by: the messages that answer it.
     :param announces: the messages that a controller sends after storing this SET.
@@ -93,8 +96,9 @@ def facts_of(unit: Unit) -> Mapping[str, Message]:
 
 
 def class_of(unit: Unit, name: str) -> type[FramedMessage]:
-    """Return the class of a message that has one form."""
-    found: Any = unit.protocol.message_class(name)
+    """Return the class of a message; if it has packets of several lengths, that of the plain form."""
+    form = PLAIN if len(unit.message(name)["layouts"]) > 1 else None
+    found: Any = unit.protocol.message_class(name, form)
     cls: type[FramedMessage] = found
     return cls
 
@@ -102,7 +106,8 @@ def class_of(unit: Unit, name: str) -> type[FramedMessage]:
 def _message(entry: Mapping[str, Any]) -> Message:
     exchange = entry["exchange"]
     place = entry["set"] or {"name": "", "role": ""}
-    fields = [field for layout in entry["layouts"] for field in _fields(layout)]
+    layouts = sorted(entry["layouts"], key=lambda layout: layout["form"] != PLAIN)
+    fields = {field["name"]: field for layout in reversed(layouts) for field in _fields(layout)}
     return Message(
         name=entry["name"],
         id=entry["id"],
@@ -110,8 +115,8 @@ def _message(entry: Mapping[str, Any]) -> Message:
         to_controller=entry["direction"] != "to_host",
         set_name=place["name"],
         role=place["role"],
-        values=tuple(_value(field) for field in fields if field["name"] != CHANNEL),
-        names_channel=any(field["name"] == CHANNEL for field in fields),
+        values=tuple(_value(field) for name, field in fields.items() if name != CHANNEL),
+        names_channel=CHANNEL in fields,
         answered_by=tuple(exchange.get("answered_by", ())),
         announces=tuple(exchange.get("announces", ())),
         starts=frozenset(exchange.get("starts", ())),

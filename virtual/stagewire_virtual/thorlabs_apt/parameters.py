@@ -85,8 +85,10 @@ class Parameters:
 
         Flags, and values of tables that the registry marks as open, are stored unchecked.
         """
-        values = {value.name: getattr(frame.message, value.name) for value in facts.values}
-        for value in facts.values:
+        sent = frame.message.layout.fields  # a shorter form has not all values
+        told = [value for value in facts.values if value.name in sent]
+        values = {value.name: getattr(frame.message, value.name) for value in told}
+        for value in told:
             if fault := value.fault(values[value.name]):
                 self._controller.refuse(frame, f"{facts.name}: {fault}")
                 return
@@ -95,7 +97,7 @@ class Parameters:
                 self._controller.refuse(frame, f"{facts.name}: {why}")
                 continue
             channel.parameters[facts.set_name].update(values)
-            for name in _COMMON.get(facts.set_name, ()):
+            for name in values.keys() & _COMMON.get(facts.set_name, ()):
                 self._channels[0].parameters[facts.set_name][name] = values[name]
             obey_enable_state(channel)
             if stored := channel.behaviour.method("stored", facts.set_name):
@@ -130,10 +132,11 @@ class Parameters:
             values[name] = self._channels[0].parameters[facts.set_name][name]
         if live := channel.behaviour.method("live", facts.set_name):
             values.update(live())
-        values = {value.name: values[value.name] for value in facts.values}
+        found = class_of(self._unit, get)
+        values = {name: value for name, value in values.items() if name in found.layout.fields}
         if facts.names_channel:
             values[CHANNEL] = channel.ident
-        return class_of(self._unit, get)(**values)
+        return found(**values)
 
 
 def obey_enable_state(channel: Channel) -> None:
