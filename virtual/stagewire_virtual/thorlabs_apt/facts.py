@@ -53,6 +53,7 @@ class Message:
     :param name: its name in the registry.
     :param id: its id on the wire.
     :param generic: whether it is independent of the kind of controller (chapter of page 15).
+    :param addressee: its recipient in a rack; empty for the controller in a bay.
     :param to_controller: whether controllers receive it.
     :param set_name: its parameter set; empty if it has none.
     :param role: ``set``, ``req`` or ``get`` in that set; empty if it has none.
@@ -70,6 +71,7 @@ class Message:
     name: str
     id: int
     generic: bool
+    addressee: str
     to_controller: bool
     set_name: str
     role: str
@@ -112,6 +114,7 @@ def _message(entry: Mapping[str, Any]) -> Message:
         name=entry["name"],
         id=entry["id"],
         generic=entry["chapter"] == "generic",
+        addressee=entry.get("addressee") or "",
         to_controller=entry["direction"] != "to_host",
         set_name=place["name"],
         role=place["role"],

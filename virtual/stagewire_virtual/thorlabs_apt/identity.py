@@ -28,7 +28,9 @@ _TYPES: Final = {
 _CARD: Final = "ION001"
 _CARD_MODEL: Final = "ION001 "  # the example also has the space
 
-_NO_PREFIX: Final = 99  # for units without a known prefix; no real unit has it
+_NO_PREFIX: Final = 99
+"""The prefix of units without a known one, or the next lower one that the registry knows for no unit."""
+
 _NO_SERIAL_NUMBER: Final = 0  # always replaced before the message is sent
 _LARGEST: Final = 2**31 - 1
 _WORD: Final = 0xFFFF
@@ -63,7 +65,7 @@ def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
 
 def card(unit: Unit, options: Options, bay: int) -> m.HwGetInfo:
     """Return the information of the card or module in a bay, which depends on no option except the seed."""
-    prefix = _prefix(unit, "card_usb_prefix") or _prefix(unit) or _NO_PREFIX
+    prefix = _prefix(unit, "card_usb_prefix") or _prefix(unit) or _free_prefix(unit)
     return _information(unit, _type(unit), unit.facts["channels"]).replace(
         model_number=_CARD_MODEL if _reports_card(unit) else unit.name[:_MODEL],
         serial_number=_random_number(
@@ -120,7 +122,7 @@ def _type(unit: Unit) -> int:
 
 def _serial_number(unit: Unit, options: Options) -> int:
     number = options.serial_number
-    prefix = _prefix(unit) or _NO_PREFIX
+    prefix = _prefix(unit) or _free_prefix(unit)
     if number is None:
         return _random_number(prefix, f"{options.seed}/serial number of {unit.name}")
     if not 0 < number <= _LARGEST:
@@ -133,6 +135,14 @@ def _serial_number(unit: Unit, options: Options) -> int:
 
 def _random_number(prefix: int, stream: str) -> int:
     return prefix * DIGITS + random.Random(stream).randrange(1, DIGITS)
+
+
+def _free_prefix(unit: Unit) -> int:
+    registry = unit.registry
+    known = {entry.get("usb_prefix") for entry in registry["units"]} | {
+        prefix for entry in registry.get("unsupported", {}).values() for prefix in entry.get("prefixes", ())
+    }
+    return next(number for number in range(_NO_PREFIX, 0, -1) if number not in known)
 
 
 def _prefix(unit: Unit, fact: str = "usb_prefix") -> int | None:

@@ -55,7 +55,8 @@ def _plain(unit: Unit) -> Mapping[str, Mapping[str, Any]]:
     """Return the parameter sets of a unit with the defaults of the registry."""
     found: dict[str, dict[str, Any]] = {}
     for facts in facts_of(unit).values():  # the fields of a SET and its GET may differ
-        if facts.role in ("set", "get") and not facts.of_the_unit and facts.name not in SAVING:
+        of_the_rack = facts.of_the_unit and facts.addressee
+        if facts.role in ("set", "get") and not of_the_rack and facts.name not in SAVING:
             defaults = {value.name: value.default for value in facts.values}
             found.setdefault(facts.set_name, {}).update(defaults)
     return found
