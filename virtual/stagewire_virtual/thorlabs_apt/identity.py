@@ -23,8 +23,8 @@ _TYPES: Final = {
     "BSC001": 11, "BSC101": 12, "BSC002": 13, "BSC102": 21, "BSC103": 21, "ODC001": 24,
     "OST001": 25, "MST601": 26, "TST001": 29, "TDC001": 31,
 }  # fmt: skip
-# The model of the card in the example of page 22, which has the type of a brushless DC controller. The registry
-# lists it for the units whose cards report it. Other cards report the name of their unit.
+# The model of the card in the example of page 22, which has the type of a brushless DC controller. The
+# registry lists it for the units whose cards report it. Other cards report the name of their unit.
 _CARD: Final = "ION001"
 _CARD_MODEL: Final = "ION001 "  # the example also has the space
 
@@ -140,7 +140,9 @@ def _random_number(prefix: int, stream: str) -> int:
 def _free_prefix(unit: Unit) -> int:
     registry = unit.registry
     known = {entry.get("usb_prefix") for entry in registry["units"]} | {
-        prefix for entry in registry.get("unsupported", {}).values() for prefix in entry.get("prefixes", ())
+        prefix
+        for entry in registry.get("unsupported", {}).values()
+        for prefix in entry.get("prefixes", ())
     }
     return next(number for number in range(_NO_PREFIX, 0, -1) if number not in known)
 

@@ -123,10 +123,11 @@ class StageChannel(Behaviour):
         return {"position": position, "velocity": velocity, **self._bits("dc")}
 
     def row(self) -> LiveState:
-        """Return the position, in millimetres if the scale is known or else in counts, and the state."""
+        """Return the position, in mm or degrees if the scale is known or else in counts, and the state."""
         counts = self._position.value
-        scale = self._scales.counts_per_mm
-        position = f"{float(counts / scale):.4f} mm" if scale else f"{counts} counts"
+        stage, scale = self.channel.settings.stage, self._scales.counts_per_mm
+        unit = "deg" if stage is not None and stage.rotary else "mm"
+        position = f"{float(counts / scale):.4f} {unit}" if scale else f"{counts} counts"
         return LiveState(position, self._state().words)
 
     def _bits(self, table: str) -> dict[str, int]:
