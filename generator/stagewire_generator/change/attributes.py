@@ -164,6 +164,8 @@ _UNITS = Data(
         "units/*/page": "page",
         "units/*/usb_prefix": "unit-prefix",
         "units/*/card_usb_prefix": "unit-prefix",
+        "units/*/hardware_type/value": "hardware-type",
+        "units/*/hardware_type/source": "text",
         "units/*/reported_as/*": Entries("model", "unit-model", "unit-model"),
         "units/*/address": "unit-address",
         "units/*/channels": "unit-channels",

@@ -16,15 +16,8 @@ DIGITS: Final = 1_000_000
 
 _SOFTWARE_VERSION: Final = bytes((0, 0, 1, 0))  # minor, interim, major, unused: 1.0.0
 
-# The document lists two types. The numbers in the vendor's own library (README of PyAPT,
-# https://github.com/mcleu/PyAPT) are assumed to be the same list, because both have 44 for the BBD10x. The
-# library calls the cards of BSC102 and BSC103 SCC001. All other units report 0, because no type is known.
-_TYPES: Final = {
-    "BSC001": 11, "BSC101": 12, "BSC002": 13, "BSC102": 21, "BSC103": 21, "ODC001": 24,
-    "OST001": 25, "MST601": 26, "TST001": 29, "TDC001": 31,
-}  # fmt: skip
-# The model of the card in the example of page 22, which has the type of a brushless DC controller. The
-# registry lists it for the units whose cards report it. Other cards report the name of their unit.
+# The model of the card in the example of page 22. The registry lists it for the units whose cards report it.
+# Other cards report the name of their unit.
 _CARD: Final = "ION001"
 _CARD_MODEL: Final = "ION001 "  # the example also has the space
 
@@ -115,9 +108,9 @@ def _reports_card(unit: Unit) -> bool:
 
 
 def _type(unit: Unit) -> int:
-    if _reports_card(unit):
-        return HardwareType.BRUSHLESS_DC_CONTROLLER
-    return _TYPES.get(unit.name, 0)
+    """Return the type of a unit or of its cards; 0 if the registry does not know it."""
+    value: int = unit.facts.get("hardware_type", {"value": 0})["value"]
+    return value
 
 
 def _serial_number(unit: Unit, options: Options) -> int:
