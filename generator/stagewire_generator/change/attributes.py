@@ -67,15 +67,7 @@ _PLACE = Ignored("the position in the files")
 _FROM_ERRATA = Ignored("follows from the errata, which name their messages and fields")
 _OVERLAY = "document"  # the document of the overlay, or of the protocol itself
 
-_DOCUMENT = Data(
-    {
-        "title": "document",
-        "issue": "document",
-        "date": "document",
-        "pages": "document",
-        "sections": "document",
-    }
-)
+_DOCUMENT = Data(dict.fromkeys(("title", "issue", "date", "pages", "sections"), "document"))
 _FORMATS = Data(
     {
         "*": Entries("format", "format", "format"),
