@@ -129,6 +129,16 @@ with controller, kdc:
     run(package, START + program)
 
 
+def test_the_status_has_the_bits_of_the_unit_in_which_nothing_is_wrong(package: Path) -> None:
+    program = """\
+for unit, bits in {"KDC101": 0x100, "KBD101": 0x10000100, "TDC001": 0, "KST101": 0x100}.items():
+    controller, device = opened(unit)
+    with controller, device:
+        assert device.get_status_bits().status_bits & 0x10000100 == bits, unit
+"""
+    run(package, START + program)
+
+
 def test_a_rotation_stage_has_its_own_stage(package: Path) -> None:
     program = """\
 from stagewire_apt import stages

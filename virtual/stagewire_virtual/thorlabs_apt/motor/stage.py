@@ -24,7 +24,13 @@ from stagewire_virtual.thorlabs_apt.motor.defaults import (
 )
 from stagewire_virtual.thorlabs_apt.motor.drive import Drive
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
-from stagewire_virtual.thorlabs_apt.motor.status import STATUS_BITS, Activity, Counter, MotorState
+from stagewire_virtual.thorlabs_apt.motor.status import (
+    STATUS_BITS,
+    Activity,
+    Counter,
+    MotorState,
+    intact_bits,
+)
 from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
 
 _FASTEST: Final = 0x7FFF
@@ -42,6 +48,7 @@ class StageChannel(Behaviour):
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
         self._kind: str = channel.unit.facts["status"]
+        self._intact = intact_bits(channel.unit)
         self._scales = Scales(channel.settings.stage, channel.unit.name)
         travel = travel_of(channel, self._scales)
         place = starting_place(channel, travel)
@@ -144,4 +151,5 @@ class StageChannel(Behaviour):
             tracking=self.channel.enabled and drive.tracking,
             settled=self.channel.enabled and drive.settled,
             motion_error=drive.motion_error,
+            intact=self._intact,
         )
