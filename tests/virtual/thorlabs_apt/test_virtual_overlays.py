@@ -152,14 +152,16 @@ with controller, stage:
     run(package, START + program)
 
 
-def test_a_stepper_with_the_long_status_is_understood(package: Path) -> None:
+def test_a_stepper_sends_the_status_in_the_length_of_its_unit(package: Path) -> None:
     program = """\
-controller, stepper = opened("BSC201", {"quirks": {"long_status"}})
-with controller, stepper:
-    stepper.home()
-    status = stepper.get_status_update()
-    assert (status.position, type(status.message)) == (0, m.MotGetStatusUpdateLong)
-    assert not stepper.is_moving()
+LONG, SHORT = m.MotGetStatusUpdateLong, m.MotGetStatusUpdate
+for unit, sent in {"BSC201": LONG, "BSC203": LONG, "KST201": SHORT, "LTS150": SHORT}.items():
+    controller, device = opened(unit)
+    with controller, device:
+        axis = device.bay(1) if UNITS[unit].facts["address"] == "rack" else device
+        status = axis.get_status_update()
+        assert (status.position, type(status.message)) == (0, sent), unit
+        assert not axis.is_moving()
 """
     run(package, START + program)
 

@@ -15,7 +15,7 @@ CHANNEL: Final = "chan_ident"
 """The field of the channel, in a header or in a packet."""
 
 PLAIN: Final = "data"
-"""The form of a message that is sent, if the registry has several; the others are also understood."""
+"""The form of a message with packets of several lengths that is sent, unless the unit has another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +98,11 @@ def facts_of(unit: Unit) -> Mapping[str, Message]:
 
 
 def class_of(unit: Unit, name: str) -> type[FramedMessage]:
-    """Return the class of a message; if it has packets of several lengths, that of the plain form."""
-    form = PLAIN if len(unit.message(name)["layouts"]) > 1 else None
+    """Return the class of a message in the form that the unit sends."""
+    form = None
+    if len(unit.message(name)["layouts"]) > 1:
+        own = unit.facts.get("sends", {}).get(name)
+        form = PLAIN if own is None else own["form"].replace("_", ":", 1)
     found: Any = unit.protocol.message_class(name, form)
     cls: type[FramedMessage] = found
     return cls
