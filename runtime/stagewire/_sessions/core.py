@@ -35,9 +35,9 @@ def all_is_read() -> bool:
 class Core:
     """Base of the session cores.
 
-    A driver passes received bytes to :meth:`receive`, writes the bytes of :meth:`output` after each call, calls
-    :meth:`wrote`, and calls :meth:`tick` and :meth:`output` when something is :attr:`due`. At :attr:`silent_at` it reads the
-    line once more and calls :meth:`receive`, even if nothing arrived.
+    A driver passes received bytes to :meth:`receive`, writes the bytes of :meth:`output` after each call,
+    calls :meth:`wrote`, and calls :meth:`tick` and :meth:`output` when something is :attr:`due`. At
+    :attr:`silent_at` it reads the line once more and calls :meth:`receive`, even if nothing arrived.
     """
 
     def __init__(self, options: SessionOptions | None) -> None:
