@@ -24,6 +24,7 @@ Quirk = Callable[[Frame, Unit], Frame]
 
 _FAULT_CODE: Final = 1
 _FAULT_LENGTH: Final = 68
+_PACKET: Final = 0x80  # the bit of the destination that announces a packet
 _FAULT_TEXT: Final = b"Command refused"
 
 
@@ -73,8 +74,9 @@ def _rich_responses(frame: Frame, unit: Unit) -> Frame:
     if not isinstance(frame.message, m.HwResponse):
         return frame
     layout = m.HwRichResponse.layout
-    raw = struct.pack("<HHxxHH64s", layout.id, _FAULT_LENGTH, 0, _FAULT_CODE, _FAULT_TEXT)
-    return Frame(m.HwRichResponse.unpack(raw), frame.dest, frame.source)
+    header = struct.pack("<HHBx", layout.id, _FAULT_LENGTH, _PACKET)
+    data = struct.pack("<HH64s", 0, _FAULT_CODE, _FAULT_TEXT)
+    return Frame(m.HwRichResponse.unpack(header + data), frame.dest, frame.source)
 
 
 def _unswapped_addresses(frame: Frame, unit: Unit) -> Frame:

@@ -217,10 +217,16 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _plausible(channel: Channel) -> _Plausible:
-    """Return plausible properties of the stage; slow enough for it, if the registry knows how fast it is."""
+    """Return plausible properties of the stage.
+
+    A stage that is rotary, or built into its unit, moves at a part of its limits in the registry.
+    """
     if is_brushless(channel):
         return _BRUSHLESS
-    limits = {} if channel.settings.stage is None else channel.settings.stage.limits
+    stage = channel.settings.stage
+    if stage is None or not (stage.rotary or "built_in" in channel.unit.facts):
+        return _SCREW
+    limits = stage.limits
     velocity, acceleration = limits.get("max_velocity"), limits.get("max_acceleration")
     if not (isinstance(velocity, Limit) and isinstance(acceleration, Limit)):
         return _SCREW
