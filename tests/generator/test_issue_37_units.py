@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import yaml
 
+import overlay_packages
 from checkout import ROOT
-from stagewire_cli.main import main
+from overlay_packages import generate
 from stagewire_generator import check
 from stagewire_generator.model import Protocol
 
@@ -27,11 +25,13 @@ from stagewire_apt import PROTOCOL, devices, messages as m
 
 HOST = 0x01
 ASKED = []
+SENT = []
 
 
-def answering(serial_number, model, bays=()):
+def answering(serial_number, model, bays=(), short=False):
     def said(frame):
         ASKED.append((type(frame.message).__name__, frame.dest))
+        SENT.append(frame.message)
         match frame.message:
             case m.HwReqInfo():
                 return m.HwGetInfo(serial_number, model, 16, b"\\1\\2\\3\\0", "", 1, 0, 1)
@@ -44,7 +44,16 @@ def answering(serial_number, model, bays=()):
             case m.MotReqStatusBits():
                 return m.MotGetStatusBits(1, 0x80000400)
             case m.MotReqKcubeMmiParams():
+                if short:
+                    return m.MotGetKcubeMmiParamsShort(1, 1, 2, 3, 1, 4, 5, 60, 7, 8)
                 return m.MotGetKcubeMmiParams(1, 1, 2, 3, 1, 4, 5, 60, 7, 8, 9, 10)
+            case m.MotReqLcdMoveParams():
+                return m.MotGetLcdMoveParams(1, 2, 300, 4, 5, 2, 6, 7, 8)
+            case m.MotReqMotTrigIoConfig():
+                return m.MotGetMotTrigIoConfigShort(1, 2, 1, 1, 11, 2, 3, 4, 5, 6, 7, 8, 9, 10)
+            case m.MotReqStatusUpdate():
+                long, short_form = m.MotGetStatusUpdateLong, m.MotGetStatusUpdate
+                return (short_form if short else long)(1, 1234, 0, 0x80000400)
         return None
 
     def answer(data):
@@ -61,9 +70,7 @@ def answering(serial_number, model, bays=()):
 @pytest.fixture(scope="module")
 def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The path of the package ``stagewire_apt`` with the overlay."""
-    out = tmp_path_factory.mktemp("issue-37-units")
-    assert main(["generate", "--spec", str(SPEC), "--out", str(out), "--overlay", NAME]) == 0
-    return out / "python"
+    return generate(tmp_path_factory.mktemp("issue-37-units"), NAME)
 
 
 @pytest.fixture(scope="module")
@@ -72,13 +79,8 @@ def protocol() -> Protocol:
     return found
 
 
-def run(package: Path, program: str) -> str:
-    paths = os.pathsep.join([str(package), str(LINKS)])
-    environment = {**os.environ, "PYTHONPATH": paths}
-    command = [sys.executable, "-c", CONTROLLER + program]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+def run(package: Path, program: str) -> None:
+    overlay_packages.run(package, CONTROLLER + program, LINKS)
 
 
 def messages_of(protocol: Protocol, name: str) -> frozenset[str]:
@@ -91,9 +93,63 @@ with devices.KDC101.open(answering(27000001, "KDC101"), stage="Z8") as kdc:
     assert kdc.serial_number == 27000001
     assert kdc.get_vel_params().max_velocity == 0x50
     assert abs(kdc.get_dc_status_update().position_mm - 34304 / 34554.96) < 1e-6
-    reply = kdc.session.ask(m.MotReqKcubeMmiParams(1), (m.MotGetKcubeMmiParams,), dest=0x50)
-    assert reply.message.disp_brightness == 60, reply
+    assert kdc.get_kcube_mmi_params().disp_brightness == 60
 assert {dest for _, dest in ASKED} == {0x50}, ASKED
+"""
+    run(package, program)
+
+
+def test_a_set_is_written_in_the_length_in_which_the_controller_reports_it(package: Path) -> None:
+    program = """\
+from stagewire.errors import UnknownFieldError
+with devices.KDC101.open(answering(27000001, "KDC101"), stage="Z8") as kdc:
+    assert kdc.change_kcube_mmi_params(disp_brightness=61, preset_pos3=11).preset_pos3 == 11
+    assert SENT[-1] == m.MotSetKcubeMmiParams(1, 1, 2, 3, 1, 4, 5, 61, 7, 8, 11, 10), SENT[-1]
+    kdc.set_kcube_trig_io_config(trig1_mode=0, trig1_polarity=1, trig2_mode=0, trig2_polarity=2)
+    assert SENT[-1] == m.MotSetKcubeTrigIoConfig(1, 0, 1, 0, 2), SENT[-1]
+with devices.KDC101.open(answering(27000001, "KDC101", short=True), stage="Z8") as kdc:
+    read = kdc.get_kcube_mmi_params()
+    assert read.disp_brightness == 60 and "preset_pos2" in repr(read) and "preset_pos3" not in repr(read)
+    try:
+        read.preset_pos3
+    except AttributeError as error:
+        assert str(error) == (
+            "no preset_pos3: the controller sent MOT_GET_KCUBEMMIPARAMS with 28 bytes, without it"
+        ), error
+    else:
+        raise AssertionError("a value that was not sent was read")
+    assert kdc.change_kcube_mmi_params(disp_brightness=61).disp_brightness == 61
+    assert SENT[-1] == m.MotSetKcubeMmiParamsShort(1, 1, 2, 3, 1, 4, 5, 61, 7, 8), SENT[-1]
+    try:
+        kdc.change_kcube_mmi_params(preset_pos3=1)
+    except UnknownFieldError as error:
+        assert "in a shorter packet without preset_pos3; nothing was written" in str(error), error
+    else:
+        raise AssertionError("a value that the controller does not have was written")
+    assert isinstance(SENT[-1], m.MotReqKcubeMmiParams)
+"""
+    run(package, program)
+
+
+def test_a_bbd303_has_the_methods_of_its_triggers_and_front_panel(package: Path) -> None:
+    program = """\
+with devices.BBD303.open(answering(103242814, "BBD303", bays=(0, 1, 2))) as bbd:
+    assert bbd.bay(1).get_lcd_move_params().preset_pos3 == 8
+    bbd.bay(1).change_lcd_move_params(preset_pos2=70)
+    assert SENT[-1] == m.MotSetLcdMoveParams(1, 2, 300, 4, 5, 2, 6, 70, 8), SENT[-1]
+    assert bbd.bay(1).get_mot_trig_io_config().num_cycles == 10
+    bbd.bay(1).change_mot_trig_io_config(num_cycles=11)
+    assert SENT[-1] == m.MotSetMotTrigIoConfigShort(1, 2, 1, 1, 11, 2, 3, 4, 5, 6, 7, 8, 9, 11), SENT[-1]
+"""
+    run(package, program)
+
+
+@pytest.mark.parametrize("short", [False, True])
+def test_a_stepper_reports_its_status_in_either_length(short: bool, package: Path) -> None:
+    program = f"""\
+with devices.KST101.open(answering(26000001, "KST101", short={short})) as kst:
+    assert kst.get_status_update().position == 1234
+    assert not kst.is_moving()
 """
     run(package, program)
 

@@ -116,3 +116,20 @@ def test_a_package_without_unsupported_units_has_no_table_of_them(protocol: Prot
     files = render([protocol])
     assert "UNSUPPORTED" not in "".join(files.values())
     assert "unsupported" not in json.loads(files["python/stagewire_tiny/registry.json"])
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("POS_ECHO", "SW021 units.TP1: unknown form data_long of POS_ECHO"),
+        ("POS_NONE", "SW021 units.TP1: unknown message POS_NONE"),
+    ],
+)
+def test_a_unit_sends_a_form_of_a_message_that_exists(spec: Path, name: str, said: str) -> None:
+    path = spec / "tiny" / "units.yaml"
+    data: dict[str, Any] = plain_yaml.load(path.read_text(encoding="utf-8"))
+    data["units"]["TP1"]["sends"] = {name: {"form": "data_long", "source": "a driver"}}
+    path.write_text(json.dumps(data), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        check(spec)
+    assert said in "\n".join(map(str, caught.value.diagnostics))

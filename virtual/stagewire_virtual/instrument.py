@@ -12,7 +12,7 @@ from typing import Any
 
 from stagewire.protocols import Protocol, available_protocols, load_protocol
 from stagewire_virtual.clock import Clock
-from stagewire_virtual.errors import UnknownUnitError
+from stagewire_virtual.errors import UnknownUnitError, VirtualError
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,13 +82,27 @@ def _installed_units() -> Mapping[str, Unit]:
 def find_unit(name: str) -> Unit:
     """Return the unit of an installed protocol with this name, in any case.
 
-    Raises :class:`~stagewire_virtual.errors.UnknownUnitError` if no unit has this name.
+    Raises :class:`~stagewire_virtual.errors.UnknownUnitError` if no unit has this name, and
+    :class:`~stagewire_virtual.errors.VirtualError` for a unit that the registry lists as unsupported.
     """
     units = _installed_units()
     unit = units.get(name.upper())
     if unit is None:
+        reason = _unsupported().get(name.upper())
+        if reason is not None:
+            raise VirtualError(f"{name} cannot be simulated: {reason}")
         raise UnknownUnitError(name, sorted(units))
     return unit
+
+
+@functools.cache
+def _unsupported() -> Mapping[str, str]:
+    """Return the units that the registries of installed protocols list as unsupported, with the reasons."""
+    return {
+        unit: entry["reason"]
+        for name in available_protocols()
+        for unit, entry in load_protocol(name).registry().get("unsupported", {}).items()
+    }
 
 
 @dataclass(frozen=True, slots=True)

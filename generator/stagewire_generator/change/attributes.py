@@ -67,15 +67,7 @@ _PLACE = Ignored("the position in the files")
 _FROM_ERRATA = Ignored("follows from the errata, which name their messages and fields")
 _OVERLAY = "document"  # the document of the overlay, or of the protocol itself
 
-_DOCUMENT = Data(
-    {
-        "title": "document",
-        "issue": "document",
-        "date": "document",
-        "pages": "document",
-        "sections": "document",
-    }
-)
+_DOCUMENT = Data(dict.fromkeys(("title", "issue", "date", "pages", "sections"), "document"))
 _FORMATS = Data(
     {
         "*": Entries("format", "format", "format"),
@@ -164,6 +156,11 @@ _UNITS = Data(
         "units/*/page": "page",
         "units/*/usb_prefix": "unit-prefix",
         "units/*/card_usb_prefix": "unit-prefix",
+        "units/*/hardware_type/value": "hardware-type",
+        "units/*/hardware_type/source": "text",
+        "units/*/sends/*": Entries("message", "unit-messages", "unit-messages"),
+        "units/*/sends/*/form": "unit-messages",
+        "units/*/sends/*/source": "text",
         "units/*/reported_as/*": Entries("model", "unit-model", "unit-model"),
         "units/*/address": "unit-address",
         "units/*/channels": "unit-channels",

@@ -264,6 +264,15 @@ def _units_of_fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 diagnostics.add(place, "SW021", f"{field.name}: unknown unit {unit}")
 
 
+def _unknown_forms(protocol: Protocol, entry: Json) -> Iterator[tuple[str, str]]:
+    """Yield the messages of a unit that lack the form in which it sends them, with that form."""
+    for message in protocol.messages:
+        if message.name in entry.get("sends", {}):
+            form = entry["sends"][message.name]["form"]
+            if form.replace("_", ":", 1) not in {layout.form for layout in message.layouts}:
+                yield message.name, form
+
+
 def _context_values(unit: Json) -> Iterator[tuple[str, str]]:
     """Yield the contexts of a unit, each with each of its values."""
     for name, given in unit.get("contexts", {}).items():
@@ -317,6 +326,10 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         keeper = entry.get("keep_alive", "none")
         if keeper != "none":
             known([keeper], messages, "message", "units", key, "keep_alive")
+        known(entry.get("sends", ()), messages, "message", "units", key, "sends")
+        for name, form in _unknown_forms(protocol, entry):
+            place = document.place("units", key, "sends", name, "form")
+            diagnostics.add(place, "SW021", f"units.{key}: unknown form {form} of {name}")
     written = document.data  # here a prefix may define an alias
     for section in ("units", "aliases"):
         for key, entry in data.get(section, {}).items():

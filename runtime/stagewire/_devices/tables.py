@@ -81,6 +81,7 @@ class ParameterSet(Generic[V]):
     :param get: message with the reply.
     :param given: arguments for writing.
     :param asked: arguments of the request, in addition to the channel.
+    :param others: replies of other lengths, each with the message that writes the set in that length.
     :param motherboard: whether its messages always go to the motherboard of the rack.
     """
 
@@ -91,7 +92,12 @@ class ParameterSet(Generic[V]):
     get: type[Message] | None
     given: tuple[Given, ...] = ()
     asked: tuple[Given, ...] = ()
+    others: tuple[tuple[type[Message], type[Message] | None], ...] = ()
     motherboard: bool = False
+
+    def written_with(self, read: Message) -> type[Message] | None:
+        """Return the message that writes the set in the length in which a controller reported it."""
+        return dict(self.others).get(type(read), self.set)
 
 
 @dataclass(frozen=True, slots=True)

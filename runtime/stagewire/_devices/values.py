@@ -74,14 +74,25 @@ class Values(Generic[M]):
         )
 
     def known(self) -> Iterator[tuple[str, Any]]:
-        """Yield every value by name, except those whose scale is unknown."""
+        """Yield every value by name, except those that were not sent, and those whose scale is unknown."""
+        fields = self.message.layout.fields
         for name in self.names:
+            if vars(type(self))[name].field not in fields:
+                continue  # the controller sent a shorter packet
             try:
                 yield name, getattr(self, name)
             except UnknownScaleError:
                 continue
 
-    if not TYPE_CHECKING:  # otherwise type checkers would let every name be set
+    if not TYPE_CHECKING:  # otherwise type checkers would let every name be read and set
+
+        def __getattr__(self, name: str) -> Never:
+            if name in self.names:
+                layout = self.message.layout
+                raise AttributeError(
+                    f"no {name}: the controller sent {layout.message} with {layout.length} bytes, without it"
+                )
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
         def __setattr__(self, name: str, value: object) -> None:
             raise AttributeError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from checkout import ROOT
 from stagewire_apt import PROTOCOL
 from stagewire_cli.main import main
 from stagewire_virtual.clock import SteppedClock
+from stagewire_virtual.errors import VirtualError
 from stagewire_virtual.factory import make_instrument
 from stagewire_virtual.instrument import Instrument, units_of
 from stagewire_virtual.options import Options, Settings
@@ -125,3 +127,13 @@ def test_an_added_rack_of_piezo_controllers_answers(registry: Any) -> None:
     assert host.say("83 06 06 00 a2 01 01 00 f2 04 f2 04") == []
     assert host.say("84 06 01 00 22 01") == ["85 06 06 00 81 22 01 00 f2 04 f2 04"]
     assert host.say("84 06 01 00 50 01") == []
+
+
+def test_an_added_unit_without_a_simulated_kind_of_channel_is_refused() -> None:
+    unit = units_of(PROTOCOL)["TDC001"]
+    facts = {**unit.facts, "name": "KLC101", "messages": ["HW_REQ_INFO", "HW_GET_INFO"]}
+    klc = replace(unit, name="KLC101", facts=facts)
+    with pytest.raises(
+        VirtualError, match=r"^KLC101 cannot be simulated yet: a virtual channel needs"
+    ):
+        make_instrument(klc, SteppedClock(), Options())

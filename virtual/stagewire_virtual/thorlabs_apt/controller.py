@@ -146,8 +146,8 @@ class Controller:
         """Return the handler of a message according to the registry; None if another address answers it."""
         if any(channel.behaviour.method("handles", facts.name) for channel in self.channels):
             return functools.partial(self._dispatch, facts)
-        if facts.of_the_unit and facts.role:
-            return None  # a message of racks or hubs, which another address answers
+        if facts.role and facts.of_the_unit and (facts.addressee or not self.channels):
+            return None  # a message of racks, which another address answers
         if facts.role == "set":
             return functools.partial(self._parameters.store, facts)
         if facts.role == "req":

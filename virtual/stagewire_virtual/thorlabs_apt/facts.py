@@ -14,6 +14,9 @@ from stagewire_virtual.instrument import Unit
 CHANNEL: Final = "chan_ident"
 """The field of the channel, in a header or in a packet."""
 
+PLAIN: Final = "data"
+"""The form of a message with packets of several lengths that is sent, unless the unit has another."""
+
 
 @dataclass(frozen=True, slots=True)
 class Value:
@@ -50,10 +53,11 @@ class Message:
     :param name: its name in the registry.
     :param id: its id on the wire.
     :param generic: whether it is independent of the kind of controller (chapter of page 15).
+    :param addressee: its recipient in a rack; empty for the controller in a bay.
     :param to_controller: whether controllers receive it.
     :param set_name: its parameter set; empty if it has none.
     :param role: ``set``, ``req`` or ``get`` in that set; empty if it has none.
-    :param values: its values, without the channel and reserved fields.
+    :param values: its values, in any of its forms, without the channel and reserved fields.
     :param names_channel: whether it has a field for the channel.
     :param answered_by: the messages that answer it.
     :param announces: the messages that a controller sends after storing this SET.
@@ -67,6 +71,7 @@ class Message:
     name: str
     id: int
     generic: bool
+    addressee: str
     to_controller: bool
     set_name: str
     role: str
@@ -93,8 +98,12 @@ def facts_of(unit: Unit) -> Mapping[str, Message]:
 
 
 def class_of(unit: Unit, name: str) -> type[FramedMessage]:
-    """Return the class of a message that has one form."""
-    found: Any = unit.protocol.message_class(name)
+    """Return the class of a message in the form that the unit sends."""
+    form = None
+    if len(unit.message(name)["layouts"]) > 1:
+        own = unit.facts.get("sends", {}).get(name)
+        form = PLAIN if own is None else own["form"].replace("_", ":", 1)
+    found: Any = unit.protocol.message_class(name, form)
     cls: type[FramedMessage] = found
     return cls
 
@@ -102,16 +111,18 @@ def class_of(unit: Unit, name: str) -> type[FramedMessage]:
 def _message(entry: Mapping[str, Any]) -> Message:
     exchange = entry["exchange"]
     place = entry["set"] or {"name": "", "role": ""}
-    fields = [field for layout in entry["layouts"] for field in _fields(layout)]
+    layouts = sorted(entry["layouts"], key=lambda layout: layout["form"] != PLAIN)
+    fields = {field["name"]: field for layout in reversed(layouts) for field in _fields(layout)}
     return Message(
         name=entry["name"],
         id=entry["id"],
         generic=entry["chapter"] == "generic",
+        addressee=entry.get("addressee") or "",
         to_controller=entry["direction"] != "to_host",
         set_name=place["name"],
         role=place["role"],
-        values=tuple(_value(field) for field in fields if field["name"] != CHANNEL),
-        names_channel=any(field["name"] == CHANNEL for field in fields),
+        values=tuple(_value(field) for name, field in fields.items() if name != CHANNEL),
+        names_channel=CHANNEL in fields,
         answered_by=tuple(exchange.get("answered_by", ())),
         announces=tuple(exchange.get("announces", ())),
         starts=frozenset(exchange.get("starts", ())),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from typing import Final
+from typing import Any, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import HardwareType
@@ -16,34 +16,26 @@ DIGITS: Final = 1_000_000
 
 _SOFTWARE_VERSION: Final = bytes((0, 0, 1, 0))  # minor, interim, major, unused: 1.0.0
 
-# The document lists two types. The numbers in the vendor's own library (README of PyAPT,
-# https://github.com/mcleu/PyAPT) are assumed to be the same list, because both have 44 for the BBD10x. The
-# library calls the cards of BSC102 and BSC103 SCC001. All other units report 0, because no type is known.
-_TYPES: Final = {
-    "BSC001": 11, "BSC101": 12, "BSC002": 13, "BSC102": 21, "BSC103": 21, "ODC001": 24,
-    "OST001": 25, "MST601": 26, "TST001": 29, "TDC001": 31,
-}  # fmt: skip
-_FAMILY_TYPES: Final = {
-    "brushless_dc": HardwareType.BRUSHLESS_DC_CONTROLLER,
-    "brushless_dc_single": HardwareType.BRUSHLESS_DC_CONTROLLER,
-}
+# The model of the card in the example of page 22. The registry lists it for the units whose cards report it.
+# Other cards report the name of their unit.
+_CARD: Final = "ION001"
+_CARD_MODEL: Final = "ION001 "  # the example also has the space
 
-# The model names of cards; the example of page 22 also has the space. Other cards report their unit's name.
-_CARD_MODELS: Final[dict[int, str]] = {HardwareType.BRUSHLESS_DC_CONTROLLER: "ION001 "}
+_NO_PREFIX: Final = 99
+"""The prefix of units without a known one, or the next lower one that the registry knows for no unit."""
 
-_NO_PREFIX: Final = 99  # for units without a known prefix; no real unit has it
 _NO_SERIAL_NUMBER: Final = 0  # always replaced before the message is sent
 _LARGEST: Final = 2**31 - 1
 _WORD: Final = 0xFFFF
 _MODEL: Final = 8
 """The number of characters of the model (page 22)."""
 
-_STAGE_ID: Final = 76 - 18
-"""The offset of the stage id in the notes.
+_STAGE_ID: Final = 6 + 76
+"""The offset of the stage id in the frame.
 
 Later issues shorten the notes to 48 bytes, followed by 12 bytes "for internal use only" (Issue 37, page 52).
 The vendor's XA software reads the last two of these, bytes 76 and 77 of the payload, as the id of the stage,
-and does not open a controller in which they are 0. In Issue 3 the notes begin at byte 18 and include them.
+and does not open a controller in which they are 0. In Issue 3 the notes include them.
 """
 
 
@@ -66,10 +58,9 @@ def motherboard(unit: Unit, options: Options, bays: int) -> m.HwGetInfo:
 
 def card(unit: Unit, options: Options, bay: int) -> m.HwGetInfo:
     """Return the information of the card or module in a bay, which depends on no option except the seed."""
-    prefix = _prefix(unit, "card_usb_prefix") or _prefix(unit) or _NO_PREFIX
-    type = _type(unit)
-    return _information(unit, type, unit.facts["channels"]).replace(
-        model_number=_CARD_MODELS.get(type, unit.name[:_MODEL]),
+    prefix = _prefix(unit, "card_usb_prefix") or _prefix(unit) or _free_prefix(unit)
+    return _information(unit, _type(unit), unit.facts["channels"]).replace(
+        model_number=_CARD_MODEL if _reports_card(unit) else unit.name[:_MODEL],
         serial_number=_random_number(
             prefix, f"{options.seed}/serial number of {unit.name} in bay {bay}"
         ),
@@ -77,7 +68,10 @@ def card(unit: Unit, options: Options, bay: int) -> m.HwGetInfo:
 
 
 def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
-    return m.HwGetInfo(
+    """Return the information without a serial number; fields that only some overlays have are 0."""
+    layout = m.HwGetInfo.layout
+    values: dict[str, Any] = dict.fromkeys(set(layout.fields) - set(layout.optional), 0)
+    values.update(
         serial_number=_NO_SERIAL_NUMBER,
         model_number=unit.name[:_MODEL],
         type=type,
@@ -85,6 +79,7 @@ def _information(unit: Unit, type: int, channels: int) -> m.HwGetInfo:
         notes=f"Stagewire virtual {unit.name}",
         nchs=channels,
     )
+    return m.HwGetInfo(**values)
 
 
 def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.HwGetInfo:
@@ -100,22 +95,27 @@ def _with_options(information: m.HwGetInfo, unit: Unit, options: Options) -> m.H
     for name, value in (("hardware type", type), ("stage id", stage_id)):
         if not 0 <= value <= _WORD:
             raise BadOptionError(f"{name} must be from 0 to {_WORD}, not {value}")
-    stage = stage_id.to_bytes(2, "little").decode("latin-1")
-    return information.replace(
-        model_number=model,
-        serial_number=_serial_number(unit, options),
-        type=type,
-        notes=(information.notes.ljust(_STAGE_ID, "\0") + stage).rstrip("\0"),
+    chosen = information.replace(
+        model_number=model, serial_number=_serial_number(unit, options), type=type
     )
+    raw = chosen.pack(0, 0)
+    stage = stage_id.to_bytes(2, "little")
+    return m.HwGetInfo.unpack(raw[:_STAGE_ID] + stage + raw[_STAGE_ID + len(stage) :])
+
+
+def _reports_card(unit: Unit) -> bool:
+    return _CARD in unit.facts.get("reported_as", ())
 
 
 def _type(unit: Unit) -> int:
-    return _TYPES.get(unit.name, _FAMILY_TYPES.get(unit.facts.get("family", ""), 0))
+    """Return the type of a unit or of its cards; 0 if the registry does not know it."""
+    value: int = unit.facts.get("hardware_type", {"value": 0})["value"]
+    return value
 
 
 def _serial_number(unit: Unit, options: Options) -> int:
     number = options.serial_number
-    prefix = _prefix(unit) or _NO_PREFIX
+    prefix = _prefix(unit) or _free_prefix(unit)
     if number is None:
         return _random_number(prefix, f"{options.seed}/serial number of {unit.name}")
     if not 0 < number <= _LARGEST:
@@ -128,6 +128,16 @@ def _serial_number(unit: Unit, options: Options) -> int:
 
 def _random_number(prefix: int, stream: str) -> int:
     return prefix * DIGITS + random.Random(stream).randrange(1, DIGITS)
+
+
+def _free_prefix(unit: Unit) -> int:
+    registry = unit.registry
+    known = {entry.get("usb_prefix") for entry in registry["units"]} | {
+        prefix
+        for entry in registry.get("unsupported", {}).values()
+        for prefix in entry.get("prefixes", ())
+    }
+    return next(number for number in range(_NO_PREFIX, 0, -1) if number not in known)
 
 
 def _prefix(unit: Unit, fact: str = "usb_prefix") -> int | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from stagewire.framing import (
@@ -15,17 +16,19 @@ from stagewire.framing import (
     Unknown,
     UnknownSubMessage,
 )
+from stagewire.quantities import find_stages
 from stagewire_apt import PROTOCOL
 from stagewire_apt.messages import HwGetInfo
 from stagewire_virtual.clock import Clock
-from stagewire_virtual.errors import BadOptionError, UnknownPartError
+from stagewire_virtual.errors import BadOptionError, UnknownPartError, VirtualError
 from stagewire_virtual.framings import framing_of
 from stagewire_virtual.framings.framing import RequestReader
 from stagewire_virtual.instrument import Instrument, Row, Unit
-from stagewire_virtual.options import Options, check_stage, known_only
+from stagewire_virtual.options import Options, Settings, check_stage, known_only
 from stagewire_virtual.thorlabs_apt import identity
 from stagewire_virtual.thorlabs_apt.channel import Behaviour, Channel
 from stagewire_virtual.thorlabs_apt.controller import Controller
+from stagewire_virtual.thorlabs_apt.flipper import Flipper
 from stagewire_virtual.thorlabs_apt.motor.motor import Motor
 from stagewire_virtual.thorlabs_apt.parameters import new_parameters
 from stagewire_virtual.thorlabs_apt.piezo.piezo import Piezo
@@ -40,15 +43,22 @@ _BY_MESSAGE: Final[tuple[tuple[str, type[Behaviour]], ...]] = (
     ("MOT_MOVE_HOME", Motor),
     ("PZ_SET_OUTPUTVOLTS", Piezo),
     ("PZ_REQ_TSG_READING", StrainGauge),
+    ("MOT_REQ_MFF_OPERPARAMS", Flipper),
 )
 
 
 def behaviour_of(unit: Unit) -> type[Behaviour]:
-    """Return the behaviour for a unit according to its messages; the base class if none matches."""
+    """Return the behaviour for the channels of a unit, according to its messages in the registry.
+
+    Raises :class:`~stagewire_virtual.errors.VirtualError` if none matches.
+    """
     for message, behaviour in _BY_MESSAGE:
         if message in unit.messages:
             return behaviour
-    return Behaviour
+    known = ", ".join(message for message, _ in _BY_MESSAGE)
+    raise VirtualError(
+        f"{unit.name} cannot be simulated yet: a virtual channel needs one of the messages {known}"
+    )
 
 
 _DEFAULT: Final = Options()
@@ -72,7 +82,8 @@ class AptInstrument(Instrument):
     :param options: its options.
     :param modules: the modules in the bays of a rack; None for a unit that is not :data:`RACK`.
 
-    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it does not support.
+    Raises :class:`~stagewire_virtual.errors.BadOptionError` for an option that it does not support, and
+    :class:`~stagewire_virtual.errors.VirtualError` for a unit whose channels cannot be simulated yet.
     """
 
     def __init__(
@@ -166,7 +177,7 @@ class AptInstrument(Instrument):
 
     def _build_channel(self, unit: Unit, where: str, ident: int) -> Channel:
         name = f"{where}channel {ident}"
-        settings = self._options.settings(len(self._channels))
+        settings = _with_built_in(self._options.settings(len(self._channels)), unit)
         chance = random.Random(f"{self._options.seed}/{name}")
         clockwise = -1 if CLOCKWISE_IS_NEGATIVE in self._options.quirks else 1
         channel = Channel(ident, unit, self.clock, settings, chance, clockwise)
@@ -291,6 +302,15 @@ def rack_of(
     registry = modules[0].registry if modules else PROTOCOL.registry()
     protocol = modules[0].protocol if modules else PROTOCOL
     return AptInstrument(modular_rack(protocol, registry, len(units)), clock, options, units)
+
+
+def _with_built_in(settings: Settings, unit: Unit) -> Settings:
+    """Return the settings with the stage that is built into a unit, unless they have another."""
+    name = unit.facts.get("built_in")
+    if name is None or settings.stage is not None:
+        return settings
+    [stage] = find_stages(unit.protocol.package, name)
+    return replace(settings, stage=stage)
 
 
 def _is_module(facts: Mapping[str, Any]) -> bool:

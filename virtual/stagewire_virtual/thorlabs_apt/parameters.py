@@ -55,7 +55,8 @@ def _plain(unit: Unit) -> Mapping[str, Mapping[str, Any]]:
     """Return the parameter sets of a unit with the defaults of the registry."""
     found: dict[str, dict[str, Any]] = {}
     for facts in facts_of(unit).values():  # the fields of a SET and its GET may differ
-        if facts.role in ("set", "get") and not facts.of_the_unit and facts.name not in SAVING:
+        of_the_rack = facts.of_the_unit and facts.addressee
+        if facts.role in ("set", "get") and not of_the_rack and facts.name not in SAVING:
             defaults = {value.name: value.default for value in facts.values}
             found.setdefault(facts.set_name, {}).update(defaults)
     return found
@@ -85,8 +86,10 @@ class Parameters:
 
         Flags, and values of tables that the registry marks as open, are stored unchecked.
         """
-        values = {value.name: getattr(frame.message, value.name) for value in facts.values}
-        for value in facts.values:
+        sent = frame.message.layout.fields  # a shorter form has not all values
+        told = [value for value in facts.values if value.name in sent]
+        values = {value.name: getattr(frame.message, value.name) for value in told}
+        for value in told:
             if fault := value.fault(values[value.name]):
                 self._controller.refuse(frame, f"{facts.name}: {fault}")
                 return
@@ -95,7 +98,7 @@ class Parameters:
                 self._controller.refuse(frame, f"{facts.name}: {why}")
                 continue
             channel.parameters[facts.set_name].update(values)
-            for name in _COMMON.get(facts.set_name, ()):
+            for name in values.keys() & _COMMON.get(facts.set_name, ()):
                 self._channels[0].parameters[facts.set_name][name] = values[name]
             obey_enable_state(channel)
             if stored := channel.behaviour.method("stored", facts.set_name):
@@ -130,10 +133,11 @@ class Parameters:
             values[name] = self._channels[0].parameters[facts.set_name][name]
         if live := channel.behaviour.method("live", facts.set_name):
             values.update(live())
-        values = {value.name: values[value.name] for value in facts.values}
+        found = class_of(self._unit, get)
+        values = {name: value for name, value in values.items() if name in found.layout.fields}
         if facts.names_channel:
             values[CHANNEL] = channel.ident
-        return class_of(self._unit, get)(**values)
+        return found(**values)
 
 
 def obey_enable_state(channel: Channel) -> None:

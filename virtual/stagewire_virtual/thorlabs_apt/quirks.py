@@ -23,6 +23,8 @@ Quirk = Callable[[Frame, Unit], Frame]
 """Converts a frame according to the document to the frame that the unit sends."""
 
 _FAULT_CODE: Final = 1
+_FAULT_LENGTH: Final = 68
+_PACKET: Final = 0x80  # the bit of the destination that announces a packet
 _FAULT_TEXT: Final = b"Command refused"
 
 
@@ -71,8 +73,10 @@ def _rich_responses(frame: Frame, unit: Unit) -> Frame:
     """Send HW_RICHRESPONSE, with a code and a text, instead of HW_RESPONSE."""
     if not isinstance(frame.message, m.HwResponse):
         return frame
+    layout = m.HwRichResponse.layout
+    header = struct.pack("<HHBx", layout.id, _FAULT_LENGTH, _PACKET)
     data = struct.pack("<HH64s", 0, _FAULT_CODE, _FAULT_TEXT)
-    return Frame(m.HwRichResponse(data), frame.dest, frame.source)
+    return Frame(m.HwRichResponse.unpack(header + data), frame.dest, frame.source)
 
 
 def _unswapped_addresses(frame: Frame, unit: Unit) -> Frame:

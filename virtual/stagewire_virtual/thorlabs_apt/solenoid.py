@@ -73,6 +73,7 @@ class Solenoid(Behaviour):
     * Cycle parameters take effect at the next start. Another operating mode switches off.
     * The output is switched off when a required interlock is opened and when the channel is disabled. It is
       not switched on again automatically.
+    * Without ``MOT_SOL_CYCLEPARAMS`` (``KSC101``) only the manual mode switches on.
     * ``MOT_MOVE_ABSOLUTE`` is in the list of page 138 without an explanation. The short form acts as
       ``SOLENOID_ON``. The long form does so for any position except 0, and acts as ``SOLENOID_OFF`` for 0.
       ``MOT_MOVE_COMPLETED`` is sent when the cycles are over, or immediately if no cycles are started.
@@ -275,6 +276,10 @@ class Solenoid(Behaviour):
         return self.channel.parameter("MOT_SOL_CYCLEPARAMS", "num_cycles") or None
 
     @property
+    def _knows_cycles(self) -> bool:
+        return "MOT_SOL_CYCLEPARAMS" in self.channel.parameters
+
+    @property
     def _busy(self) -> bool:
         return self._held or self._primed or self._cycles is not None
 
@@ -290,4 +295,6 @@ class Solenoid(Behaviour):
             return "the channel is disabled"
         if not self._may_work:
             return "the interlock is open (page 89)"
+        if self._mode != SolenoidOperatingMode.SOLENOID_MANUAL and not self._knows_cycles:
+            return f"cycles of the {self.channel.unit.name} are not simulated"
         return None

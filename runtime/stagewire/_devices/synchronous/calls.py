@@ -24,6 +24,7 @@ from stagewire.errors import (
     ReplyTimeoutError,
     StagewireError,
     TransportLostError,
+    UnknownFieldError,
     UnsupportedError,
 )
 
@@ -91,7 +92,7 @@ def _request_of(
         return table.req, table.gets
     assert table.req is not None  # otherwise the method would not exist
     assert table.get is not None
-    return table.req, (table.get,)
+    return table.req, (table.get, *(get for get, _ in table.others))
 
 
 def _shown_at_rest(endpoint: Endpoint, message: Message) -> Running | None:
@@ -160,12 +161,15 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
         read = (_ask(endpoint, table, deadline.left, {})).message
-        held = {entry.field: getattr(read, entry.field) for entry in table.given}
+        fields = read.layout.fields
+        _check_there(what, table, new, fields)
+        held = {e.field: getattr(read, e.field) for e in table.given if e.field in fields}
         try:
             for entry in table.given:
-                if entry.field not in new:
+                if entry.field in held and entry.field not in new:
                     check_held(entry, held[entry.field])
-            message = _message(endpoint, what, table, {**held, **new})
+            writing = table.written_with(read)
+            message = _message(endpoint, what, table, {**held, **new}, writing)
         except OutOfRangeError as error:
             raise type(error)(
                 f"{what}: the controller holds a value that cannot be written back: {error}; nothing was "
@@ -175,13 +179,33 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
     return table.values(type(read).keep({**read.values(), **new}), endpoint.scales())
 
 
+def _check_there(
+    what: str, table: ParameterSet[Any], new: Mapping[str, Any], fields: tuple[str, ...]
+) -> None:
+    """Raise :class:`~stagewire.errors.UnknownFieldError` for a value that the controller does not have."""
+    absent = [e.keyword for e in table.given if e.field in new and e.field not in fields]
+    if absent:
+        raise UnknownFieldError(
+            f"{what}: the controller reports this set in a shorter packet without {', '.join(absent)}; "
+            "nothing was written"
+        )
+
+
 def _message(
-    endpoint: Endpoint, what: str, table: ParameterSet[Any], fields: dict[str, Any]
+    endpoint: Endpoint,
+    what: str,
+    table: ParameterSet[Any],
+    fields: dict[str, Any],
+    writing: type[Message] | None = None,
 ) -> Message:
-    """Return the message that writes the set, after checking the limits."""
-    assert table.set is not None  # otherwise the method would not exist
+    """Return the message that writes the set, after checking the limits.
+
+    :param writing: class of the message; None: the one that the registry prefers.
+    """
+    cls = writing or table.set
+    assert cls is not None  # otherwise the method would not exist
     check_limits(endpoint, what, table.given, fields)
-    return endpoint.message(table.set, fields)
+    return endpoint.message(cls, fields)
 
 
 def check_limits(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from stagewire.quantities import Limit
@@ -217,7 +217,27 @@ def motor_defaults(channel: Channel) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _plausible(channel: Channel) -> _Plausible:
-    return _BRUSHLESS if is_brushless(channel) else _SCREW
+    """Return plausible properties of the stage.
+
+    A stage that is rotary, or built into its unit, moves at a part of its limits in the registry.
+    """
+    if is_brushless(channel):
+        return _BRUSHLESS
+    stage = channel.settings.stage
+    if stage is None or not (stage.rotary or "built_in" in channel.unit.facts):
+        return _SCREW
+    limits = stage.limits
+    velocity, acceleration = limits.get("max_velocity"), limits.get("max_acceleration")
+    if not (isinstance(velocity, Limit) and isinstance(acceleration, Limit)):
+        return _SCREW
+    fastest = float(velocity.value)
+    return replace(
+        _SCREW,
+        velocity=fastest / 2,
+        acceleration=float(acceleration.value) / 2,
+        home_velocity=fastest / 4,
+        jog_velocity=fastest / 4,
+    )
 
 
 def _counts_per_mm(scales: Scales) -> float:

@@ -24,7 +24,13 @@ from stagewire_virtual.thorlabs_apt.motor.defaults import (
 )
 from stagewire_virtual.thorlabs_apt.motor.drive import Drive
 from stagewire_virtual.thorlabs_apt.motor.moves import Scales
-from stagewire_virtual.thorlabs_apt.motor.status import STATUS_BITS, Activity, Counter, MotorState
+from stagewire_virtual.thorlabs_apt.motor.status import (
+    STATUS_BITS,
+    Activity,
+    Counter,
+    MotorState,
+    intact_bits,
+)
 from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
 
 _FASTEST: Final = 0x7FFF
@@ -42,6 +48,7 @@ class StageChannel(Behaviour):
     def __init__(self, channel: Channel) -> None:
         super().__init__(channel)
         self._kind: str = channel.unit.facts["status"]
+        self._intact = intact_bits(channel.unit)
         self._scales = Scales(channel.settings.stage, channel.unit.name)
         travel = travel_of(channel, self._scales)
         place = starting_place(channel, travel)
@@ -123,10 +130,11 @@ class StageChannel(Behaviour):
         return {"position": position, "velocity": velocity, **self._bits("dc")}
 
     def row(self) -> LiveState:
-        """Return the position, in millimetres if the scale is known or else in counts, and the state."""
+        """Return the position, in mm or degrees if the scale is known or else in counts, and the state."""
         counts = self._position.value
-        scale = self._scales.counts_per_mm
-        position = f"{float(counts / scale):.4f} mm" if scale else f"{counts} counts"
+        stage, scale = self.channel.settings.stage, self._scales.counts_per_mm
+        unit = "deg" if stage is not None and stage.rotary else "mm"
+        position = f"{float(counts / scale):.4f} {unit}" if scale else f"{counts} counts"
         return LiveState(position, self._state().words)
 
     def _bits(self, table: str) -> dict[str, int]:
@@ -143,4 +151,5 @@ class StageChannel(Behaviour):
             tracking=self.channel.enabled and drive.tracking,
             settled=self.channel.enabled and drive.settled,
             motion_error=drive.motion_error,
+            intact=self._intact,
         )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
 from stagewire_apt.flags import DcStatusBits, StepperStatusBits
 from stagewire_virtual.axis import SimulatedAxis
+from stagewire_virtual.instrument import Unit
 
 
 class Activity(Enum):
@@ -32,6 +33,7 @@ class MotorState:
     :param tracking: whether the position error is within the track window.
     :param settled: whether it has settled at the demanded position.
     :param motion_error: whether an excessive position error has stopped it.
+    :param intact: the bits of the DC status that are set because nothing is wrong, by name.
     """
 
     doing: Activity
@@ -42,6 +44,7 @@ class MotorState:
     tracking: bool
     settled: bool
     motion_error: bool
+    intact: Collection[str] = ()
 
     @property
     def words(self) -> str:
@@ -81,16 +84,38 @@ def _stepper(state: MotorState) -> int:
 
 
 def _dc(state: MotorState) -> int:
-    """Return the bits of pages 79 and 80; the current never reaches its limit."""
+    """Return the bits of pages 79 and 80; the current never reaches its limit.
+
+    Issue 3 has no bits for software limits, but Issue 37 has.
+    """
+    known = {name: active for name, active in state.limits.items() if name in DcStatusBits.bits}
     return DcStatusBits.of(
         **_motion(state),
-        forward_hardware_limit=state.limits["forward_hardware_limit"],
-        reverse_hardware_limit=state.limits["reverse_hardware_limit"],
+        **known,
+        **dict.fromkeys(state.intact, True),
         tracking=state.tracking,
         settled=state.settled,
         motion_error=state.motion_error,
         channel_enabled=state.enabled,
     )
+
+
+def intact_bits(unit: Unit) -> frozenset[str]:
+    """Return the bits of the DC status with which a unit reports that nothing is wrong, by name.
+
+    Only an overlay has such bits. A unit reports those of its own table. The bits of a stepper are those of
+    its own status, which also has :attr:`motor_connected`.
+    """
+    if "MOT_GET_STATUSBITS" not in unit.messages:
+        return frozenset()
+    [layout] = unit.message("MOT_GET_STATUSBITS")["layouts"]
+    field = next(field for field in layout["fields"] if field["name"] == "status_bits")
+    own = field.get("flags_by_unit", {}).get(unit.name)
+    if own is not None:
+        bits = unit.registry["flags"][own]["bits"]
+        return frozenset({"motor_connected", "power_ok"} & bits.keys())
+    stepper = unit.facts["status"] == "stepper"
+    return frozenset({"motor_connected"} & field["flags"].keys() if stepper else ())
 
 
 STATUS_BITS: Mapping[str, Callable[[MotorState], int]] = {"stepper": _stepper, "dc": _dc}

@@ -347,20 +347,20 @@ def _strings(head: str, names: list[str]) -> Nested:
 
 def _moving(protocol: Protocol, unit: UnitPlan, tables: TableWriter) -> Iterator[Source]:
     """Yield how a motion is detected: the bits of a status, the request for it, or a poll."""
-    found: dict[str, tuple[int, Source]] = {}
+    found: list[tuple[str, int, Source]] = []
     for message, layout in said_by(protocol, unit):
         for field in layout.fields:
             mask = _motion(field, unit.name)
             if mask:
                 value = f"({literal(field.name)}, 0x{mask:0{2 * field.format.size}X})"
-                found[message.name] = (layout.length, f"{class_of(message, layout)}: {value}")
+                found.append((message.name, layout.length, f"{class_of(message, layout)}: {value}"))
     if (
         found and not rules_of(protocol.framing["kind"]).polls
     ):  # otherwise a command polls whether an axis is idle
-        yield Nested("moving={", tuple(source for _, source in found.values()), "}")
+        yield Nested("moving={", tuple(source for *_, source in found), "}")
     asked = [
         (length, call.constant)
-        for name, (length, _) in found.items()
+        for name, length, _ in found
         for call in tables.calls
         if call.values
         and call.values.message.name == name

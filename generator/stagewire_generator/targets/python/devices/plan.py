@@ -82,7 +82,8 @@ class Call:
     @property
     def _reads_all(self) -> bool:
         """Whether the GET of a set contains all values of the SET, so that some of them can be changed."""
-        get = self.members["get"].layouts[0]
+        get = plain_layout(self.members["get"])
+        assert get
         read = {field.name: (field.quantity, field.format.kind) for field in get.all_fields}
         return all(
             read.get(a.field.name) == (a.field.quantity, a.field.format.kind)
@@ -116,7 +117,11 @@ def camel_words(words: Sequence[str]) -> str:
 def plan_of(protocol: Protocol) -> Plan:
     """Return the calls, without messages that have no layout and without dummies."""
     values = tuple(_values(protocol))
-    answers = {v.message.name: v for v in values if v.layout.form == "reply" or _is_alone(v)}
+    answers = {
+        v.message.name: v
+        for v in values
+        if v.layout.form == "reply" or v.layout is plain_layout(v.message)
+    }
     calls = [*_sets(protocol, answers), *_messages(protocol, answers)]
     order = {c.name: n for n, c in enumerate(protocol.chapters)}
     calls.sort(key=lambda c: (order[c.message.chapter], c.message.id or 0))
@@ -129,8 +134,23 @@ def plan_of(protocol: Protocol) -> Plan:
     return Plan(protocol, values, tuple(named))
 
 
-def _is_alone(values: ValuesPlan) -> bool:
-    return len(values.message.layouts) == 1
+def plain_layout(message: Message) -> Layout | None:
+    """Return the layout of a message that is sent, if it needs no choice.
+
+    It is the only layout, or the plain form of a message whose packets differ in their length only. Return
+    None if forms depend on a context, or on whether there is a packet.
+    """
+    if len(message.layouts) == 1:
+        return message.layouts[0]
+    if any(layout.when or not layout.form.startswith("data") for layout in message.layouts):
+        return None
+    return next((layout for layout in message.layouts if layout.form == "data"), None)
+
+
+def other_lengths(message: Message) -> tuple[Layout, ...]:
+    """Return the layouts of a message with other lengths than its plain form."""
+    plain = plain_layout(message)
+    return tuple(layout for layout in message.layouts if plain and layout is not plain)
 
 
 def _named(call: Call, constant: str) -> Call:
@@ -185,9 +205,9 @@ def _sets(protocol: Protocol, answers: Mapping[str, ValuesPlan]) -> Iterator[Cal
         first = next(iter(members.values()))
         words = _set_words(owner, first)
         content, request = members.get("set") or members.get("get") or first, members.get("req")
-        if any(len(member.layouts) != 1 for member in members.values()):
+        layout = plain_layout(content)
+        if layout is None or any(plain_layout(member) is None for member in members.values()):
             continue  # a table cannot choose between several forms
-        layout = content.layouts[0]
         asked = given_fields(protocol, request.layouts[0]) if request else []
         yield Call(
             kind="set",

@@ -14,7 +14,13 @@ from stagewire_generator.targets.documentation import sentence, title_of
 from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.documentation import raw_text, unit_text
-from stagewire_generator.targets.python.devices.plan import Call, Plan, ValuesPlan
+from stagewire_generator.targets.python.devices.plan import (
+    Call,
+    Plan,
+    ValuesPlan,
+    other_lengths,
+    plain_layout,
+)
 from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
 
 _ENDS = ("completes_with", "stops_with")
@@ -88,15 +94,21 @@ class TableWriter:
         yield f"values=v.{call.values.name}"
         for role in ("set", "req", "get"):
             member = call.members.get(role)
-            yield f"{role}={class_of(member, member.layouts[0])}" if member else f"{role}=None"
+            yield f"{role}={_plain_class(member)}" if member else f"{role}=None"
         yield from _given("given", call.arguments)
         yield from _given("asked", call.asked)
+        if "get" in call.members:
+            others = tuple(_others(call.members["get"], call.members.get("set")))
+            if others:
+                yield Nested("others=(", others, ")")
 
     def _query(self, call: Call) -> Iterator[Source]:
         assert call.values
         yield f"values=v.{call.values.name}"
         yield f"req={class_of(call.message, call.layout)}"
-        yield f"gets=({class_of(call.values.message, call.values.layout)},)"
+        answer = call.values.message
+        forms = [call.values.layout, *other_lengths(answer)]
+        yield _tuple("gets=", [class_of(answer, form) for form in forms])
         yield from _given("asked", call.arguments)
 
     def _told(self, call: Call) -> Iterator[Source]:
@@ -135,6 +147,19 @@ class TableWriter:
             yield from (class_of(message, layout) for layout in layouts)
             if any(layout.when for layout in message.layouts):
                 yield f"m.{message.class_name}Undecided"
+
+
+def _plain_class(message: Message) -> str:
+    layout = plain_layout(message)
+    assert layout  # otherwise the plan has no such call
+    return class_of(message, layout)
+
+
+def _others(get: Message, set: Message | None) -> Iterator[Source]:
+    """Yield the replies of other lengths, each with the message that writes the set in that length."""
+    writing = {layout.form: class_of(set, layout) for layout in other_lengths(set)} if set else {}
+    for layout in other_lengths(get):
+        yield _tuple("", (class_of(get, layout), writing.get(layout.form, "None")))
 
 
 def _given(key: str, arguments: Sequence[Argument]) -> Iterator[Nested]:
@@ -217,6 +242,9 @@ def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
             members.append(ValueView(made, docstring(paragraph(sentence(text), 4))))
     message = plan.message
     found = where(protocol, message.pages, message.overlay)
+    classes = [f"m.{plan.message_class}"]
+    if plan.layout is plain_layout(message):
+        classes += [class_of(message, layout) for layout in other_lengths(message)]
     first = (
         f"The {title_of(message)} reported by ``{message.name}``."
         if message.set
@@ -226,7 +254,7 @@ def values_view(protocol: Protocol, plan: ValuesPlan) -> ValuesView:
     return ValuesView(
         name=plan.name,
         message=f"m.{plan.message_class}",
-        head=Nested(f"class {plan.name}(", (f"Values[m.{plan.message_class}]",), "):"),
+        head=Nested(f"class {plan.name}(", (f"Values[{' | '.join(classes)}]",), "):"),
         doc=docstring(doc),
         members=tuple(members),
         kinds=tuple(kinds),

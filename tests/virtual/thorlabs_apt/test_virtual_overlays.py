@@ -1,0 +1,261 @@
+"""Virtual controllers with the package of an overlay, as its device classes see them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from overlay_packages import command, environment_of, generate, run
+
+OVERLAYS = ("issue_37", "later_issues")
+
+START = """\
+import stagewire_virtual as virtual
+from stagewire_apt import PROTOCOL, devices, messages as m
+from stagewire_virtual.instrument import units_of
+from stagewire_virtual.linking import SteppedLink
+
+UNITS = units_of(PROTOCOL)
+
+
+def information(unit, address=0x50, **options):
+    with getattr(virtual, unit)(**options) as controller:
+        controller.write(m.HwReqInfo().pack(dest=address, source=0x01))
+        [event] = controller.read_frames()
+        return event
+
+
+def opened(unit, options={}, **arguments):
+    controller = getattr(virtual, unit)(**options)
+    return controller, getattr(devices, unit).open(SteppedLink(controller), **arguments)
+
+
+def status_of(axis, unit):
+    dc = UNITS[unit].facts["status"] == "dc"
+    return axis.get_dc_status_update() if dc else axis.get_status_update()
+
+
+"""
+
+MOVES = """\
+for unit in NAMES:
+    controller, device = opened(unit)
+    with controller, device:
+        assert device.get_info().model_number == unit, unit
+        axis = device.bay(1) if UNITS[unit].facts["address"] == "rack" else device
+        axis = axis.channel(2) if UNITS[unit].facts["channels"] == 2 else axis
+        axis.home()
+        axis.move_absolute(counts=3000)
+        axis.move_relative(counts=-1000)
+        status = status_of(axis, unit)
+        assert status.position == 2000, (unit, status)
+        move = axis.start_move_absolute(counts=200_000)
+        axis.stop()
+        status = status_of(axis, unit)
+        assert status.position < 200_000 and not axis.is_moving(), (unit, status)
+"""
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The folder with the package of each overlay."""
+    return {
+        overlay: generate(tmp_path_factory.mktemp(overlay), f"thorlabs_apt/{overlay}")
+        for overlay in OVERLAYS
+    }
+
+
+@pytest.fixture(scope="module")
+def package(packages: dict[str, Path]) -> Path:
+    """The folder with the package of Issue 37."""
+    return packages["issue_37"]
+
+
+@pytest.mark.parametrize("overlay", OVERLAYS)
+def test_every_unit_reports_its_hardware_information(
+    overlay: str, packages: dict[str, Path]
+) -> None:
+    """The fields that the overlay adds are 0, and the stage id is in bytes 76 and 77 of the payload."""
+    program = """\
+for unit in UNITS:
+    address = 0x50 if UNITS[unit].facts["address"] == "generic_usb" else 0x11
+    info = information(unit, address).frame.message
+    assert info.notes == f"Stagewire virtual {'RACK' if UNITS[unit].facts['address'] == 'bay' else unit}"
+    assert (info.hw_version, info.mod_state) == (0, 0), unit
+    raw = information(unit, address, stage_id=0x1234).raw
+    assert raw[6 + 76 : 6 + 78] == bytes((0x34, 0x12)), unit
+"""
+    run(packages[overlay], START + program)
+
+
+def test_a_serial_number_never_has_the_prefix_of_an_unsupported_unit(package: Path) -> None:
+    """No prefix of the KVS30 is known, and 99 belongs to the BVC101."""
+    program = """\
+assert information("KVS30").frame.message.serial_number // 1_000_000 == 98
+assert information("BBD302", 0x11).frame.message.serial_number // 1_000_000 == 103
+"""
+    run(package, START + program)
+
+
+@pytest.mark.parametrize(
+    "units",
+    [
+        ("KDC101", "KVS30"),
+        ("KST101", "KST201", "TST101"),
+        ("BSC201", "BSC202", "BSC203", "MST602"),
+        ("K10CR1", "LTS150", "LTS300", "MLJ050", "MLJ150"),
+        ("KBD101", "TBD001", "BBD301", "BBD302", "BBD303"),
+        ("TDC001", "BSC103", "BBD102"),
+    ],
+)
+def test_motors_home_move_and_stop(units: tuple[str, ...], package: Path) -> None:
+    run(package, f"{START}NAMES = {units!r}\n{MOVES}")
+
+
+def test_a_kdc101_moves_its_stage_by_millimetres(package: Path) -> None:
+    program = """\
+from stagewire_apt import stages
+
+controller, kdc = opened("KDC101", {"stage": stages.Z825B}, stage="Z825B")
+with controller, kdc:
+    kdc.home()
+    kdc.move_absolute(mm=1.5)
+    assert abs(kdc.get_dc_status_update().position_mm - 1.5) < 1e-4
+    assert kdc.get_vel_params().max_velocity_mm_per_s < 2.6
+"""
+    run(package, START + program)
+
+
+def test_the_status_has_the_bits_of_the_unit_in_which_nothing_is_wrong(package: Path) -> None:
+    program = """\
+for unit, bits in {"KDC101": 0x100, "KBD101": 0x10000100, "TDC001": 0, "KST101": 0x100}.items():
+    controller, device = opened(unit)
+    with controller, device:
+        assert device.get_status_bits().status_bits & 0x10000100 == bits, unit
+"""
+    run(package, START + program)
+
+
+def test_a_rotation_stage_has_its_own_stage(package: Path) -> None:
+    program = """\
+from stagewire_apt import stages
+
+controller, stage = opened("K10CR1")
+with controller, stage:
+    stage.home()
+    stage.move_absolute(counts=stages.K10CR1.scale("position", "K10CR1").to_counts("90"))
+    assert controller.instrument.rows()[0].position == "90.0000 deg"
+"""
+    run(package, START + program)
+
+
+def test_a_stepper_sends_the_status_in_the_length_of_its_unit(package: Path) -> None:
+    program = """\
+LONG, SHORT = m.MotGetStatusUpdateLong, m.MotGetStatusUpdate
+for unit, sent in {"BSC201": LONG, "BSC203": LONG, "KST201": SHORT, "LTS150": SHORT}.items():
+    controller, device = opened(unit)
+    with controller, device:
+        axis = device.bay(1) if UNITS[unit].facts["address"] == "rack" else device
+        status = axis.get_status_update()
+        assert (status.position, type(status.message)) == (0, sent), unit
+        assert not axis.is_moving()
+"""
+    run(package, START + program)
+
+
+def test_rich_responses_have_the_layout_of_the_overlay(packages: dict[str, Path]) -> None:
+    program = """\
+with virtual.BSC103(quirks={"rich_responses"}, answer_unsupported=True) as controller:
+    controller.write(m.MotMoveJog(chan_ident=1, direction=7).pack(dest=0x21, source=0x01))
+    [event] = controller.read_frames()
+    said = event.frame.message
+    assert (said.msg_ident, said.code, said.notes) == (0, 1, "Command refused"), said
+"""
+    for package in packages.values():
+        run(package, START + program)
+
+
+def test_a_filter_flipper_takes_its_transit_time(package: Path) -> None:
+    program = """\
+controller, flipper = opened("MFF101")
+with controller, flipper:
+    assert flipper.get_status_bits().status_bits == 0x1
+    flipper.set_mff_oper_params(
+        transit_time=1000, transit_time_adc=169, dig_io1_oper_mode=1, dig_io1_sig_mode=1,
+        dig_io1_pulse_width=10, dig_io2_oper_mode=1, dig_io2_sig_mode=1, dig_io2_pulse_width=10,
+    )
+    flipper.jog("REVERSE")
+    controller.advance(0.9)
+    assert flipper.is_moving() and flipper.get_status_bits().status_bits == 0x20
+    controller.advance(0.2)
+    assert not flipper.is_moving() and flipper.get_status_bits().status_bits == 0x2
+    controller.power_cycle()
+    assert controller.instrument.rows()[0].position == "reverse"
+"""
+    run(package, START + program)
+
+
+def test_a_solenoid_without_cycle_times_switches_in_manual_mode_only(package: Path) -> None:
+    program = """\
+controller, solenoid = opened("KSC101")
+refused = []
+controller.instrument.on_refusal = refused.append
+with controller, solenoid:
+    solenoid.set_sol_state(state="SOLENOID_ON")
+    assert solenoid.get_sol_state().state == 1
+    solenoid.set_sol_operating_mode(operating_mode="SOLENOID_AUTO")
+    solenoid.set_sol_state(state="SOLENOID_ON")
+    assert solenoid.get_sol_state().state == 2
+assert refused == ["KSC101 at 0x50: cycles of the KSC101 are not simulated"], refused
+"""
+    run(package, START + program)
+
+
+def test_a_set_is_stored_in_each_of_its_lengths(package: Path) -> None:
+    program = """\
+controller, kdc = opened("KDC101")
+with controller, kdc:
+    written = kdc.change_kcube_mmi_params(disp_brightness=60, preset_pos3=7)
+    assert (written.disp_brightness, kdc.get_kcube_mmi_params().preset_pos3) == (60, 7)
+    short = m.MotSetKcubeMmiParamsShort(1, 1, 0, 0, 0, 0, 0, 61, 0, 0)
+    kdc.session.send(short, dest=0x50)
+    read = kdc.get_kcube_mmi_params()
+    assert (read.disp_brightness, read.preset_pos3) == (61, 7)
+controller, bsc = opened("BSC203")
+with controller, bsc:
+    bsc.bay(2).set_dig_outputs(bit="digital_output_1")
+    assert bsc.bay(2).get_dig_outputs().bit == 1
+    assert bsc.bay(1).get_dig_outputs().bit == 0
+"""
+    run(package, START + program)
+
+
+def test_an_unsupported_unit_is_refused_with_the_reason(package: Path) -> None:
+    output = command(package, "virtual", "M30X", "--for", "0", status=2)
+    assert output.count("\n") == 1
+    assert "M30X cannot be simulated: Issue 37 has its" in output
+
+
+def test_the_command_serves_a_unit_of_the_overlay(package: Path) -> None:
+    """The command uses the package that Python imports."""
+    serving = [sys.executable, "-c", "from stagewire_cli.main import run; run()"]
+    serving += ["virtual", "KDC101", "--travel", "60000", "--tcp", "127.0.0.1:0"]
+    program = """\
+with devices.KDC101.open(URL) as kdc:
+    assert kdc.info.model_number == "KDC101"
+    kdc.home()
+    kdc.move_absolute(counts=20000)
+    assert kdc.get_dc_status_update().position == 20000
+"""
+    with subprocess.Popen(
+        serving, env=environment_of(package), stdout=subprocess.PIPE, text=True
+    ) as server:
+        try:
+            assert server.stdout is not None
+            url = server.stdout.readline().split()[-1]
+            run(package, f"{START}URL = {url!r}\n{program}")
+        finally:
+            server.terminate()
