@@ -79,7 +79,7 @@ def show(
             if framing is not None and entry["id"] is not None:
                 framing.show(out, entry["id"])
             continue
-        entry = _placed(entry, registry.document(entry.get("overlay", "")).get("sections"))
+        entry = _placed(entry, registry)
         if kind == "enumeration":
             _values(out, entry)
         elif kind == "flag table":
@@ -223,22 +223,23 @@ def _plain(out: Console, entry: Json, indent: str = "") -> None:
             out.print(f"{label}: {_text(value)}", soft_wrap=True)
 
 
-def _placed(value: Any, sections: list[str] | None) -> Any:
-    """Return an entry with titles of sections instead of pages, for a document without pages."""
-    if sections is None:
+def _placed(value: Any, registry: Registry) -> Any:
+    """Return an entry with references in place of pages, if there are several documents or no pages."""
+    if not registry.document().keys() & {"name", "sections"}:
         return value
     if isinstance(value, list):
-        return [_placed(item, sections) for item in value]
+        return [_placed(item, registry) for item in value]
     if not isinstance(value, dict):
         return value
+    overlay = registry.overlay_of(value)
     placed: Json = {}
     for key, item in value.items():
         if key == "page" and isinstance(item, int):
-            placed["section"] = sections[item - 1]
+            placed["place"] = registry.where([item], overlay)
         elif key == "pages":
-            placed["sections"] = [sections[page - 1] for page in item]
-        else:
-            placed[key] = _placed(item, sections)
+            placed["place"] = registry.where(item, overlay)
+        elif key != "document":
+            placed[key] = _placed(item, registry)
     return placed
 
 

@@ -131,7 +131,7 @@ assert main(["encode", "MOT_REQ_USTATUSUPDATE", "chan_ident=1"]) == 0
     said = python(package, program)
     assert "message MOT_GET_DCSTATUSUPDATE (thorlabs_apt)" in said
     assert "also named MOT_GET_USTATUSUPDATE" in said
-    assert "also page 125 of issue_37" in said
+    assert "also Issue 37, page 125" in said
     assert "90 04 01 00 50 01" in said
 
 

@@ -49,7 +49,7 @@ def test_contradicting_sources_are_scales_of_their_own(turret: Stage) -> None:
     }
     with pytest.raises(
         UnknownScaleError,
-        match=r"document: 20 counts per deg \(page 2\); vendor: 30 counts per deg \(a data sheet\)",
+        match=r"document: 20 counts per deg \(Issue 2, page 2\); vendor: 30 counts per deg \(a data sheet\)",
     ):
         scale.to_counts(1)
 
@@ -64,6 +64,7 @@ def test_the_registry_has_every_figure_of_a_conflict(files: dict[str, str]) -> N
         "document": {
             "counts_per_deg": {"numerator": 20, "denominator": 1},
             "page": 2,
+            "document": "Issue 2",
             "note": "as printed",
         },
         "vendor": {

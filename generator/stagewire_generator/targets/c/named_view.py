@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_generator.model import Enumeration, Factor, Field, FlagTable, Json, Protocol
+from stagewire_generator.model import (
+    Enumeration,
+    Field,
+    FlagTable,
+    Json,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Factor,
+)
 from stagewire_generator.scales import ScaleEntry, scales_of
 from stagewire_generator.targets.c.source import (
     Names,
@@ -14,9 +23,8 @@ from stagewire_generator.targets.c.source import (
     names_of,
     plain,
     unsigned,
-    where,
 )
-from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.documentation import sentence, where
 
 _ENUM_LEAST, _ENUM_GREATEST = -0x8000, 0x7FFF  # the range of int on every platform
 
@@ -195,7 +203,7 @@ def _constant(
     facts += [f"source: {factor.source}"] if factor.source else []
     facts += [f"note: {factor.note}"] if factor.note else []
     return ScaleView(
-        comment([f"{_subject(protocol, entry, factor.page)}: {'; '.join(facts)}."]),
+        comment([f"{_subject(protocol, entry, factor.page, factor.overlay)}: {'; '.join(facts)}."]),
         names.macro(f"scale_{entry.name}"),
         f"{names.macro_prefix}_BRACED(INT64_C({counts.numerator}), INT64_C({counts.denominator}))",
         heading,
@@ -221,11 +229,16 @@ def _setting(names: Names, protocol: Protocol, entry: ScaleEntry, rule: Json) ->
     )  # fmt: skip
 
 
-def _subject(protocol: Protocol, entry: ScaleEntry, page: int | None = None) -> str:
+def _subject(
+    protocol: Protocol, entry: ScaleEntry, page: int | None = None, overlay: str | None = None
+) -> str:
     """Return the subject of a scale: the quantity, what it depends on, the unit and the page."""
     name = f"{entry.quantity.name} {entry.of}" if entry.of else entry.quantity.summary.rstrip(".")
     unit = f", in {entry.unit}" if entry.unit else ""
-    return f"{name}{unit} ({where(protocol, [page or entry.page], entry.overlay)})"
+    if page is None:
+        page, overlay = entry.page, entry.overlay
+    found = where(protocol, [page], entry.overlay if overlay is None else overlay)
+    return f"{name}{unit} ({found})"
 
 
 def _remark(text: str) -> str:
