@@ -24,6 +24,7 @@ EXAMPLE = """\b
 Examples:
   stagewire show MOT_MOVE_ABSOLUTE
   stagewire show velocity
+  stagewire show 83
 """
 
 Json = dict[str, Any]
@@ -36,6 +37,7 @@ _TABLES = {
     "flag table": "flags",
     "quantity": "quantities",
     "unit": "units",
+    "alias": "aliases",
     "unsupported unit": "unsupported",
     "stage": "stages",
     "controller": "controllers",
@@ -45,7 +47,9 @@ _TABLES = {
 
 
 def show(
-    name: Annotated[str, typer.Argument(help="Name in any case, or a message id.")],
+    name: Annotated[
+        str, typer.Argument(help="Name in any case, a message id, or a prefix of serial numbers.")
+    ],
     protocol: Annotated[
         str | None, typer.Option("--protocol", help="Search only this protocol.")
     ] = None,
@@ -54,6 +58,7 @@ def show(
     """Show what the registry says about a name.
 
     Accepts the name of a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum.
+    A stage may have its name in the catalogue of the vendor.
     """
     protocols = {one.name: one for one in one_or_all(protocol)}
     registries = {known: registry_of(one) for known, one in protocols.items()}
@@ -96,6 +101,29 @@ def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
     for kind, key in _TABLES.items():
         for name, entry in registry.table(key).items():
             yield kind, name, entry
+    yield from (("prefix", prefix, entry) for prefix, entry in _prefixes(registry).items())
+
+
+def _prefixes(registry: Registry) -> dict[str, Json]:
+    """Return each prefix of serial numbers with the units that have it, and further known facts."""
+    owners: dict[str, list[str]] = {}
+    for kind in ("units", "unsupported"):
+        for name, entry in registry.table(kind).items():
+            own = [entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry]
+            for prefix in dict.fromkeys(map(str, [*own, *entry.get("prefixes", ())])):
+                owners.setdefault(prefix, []).append(name)
+    known = registry.table("known_prefixes")
+    for prefix, entry in known.items():
+        names = [entry["unit"], *entry.get("shared_with", ())]
+        owners[prefix] = list(dict.fromkeys([*owners.get(prefix, ()), *names]))
+    shown = ("distinguished_by", "source", "note")
+    return {
+        prefix: {
+            "units": names,
+            **{key: known[prefix][key] for key in shown if key in known.get(prefix, {})},
+        }
+        for prefix, names in owners.items()
+    }
 
 
 def _find(name: str, everything: list[Found]) -> list[Found]:
@@ -113,11 +141,13 @@ def _find(name: str, everything: list[Found]) -> list[Found]:
 
 def _names(found: Found) -> list[str]:
     """Return the name of an entry and its other names, in lower case."""
-    return [name.lower() for name in (found[2], *found[3].get("aliases", ()))]
+    entry = found[3]
+    others = (*entry.get("aliases", ()), *entry.get("catalogue", ()))
+    return [name.lower() for name in (found[2], *others)]
 
 
 def _like(name: str, everything: list[Found]) -> str:
-    names = {known.lower(): known for _, _, known, _ in everything}
+    names = {name: entry[2] for entry in everything for name in _names(entry)}
     close = difflib.get_close_matches(name.lower()[:80], names, n=3)
     return f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
 

@@ -231,6 +231,12 @@ GROUPS: tuple[Group, ...] = (
                 "on, so the version does not decide between them.",
                 "keep one value for each version",
             ),
+            "SW092": Code(
+                "a context that no unit states, or one that is `unstated` although a unit states it",
+                "`protocol.yaml` or an overlay defines a context, and `units.yaml` describes units, but none "
+                "of them has a value for it. Device classes then never choose a layout by it.",
+                "state it under `contexts` of a unit, remove it, or give the reason in `unstated`",
+            ),
         },
     ),
     Group(

@@ -101,3 +101,4 @@ class Stage:
     limits: Mapping[str, Limit | str] = field(default_factory=dict)
     catalogue: tuple[str, ...] = ()  # names in the catalogue of the vendor
     rotary: bool = False
+    axis: str = ""  # of a device with several axes, each a stage of its own

@@ -111,6 +111,7 @@ _CONTEXTS = Data(
         "*/values": "context",
         "*/page": "page",
         "*/summary": "text",
+        "*/unstated": "text",
     }
 )
 _EXCHANGE = Data(
@@ -449,6 +450,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "limits": Elsewhere("scales"),
         "catalogue": "stage-catalogue",
         "rotary": "quantity-unit",
+        "axis": "stage-catalogue",
     },
     model_scales.Limit: {
         "value": "stage-limit",

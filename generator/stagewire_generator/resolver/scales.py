@@ -114,6 +114,7 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
                 {**other.limits, **_limits(tables, document, name, entry, other.rotary)},
                 tuple(entry.get("catalogue", ())),
                 other.rotary,
+                entry.get("axis", ""),
             )
     return tuple(controllers.values()), tuple(stages.values())
 
@@ -166,6 +167,7 @@ def _stage(
         _limits(tables, document, name, entry, rotary),
         tuple(entry.get("catalogue", ())),
         rotary,
+        entry.get("axis", ""),
     )
 
 

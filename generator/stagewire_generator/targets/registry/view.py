@@ -437,6 +437,7 @@ def _stage(stage: Stage) -> Json:
         "title": stage.title,
         "page": stage.page,
         **({"catalogue": list(stage.catalogue)} if stage.catalogue else {}),
+        **({"axis": stage.axis} if stage.axis else {}),
         **({"rotary": True} if stage.rotary else {}),
         "controllers": {
             controller: {quantity: _on_stage(stage, scale) for quantity, scale in scales.items()}
