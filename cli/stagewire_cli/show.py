@@ -29,6 +29,7 @@ Examples:
 
 Json = dict[str, Any]
 
+_WITH_EVIDENCE = ("enumeration", "flag table", "quantity", "unit", "stage", "list")
 _OF_COMMANDS = ("title", "keyboard", "size", "dummy", "switches_to")
 Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
 
@@ -41,6 +42,7 @@ _TABLES = {
     "unsupported unit": "unsupported",
     "stage": "stages",
     "controller": "controllers",
+    "list": "lists",
     "family": "families",
     "erratum": "errata",
 }
@@ -80,17 +82,22 @@ def show(
         registry = registries[choice]
         if kind == "message":
             _message(out, registry, entry)
+            _evidence(out, registry, entry)
             framing = framing_of(protocols[choice])
             if framing is not None and entry["id"] is not None:
                 framing.show(out, entry["id"])
             continue
-        entry = _placed(entry, registry)
+        placed = _placed(entry, registry)
+        if kind in _WITH_EVIDENCE:
+            placed = {key: value for key, value in placed.items() if key != "evidence"}
         if kind == "enumeration":
-            _values(out, entry)
+            _values(out, placed)
         elif kind == "flag table":
-            _bits(out, entry)
+            _bits(out, placed)
         else:
-            _plain(out, entry)
+            _plain(out, placed)
+        if kind in _WITH_EVIDENCE:
+            _evidence(out, registry, entry)
 
 
 def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
@@ -173,6 +180,17 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
         out.print("the document gives no layout; received bytes are kept, and it cannot be encoded")
     for layout in entry["layouts"]:
         _layout(out, layout)
+
+
+def _evidence(out: Console, registry: Registry, entry: Json) -> None:
+    """Print the evidence of an entry: a line for each source."""
+    for found in entry.get("evidence", ()):
+        source = registry.table("sources")[found["source"]]["text"]
+        part = f" ({found['part']})" if found.get("part") else ""
+        kind = found["class"].replace("_", " ")
+        out.print(f"evidence: {kind}: {source}: {found['shows']}{part}", soft_wrap=True)
+    if not entry.get("evidence"):
+        out.print("evidence: document only")
 
 
 def _layout(out: Console, layout: Json) -> None:

@@ -304,9 +304,16 @@ GROUPS: tuple[Group, ...] = (
                 "correct the registry, or the decision and its reason",
             ),
             "SW049": Code(
-                "a statement or decision that matches nothing",
-                "The path under `states` is misspelt, or the entry that it names was renamed or removed.",
+                "a statement, decision or evidence that matches nothing",
+                "The path under `states` or `facts` is misspelt, or the entry that it names was renamed or "
+                "removed.",
                 "correct the path: the keys from the top of the file, separated by /",
+            ),
+            "SW093": Code(
+                "a source of evidence that nothing uses",
+                "`evidence.yaml` lists a source, but no evidence names it, and no scale or limit of a stage "
+                "has its `cited_as` in its `source`.",
+                "remove the source, or correct `cited_as`",
             ),
         },
     ),

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from stagewire_generator.diagnostics import Place
+from stagewire_generator.model_evidence import EvidenceTable
 from stagewire_generator.model_scales import Controller, Quantity, Stage
 
 Json = dict[str, Any]
@@ -364,6 +365,7 @@ class Protocol:
     rules: tuple[Rule, ...]  # sorted by id
     examples: Json
     captures: Json
+    evidence: EvidenceTable = field(default_factory=EvidenceTable)
     overlays: tuple[Overlay, ...] = ()  # in the order in which they were applied
 
     def document_of(self, overlay: str) -> Json:

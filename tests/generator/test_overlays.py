@@ -117,8 +117,18 @@ def test_the_overlays_of_these_tests_have_every_section(overlaid_spec: Path) -> 
                 added |= {s for s in known for n in data[s] if (s, n) not in listed}
     everything = {section for sections in SECTIONS.values() for section in sections}
     # The good specs have no entries in these sections.
-    assert overridden == everything - {"aliases", "hardware_types", "unsupported"}
-    assert added == everything - {"addresses"}  # always the same four addresses
+    assert overridden == everything - {
+        "sources",
+        "evidence",
+        "aliases",
+        "hardware_types",
+        "unsupported",
+    }
+    assert added == everything - {
+        "sources",
+        "evidence",
+        "addresses",
+    }  # always the same four addresses
     schema = json.loads((SCHEMAS / "overlay.schema.json").read_text(encoding="utf-8"))
     assert set(schema["properties"]["overrides"]["properties"]) == everything
 
@@ -398,6 +408,26 @@ def test_with_several_documents_every_page_names_its_document(second: Protocol) 
                 found for found in pages.findall(flowed) if not re.search("Issue [12], $", found)
             ]
             assert alone == [], path
+
+
+def test_every_target_carries_the_evidence(second: Protocol) -> None:
+    files = render([second])
+    registry = json.loads(files["python/stagewire_tiny/registry.json"])
+    assert registry["sources"]["frames"]["text"] == "someone/tiny/frames.py, commit 0123abc"
+    [echo] = [entry for entry in registry["messages"] if entry["name"] == "POS_ECHO"]
+    shown = {"class": "hardware_frames", "source": "frames", "shows": "a frame of a TP10"}
+    assert echo["evidence"] == [shown]
+    [move] = [entry for entry in registry["messages"] if entry["name"] == "POS_MOVE"]
+    assert "evidence" not in move
+    said = "Evidence: hardware frames."
+    for path in ("devices/units.py", "flags.py", "messages/core.py"):
+        assert said in files[f"python/stagewire_tiny/{path}"], path
+    assert (
+        "# Issue 2, page 2; evidence: vendor program\nTurret"
+        in (files["python/stagewire_tiny/stages.py"])
+    )
+    assert said in files["c/stagewire_tiny/messages/core.h"]
+    assert "evidence: vendor program" in files["c/stagewire_tiny/quantities.h"]
 
 
 def test_with_one_document_pages_do_not_name_it(spec: Path) -> None:

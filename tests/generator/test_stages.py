@@ -59,7 +59,11 @@ def test_the_registry_has_every_figure_of_a_conflict(files: dict[str, str]) -> N
     [turret] = [stage for stage in registry["stages"] if stage["name"] == "Turret"]
     assert turret["rotary"] is True
     assert turret["catalogue"] == ["T-1", "T-1/M"]
-    assert turret["limits"]["travel"] == {"endless": True, "source": "a data sheet"}
+    assert turret["limits"]["travel"] == {
+        "endless": True,
+        "source": "a data sheet",
+        "evidence": ["vendor_program"],
+    }
     assert turret["controllers"]["TP10"]["distance"]["conflict"] == {
         "document": {
             "counts_per_deg": {"numerator": 20, "denominator": 1},
@@ -70,6 +74,7 @@ def test_the_registry_has_every_figure_of_a_conflict(files: dict[str, str]) -> N
         "vendor": {
             "counts_per_deg": {"numerator": 30, "denominator": 1},
             "source": "a data sheet",
+            "evidence": ["vendor_program"],
         },
     }
     assert registry["quantities"]["distance"]["rotary_unit"] == "deg"

@@ -284,6 +284,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "rules": Elsewhere("proofs"),
         "examples": Elsewhere("proofs"),
         "captures": Elsewhere("proofs"),
+        "evidence": Ignored("sources of facts, which are compared"),
         "overlays": Elsewhere("documents"),
     },
     model.Chapter: {

@@ -372,7 +372,9 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
     for prefix, entry in written.get("known_prefixes", {}).items():
         own = ("known_prefixes", prefix, "unit")
         others = enumerate(entry.get("shared_with", ()))
-        names_at = {own: entry["unit"]} if "like" not in entry else {}
+        names_at: dict[tuple[str | int, ...], str] = {}
+        if "like" not in entry:
+            names_at[own] = entry["unit"]
         names_at |= {(*own[:2], "shared_with", index): name for index, name in others}
         for path, name in names_at.items():
             if name not in described:

@@ -43,13 +43,21 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     ),
     "errata": ("errata",),
     "rules": ("rules",),
+    "evidence": ("sources", "evidence"),
     "examples": ("examples",),
     "captures": ("captures",),
 }
 """Kind of file -> its sections of named entries; a name is unique in a section."""
 
 _HEADS = {"overlay": "protocol"}  # sections of overlay.yaml are merged into protocol.yaml
-_LISTED = ("quantities", "stages", "messages", "errata", "rules")  # kinds whose files stay separate
+_LISTED = (
+    "quantities",
+    "stages",
+    "messages",
+    "errata",
+    "rules",
+    "evidence",
+)  # kinds whose files stay separate
 _ONE = ("units", "examples", "captures")  # kinds with one file per protocol
 
 

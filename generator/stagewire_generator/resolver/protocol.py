@@ -8,6 +8,7 @@ from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Json, Overlay, ParameterSet, Protocol, Rule, Sentence
 from stagewire_generator.naming import can_name_file, can_name_package
+from stagewire_generator.resolver.evidence import resolve_evidence
 from stagewire_generator.resolver.messages import (
     define_commands,
     define_errata,
@@ -183,6 +184,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         rules=tuple(tables.rules[id] for id in sorted(tables.rules)),
         examples=_data(files, "examples"),
         captures=_data(files, "captures"),
+        evidence=resolve_evidence(tables, stages),
         overlays=tuple(_overlay(document) for document in files.get("overlay", ())),
     )
 

@@ -20,6 +20,7 @@ from stagewire_generator.model import (
     Message,
     Protocol,
 )
+from stagewire_generator.model_evidence import spelled
 
 DIRECTIONS = {
     "to_controller": "to the controller",
@@ -93,7 +94,18 @@ def message_paragraphs(
         if overlay.name in message.later_pages:
             pages = [message.later_pages[overlay.name]]
             notes.append(f"Also described in {where(protocol, pages, overlay.name)}")
+    part = f"layouts/{layout.form.replace(':', '_')}" if layout else ""
+    notes.append(evidence_text(protocol, "messages", message.name, part))
     yield from (sentence(note) for note in notes if note)
+
+
+def evidence_text(protocol: Protocol, section: str, name: str, part: str = "") -> str:
+    """Return the classes of the evidence of an entry besides the document; empty if there is none.
+
+    :param part: a part of the entry; evidence of other parts is then left out.
+    """
+    classes = protocol.evidence.classes(section, name, part)
+    return f"Evidence: {spelled(classes)}" if classes else ""
 
 
 def _exchange_facts(message: Message, layout: Layout | None, markup: Markup) -> Iterator[str]:
@@ -118,7 +130,8 @@ def command_paragraphs(
     yield " ".join(filter(None, (f"{facts}; {found}.", typed, exchange(message, markup))))
     if message.dummy:
         yield dummy
-    yield from (sentence(note) for note in (message.note, layout.note) if note)
+    notes = (message.note, layout.note, evidence_text(protocol, "messages", message.name))
+    yield from (sentence(note) for note in notes if note)
     yield from (f"Firmware {fact.version}: {sentence(fact.note)}" for fact in message.firmware)
 
 

@@ -11,6 +11,7 @@ from stagewire_generator.model import (
     Json,
     Protocol,
 )
+from stagewire_generator.model_evidence import spelled
 from stagewire_generator.model_scales import (
     Factor,
 )
@@ -24,7 +25,7 @@ from stagewire_generator.targets.c.source import (
     plain,
     unsigned,
 )
-from stagewire_generator.targets.documentation import sentence, where
+from stagewire_generator.targets.documentation import evidence_text, sentence, where
 
 _ENUM_LEAST, _ENUM_GREATEST = -0x8000, 0x7FFF  # the range of int on every platform
 
@@ -54,6 +55,7 @@ class TableView:
 def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration) -> TableView:
     """Make the view of an enumeration: an ``enum`` if its values fit an int everywhere, else macros."""
     name, head = names.table(enumeration), _head(protocol, "Values", enumeration)
+    text = _described(protocol, "enumerations", enumeration)
     values = [value.value for value in enumeration.values]
     if all(_ENUM_LEAST <= value <= _ENUM_GREATEST for value in values):
         members = tuple(
@@ -64,7 +66,12 @@ def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration)
             )
             for value in enumeration.values
         )
-        return TableView(name, comment([f"{head}.", enumeration.summary]), members, is_enum=True)
+        return TableView(
+            name,
+            comment([f"{head}.", text]),
+            members,
+            is_enum=True,
+        )
     signed = min(values) < 0
     size = 4 if max(values) < 1 << (32 - signed) and min(values) >= -(1 << 31) else 8
     members = tuple(
@@ -75,7 +82,12 @@ def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration)
         )
         for value in enumeration.values
     )
-    return TableView(name, _group(head, enumeration.summary), members, is_enum=False)
+    return TableView(
+        name,
+        _group(head, text),
+        members,
+        is_enum=False,
+    )
 
 
 def flag_table_view(names: Names, protocol: Protocol, table: FlagTable) -> TableView:
@@ -89,12 +101,19 @@ def flag_table_view(names: Names, protocol: Protocol, table: FlagTable) -> Table
         )
         for bit in table.bits
     )
-    doc = _group(_head(protocol, "Bits", table), table.summary)
+    doc = _group(_head(protocol, "Bits", table), _described(protocol, "flags", table))
     return TableView(name, doc, members, is_enum=False)
 
 
 def _head(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
     return f"{kind} of {table.name} ({where(protocol, [table.page], table.overlay)})"
+
+
+def _described(protocol: Protocol, section: str, table: Enumeration | FlagTable) -> str:
+    """Return the summary of a table, and its evidence."""
+    found = evidence_text(protocol, section, table.name)
+    parts = [sentence(table.summary) if table.summary and found else table.summary]
+    return " ".join(filter(None, [*parts, f"{found}." if found else ""]))
 
 
 def _numbered(kind: str, number: int, note: str) -> str:
@@ -201,6 +220,8 @@ def _constant(
     facts = [f"{factor.key} {factor.value}"]
     facts += [f"printed as “{factor.printed}”"] if factor.printed else []
     facts += [f"source: {factor.source}"] if factor.source else []
+    classes = protocol.evidence.classes_of(factor.source, factor.note)
+    facts += [f"evidence: {spelled(classes)}"] if classes else []
     facts += [f"note: {factor.note}"] if factor.note else []
     return ScaleView(
         comment([f"{_subject(protocol, entry, factor.page, factor.overlay)}: {'; '.join(facts)}."]),

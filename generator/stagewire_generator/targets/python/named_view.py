@@ -18,7 +18,7 @@ from stagewire_generator.model_scales import (
     Stage,
 )
 from stagewire_generator.naming import camel
-from stagewire_generator.targets.documentation import sentence, where
+from stagewire_generator.targets.documentation import evidence_text, sentence, where
 from stagewire_generator.targets.python.brackets import (
     Nested,
     Source,
@@ -66,7 +66,7 @@ class StageView:
     """A stage."""
 
     name: str
-    place: str  # the document and the page; empty if there is only one document
+    place: str  # the page in one of several documents, and the evidence; may be empty
     made: Nested  # the call that creates it
 
 
@@ -77,7 +77,7 @@ def enumeration_view(protocol: Protocol, enumeration: Enumeration) -> NamedView:
         sign = "-" if value.value < 0 else ""
         note = docstring(paragraph(sentence(value.note), 4)) if value.note else ""
         members.append(MemberView(value.name, f"{sign}0x{abs(value.value):02X}", note))
-    doc = _named_doc(protocol, "Values", enumeration)
+    doc = _named_doc(protocol, "Values", "enumerations", enumeration)
     return NamedView(camel(enumeration.name), doc, tuple(members))
 
 
@@ -87,14 +87,15 @@ def flag_table_view(protocol: Protocol, table: FlagTable) -> NamedView:
     members = tuple(
         MemberView(bit.name, f"0x{bit.mask:0{digits}X}", bit.note) for bit in table.bits
     )
-    return NamedView(camel(table.name), _named_doc(protocol, "Bits", table), members)
+    return NamedView(camel(table.name), _named_doc(protocol, "Bits", "flags", table), members)
 
 
-def _named_doc(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
+def _named_doc(protocol: Protocol, kind: str, section: str, table: Enumeration | FlagTable) -> str:
     head = f"{kind} of ``{table.name}`` ({where(protocol, [table.page], table.overlay)})."
     more = [
         table.summary,
         f"The list may be incomplete: {sentence(table.open)}" if table.open else "",
+        f"{found}." if (found := evidence_text(protocol, section, table.name)) else "",
     ]
     text = "\n\n    ".join(paragraph(part, 4) for part in more if part)
     return docstring(f"{head}\n\n    {text}\n    " if text else head)
@@ -158,7 +159,9 @@ def stage_view(protocol: Protocol, stage: Stage) -> StageView:
         arguments.append(strings("catalogue=", stage.catalogue))
     if stage.rotary:
         arguments.append("rotary=True")
-    place = where(protocol, [stage.page], stage.overlay) if protocol.overlays else ""
+    found = where(protocol, [stage.page], stage.overlay) if protocol.overlays else ""
+    shown = evidence_text(protocol, "stages", stage.name)
+    place = f"{found}; {shown[0].lower()}{shown[1:]}" if found and shown else found or shown
     return StageView(stage.name, place, call("Stage", arguments, broken=True))
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from stagewire_generator.model import (
     Chapter,
@@ -31,6 +31,7 @@ from stagewire_generator.model_scales import (
     Stage,
 )
 from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.registry.references import with_documents, with_evidence
 from stagewire_generator.targets.templates import canonical
 
 
@@ -127,29 +128,7 @@ def render(protocol: Protocol) -> dict[str, str]:
 @lru_cache(maxsize=1)
 def registry_text(protocol: Protocol) -> str:
     """Return the resolved registry as canonical JSON, which the Python package also contains."""
-    data = _registry_json(protocol)
-    if protocol.overlays:
-        names = ("", *(overlay.name for overlay in protocol.overlays))
-        data = _with_documents(data, {name: protocol.document_name(name) for name in names})
-    return canonical(data)
-
-
-def _with_documents(value: Any, documents: Mapping[str, str], overlay: str = "") -> Any:
-    """Return data in which every entry with a page names the document of the page.
-
-    :param overlay: the overlay of the entry that contains the value.
-    """
-    if isinstance(value, list):
-        return [_with_documents(item, documents, overlay) for item in value]
-    if not isinstance(value, dict):
-        return value
-    overlay = value.get("overlay", overlay)
-    whole = {key: _with_documents(item, documents, overlay) for key, item in value.items()}
-    if whole.get("overlay") == "":
-        del whole["overlay"]
-    if "page" in value or isinstance(value.get("pages"), list):
-        whole.setdefault("document", documents[overlay])
-    return whole
+    return canonical(with_documents(protocol, with_evidence(protocol, _registry_json(protocol))))
 
 
 def _registry_json(protocol: Protocol) -> Json:

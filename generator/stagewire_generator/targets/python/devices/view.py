@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.documentation import sentence, where
+from stagewire_generator.targets.documentation import evidence_text, sentence, where
 from stagewire_generator.targets.python.brackets import Import, Nested
 from stagewire_generator.targets.python.devices.documentation import part_doc
 from stagewire_generator.targets.python.devices.facts_view import (
@@ -92,6 +92,7 @@ def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
     texts = [
         f"{unit.name}, {_place(protocol, entry)}. Its messages: {messages_from(protocol, entry)}",
         entry.get("note", ""),
+        evidence_text(protocol, "units", unit.name),
     ]
     parts = [
         paragraph(sentence(entry["title"].rstrip(".") + kind), 4),
