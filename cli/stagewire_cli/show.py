@@ -24,10 +24,12 @@ EXAMPLE = """\b
 Examples:
   stagewire show MOT_MOVE_ABSOLUTE
   stagewire show velocity
+  stagewire show 83
 """
 
 Json = dict[str, Any]
 
+_WITH_EVIDENCE = ("enumeration", "flag table", "quantity", "unit", "stage", "list")
 _OF_COMMANDS = ("title", "keyboard", "size", "dummy", "switches_to")
 Found = tuple[str, str, str, Json]  # protocol, kind, name, entry
 
@@ -36,16 +38,20 @@ _TABLES = {
     "flag table": "flags",
     "quantity": "quantities",
     "unit": "units",
+    "alias": "aliases",
     "unsupported unit": "unsupported",
     "stage": "stages",
     "controller": "controllers",
+    "list": "lists",
     "family": "families",
     "erratum": "errata",
 }
 
 
 def show(
-    name: Annotated[str, typer.Argument(help="Name in any case, or a message id.")],
+    name: Annotated[
+        str, typer.Argument(help="Name in any case, a message id, or a prefix of serial numbers.")
+    ],
     protocol: Annotated[
         str | None, typer.Option("--protocol", help="Search only this protocol.")
     ] = None,
@@ -54,6 +60,7 @@ def show(
     """Show what the registry says about a name.
 
     Accepts the name of a message, parameter set, enumeration, flag table, unit, stage, quantity or erratum.
+    A stage may have its name in the catalogue of the vendor.
     """
     protocols = {one.name: one for one in one_or_all(protocol)}
     registries = {known: registry_of(one) for known, one in protocols.items()}
@@ -75,17 +82,22 @@ def show(
         registry = registries[choice]
         if kind == "message":
             _message(out, registry, entry)
+            _evidence(out, registry, entry)
             framing = framing_of(protocols[choice])
             if framing is not None and entry["id"] is not None:
                 framing.show(out, entry["id"])
             continue
-        entry = _placed(entry, registry.document(entry.get("overlay", "")).get("sections"))
+        placed = _placed(entry, registry)
+        if kind in _WITH_EVIDENCE:
+            placed = {key: value for key, value in placed.items() if key != "evidence"}
         if kind == "enumeration":
-            _values(out, entry)
+            _values(out, placed)
         elif kind == "flag table":
-            _bits(out, entry)
+            _bits(out, placed)
         else:
-            _plain(out, entry)
+            _plain(out, placed)
+        if kind in _WITH_EVIDENCE:
+            _evidence(out, registry, entry)
 
 
 def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
@@ -96,6 +108,29 @@ def _entries(registry: Registry) -> Iterator[tuple[str, str, Json]]:
     for kind, key in _TABLES.items():
         for name, entry in registry.table(key).items():
             yield kind, name, entry
+    yield from (("prefix", prefix, entry) for prefix, entry in _prefixes(registry).items())
+
+
+def _prefixes(registry: Registry) -> dict[str, Json]:
+    """Return each prefix of serial numbers with the units that have it, and further known facts."""
+    owners: dict[str, list[str]] = {}
+    for kind in ("units", "unsupported"):
+        for name, entry in registry.table(kind).items():
+            own = [entry[key] for key in ("usb_prefix", "card_usb_prefix") if key in entry]
+            for prefix in dict.fromkeys(map(str, [*own, *entry.get("prefixes", ())])):
+                owners.setdefault(prefix, []).append(name)
+    known = registry.table("known_prefixes")
+    for prefix, entry in known.items():
+        names = [entry["unit"], *entry.get("shared_with", ())]
+        owners[prefix] = list(dict.fromkeys([*owners.get(prefix, ()), *names]))
+    shown = ("distinguished_by", "source", "note")
+    return {
+        prefix: {
+            "units": names,
+            **{key: known[prefix][key] for key in shown if key in known.get(prefix, {})},
+        }
+        for prefix, names in owners.items()
+    }
 
 
 def _find(name: str, everything: list[Found]) -> list[Found]:
@@ -113,11 +148,13 @@ def _find(name: str, everything: list[Found]) -> list[Found]:
 
 def _names(found: Found) -> list[str]:
     """Return the name of an entry and its other names, in lower case."""
-    return [name.lower() for name in (found[2], *found[3].get("aliases", ()))]
+    entry = found[3]
+    others = (*entry.get("aliases", ()), *entry.get("catalogue", ()))
+    return [name.lower() for name in (found[2], *others)]
 
 
 def _like(name: str, everything: list[Found]) -> str:
-    names = {known.lower(): known for _, _, known, _ in everything}
+    names = {name: entry[2] for entry in everything for name in _names(entry)}
     close = difflib.get_close_matches(name.lower()[:80], names, n=3)
     return f"; did you mean {' or '.join(names[word] for word in close)}?" if close else ""
 
@@ -143,6 +180,17 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
         out.print("the document gives no layout; received bytes are kept, and it cannot be encoded")
     for layout in entry["layouts"]:
         _layout(out, layout)
+
+
+def _evidence(out: Console, registry: Registry, entry: Json) -> None:
+    """Print the evidence of an entry: a line for each source."""
+    for found in entry.get("evidence", ()):
+        source = registry.table("sources")[found["source"]]["text"]
+        part = f" ({found['part']})" if found.get("part") else ""
+        kind = found["class"].replace("_", " ")
+        out.print(f"evidence: {kind}: {source}: {found['shows']}{part}", soft_wrap=True)
+    if not entry.get("evidence"):
+        out.print("evidence: document only")
 
 
 def _layout(out: Console, layout: Json) -> None:
@@ -223,22 +271,23 @@ def _plain(out: Console, entry: Json, indent: str = "") -> None:
             out.print(f"{label}: {_text(value)}", soft_wrap=True)
 
 
-def _placed(value: Any, sections: list[str] | None) -> Any:
-    """Return an entry with titles of sections instead of pages, for a document without pages."""
-    if sections is None:
+def _placed(value: Any, registry: Registry) -> Any:
+    """Return an entry with references in place of pages, if there are several documents or no pages."""
+    if not registry.document().keys() & {"name", "sections"}:
         return value
     if isinstance(value, list):
-        return [_placed(item, sections) for item in value]
+        return [_placed(item, registry) for item in value]
     if not isinstance(value, dict):
         return value
+    overlay = registry.overlay_of(value)
     placed: Json = {}
     for key, item in value.items():
         if key == "page" and isinstance(item, int):
-            placed["section"] = sections[item - 1]
+            placed["place"] = registry.where([item], overlay)
         elif key == "pages":
-            placed["sections"] = [sections[page - 1] for page in item]
-        else:
-            placed[key] = _placed(item, sections)
+            placed["place"] = registry.where(item, overlay)
+        elif key != "document":
+            placed[key] = _placed(item, registry)
     return placed
 
 

@@ -50,16 +50,26 @@ class Registry:
                 found = entry["document"]
         return found
 
+    def overlay_of(self, entry: Json) -> str:
+        """Return the overlay whose document has the page of an entry; empty for that of the protocol."""
+        for overlay in self.document().get("overlays", ()):
+            if overlay["document"]["name"] == entry.get("document"):
+                return str(overlay["name"])
+        return ""
+
     def where(self, pages: Iterable[int], overlay: str = "") -> str:
-        """Return a reference into the document: page numbers or titles of sections.
+        """Return a reference into a document, such as ``page 45`` or ``Issue 37, page 58``.
+
+        The document is named only if there are several. If it has no pages, its sections are named.
 
         :param overlay: the overlay whose document has these pages.
         """
-        sections = self.document(overlay).get("sections")
-        named = f" of {overlay}" if overlay else ""
+        document = self.document(overlay)
+        sections = document.get("sections")
+        of = f"{document['name']}, " if "name" in document else ""
         if sections is None:
-            return f"page {', '.join(str(page) for page in pages)}{named}"
-        return f"section {', '.join(sections[page - 1] for page in pages)}{named}"
+            return f"{of}page {', '.join(str(page) for page in pages)}"
+        return f"{of}section {', '.join(sections[page - 1] for page in pages)}"
 
     def table(self, kind: str) -> dict[str, Json]:
         """Return a part of the registry, such as ``units`` or ``errata``, by name."""

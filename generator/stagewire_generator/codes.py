@@ -231,6 +231,12 @@ GROUPS: tuple[Group, ...] = (
                 "on, so the version does not decide between them.",
                 "keep one value for each version",
             ),
+            "SW092": Code(
+                "a context that no unit states, or one that is `unstated` although a unit states it",
+                "`protocol.yaml` or an overlay defines a context, and `units.yaml` describes units, but none "
+                "of them has a value for it. Device classes then never choose a layout by it.",
+                "state it under `contexts` of a unit, remove it, or give the reason in `unstated`",
+            ),
         },
     ),
     Group(
@@ -298,9 +304,16 @@ GROUPS: tuple[Group, ...] = (
                 "correct the registry, or the decision and its reason",
             ),
             "SW049": Code(
-                "a statement or decision that matches nothing",
-                "The path under `states` is misspelt, or the entry that it names was renamed or removed.",
+                "a statement, decision or evidence that matches nothing",
+                "The path under `states` or `facts` is misspelt, or the entry that it names was renamed or "
+                "removed.",
                 "correct the path: the keys from the top of the file, separated by /",
+            ),
+            "SW093": Code(
+                "a source of evidence that nothing uses",
+                "`evidence.yaml` lists a source, but no evidence names it, and no scale or limit of a stage "
+                "has its `cited_as` in its `source`.",
+                "remove the source, or correct `cited_as`",
             ),
         },
     ),

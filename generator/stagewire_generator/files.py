@@ -72,6 +72,7 @@ _PLACES = {  # first key of a file, or second key of worked examples -> place fo
     b"errata": "errata/",
     b"rules": "rules.yaml",
     b"decisions": "decisions.yaml",
+    b"sources": "evidence.yaml",
     b"examples": "examples.yaml",
     b"captures": "captures.yaml",
 }

@@ -5,14 +5,18 @@ The resolver builds it from the YAML. Lint rules, targets and the JSON output on
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 from stagewire_generator.diagnostics import Place
+from stagewire_generator.model_evidence import EvidenceTable
+from stagewire_generator.model_scales import Controller, Quantity, Stage
 
 Json = dict[str, Any]
+
+_NUMBER = re.compile(r"[0-9]{1,4}\Z")  # an issue that readers know by its number
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,95 +105,6 @@ class FlagTable:
     place: Place
     overlay: str = ""
     open: str = ""  # as of an enumeration
-
-
-@dataclass(frozen=True, slots=True)
-class Factor:
-    """An exact scale; the key gives its direction, as in the registry and its JSON."""
-
-    key: str  # counts_per_mm, us_per_count ...
-    value: Fraction
-    printed: str
-    source: str
-    page: int | None
-    note: str = ""
-
-    @property
-    def counts_per_unit(self) -> Fraction:
-        """Counts per unit, in either direction of the key."""
-        return 1 / self.value if self.key.endswith("_per_count") else self.value
-
-
-@dataclass(frozen=True, slots=True)
-class Conflict:
-    """Scales of sources that contradict each other; the user chooses one."""
-
-    factors: Mapping[str, Factor]  # source -> its factor
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A unit and the rule that converts counts to it."""
-
-    name: str
-    unit: str
-    page: int
-    summary: str
-    factor: Factor | None
-    rule: Json  # such as {"by": "stage"}; {} if there is a factor
-    place: Place
-    overlay: str = ""
-    rotary_unit: str = ""  # its unit on a rotary stage
-
-    def unit_on(self, stage: Stage) -> str:
-        """Return the unit of the quantity on a stage; empty if it has none there."""
-        return self.rotary_unit if stage.rotary else self.unit
-
-
-@dataclass(frozen=True, slots=True)
-class Controller:
-    """A group of units that have the same scales for a stage."""
-
-    name: str
-    units: tuple[str, ...]
-    place: Place
-    overlay: str = ""
-    aliases: Mapping[str, str] = field(default_factory=dict)  # newer unit -> source of its scales
-    page: int | None = None
-
-    @property
-    def members(self) -> tuple[str, ...]:
-        """All units of the group, including those newer than the document."""
-        return (*self.units, *self.aliases)
-
-
-@dataclass(frozen=True, slots=True)
-class Limit:
-    """A limit that a stage must not exceed."""
-
-    value: Fraction | None  # None: the travel is endless
-    unit: str  # mm | mm/s | mm/s^2, or the same with deg; empty if the travel is endless
-    source: str
-    page: int | None
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Stage:
-    """A stage: its exact factors for each controller, and its limits; a text states why one is unknown.
-
-    If sources contradict each other, a scale is a conflict.
-    """
-
-    name: str
-    title: str
-    page: int
-    scales: Mapping[str, Mapping[str, Factor | Conflict | str]]
-    place: Place
-    overlay: str = ""
-    limits: Mapping[str, Limit | str] = field(default_factory=dict)
-    catalogue: tuple[str, ...] = ()  # names in the catalogue of the vendor
-    rotary: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -450,12 +365,27 @@ class Protocol:
     rules: tuple[Rule, ...]  # sorted by id
     examples: Json
     captures: Json
+    evidence: EvidenceTable = field(default_factory=EvidenceTable)
     overlays: tuple[Overlay, ...] = ()  # in the order in which they were applied
 
     def document_of(self, overlay: str) -> Json:
         """Return the document of an overlay, or that of the protocol for an empty name."""
         found: Json = {"": self.document, **{o.name: o.document for o in self.overlays}}[overlay]
         return found
+
+    def document_name(self, overlay: str) -> str:
+        """Return a short name of a document, such as ``Issue 37``; empty if it is the only document.
+
+        :param overlay: the overlay of the document; empty for the document of the protocol.
+        """
+        if not self.overlays:
+            return ""
+        document = self.document_of(overlay)
+        issues = [
+            self.document_of(name)["issue"] for name in ("", *(o.name for o in self.overlays))
+        ]
+        numbered = _NUMBER.match(document["issue"]) and issues.count(document["issue"]) == 1
+        return f"Issue {document['issue']}" if numbered else str(document["title"])
 
     def messages_of(self, unit: Json) -> frozenset[str]:
         """Return the messages that a unit supports: its printed lists, or those of its family."""

@@ -14,7 +14,12 @@ from typing import TypeAlias, overload
 from stagewire_generator.diagnostics import Diagnostics, Place, SpecError
 from stagewire_generator.lint.devices import check_devices, check_effects
 from stagewire_generator.lint.errata import check_errata
-from stagewire_generator.lint.layouts import check_framing, check_layouts, check_pages
+from stagewire_generator.lint.layouts import (
+    check_contexts,
+    check_framing,
+    check_layouts,
+    check_pages,
+)
 from stagewire_generator.lint.names import check_names
 from stagewire_generator.lint.units import check_units
 from stagewire_generator.lint.witness.comparison import Comparison
@@ -116,6 +121,7 @@ def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     check_effects(protocol, diagnostics)
     if units is not None and len(diagnostics.found) == before:  # so all references are valid
         check_units(protocol, units, diagnostics)
+        check_contexts(protocol, files["protocol"][0], diagnostics)
     return protocol
 
 

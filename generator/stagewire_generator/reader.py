@@ -32,6 +32,7 @@ _KINDS = {
     "errata": "errata/*.yaml",
     "rules": "rules.yaml",
     "decisions": "decisions.yaml",
+    "evidence": "evidence.yaml",
     "printed": "printed/*.yaml",
     "examples": "examples.yaml",
     "captures": "captures.yaml",

@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from stagewire_generator.model import (
-    Controller,
     Erratum,
     Field,
     FlagTable,
@@ -20,9 +19,9 @@ from stagewire_generator.model import (
     Message,
     ParameterSet,
     Protocol,
-    Stage,
     errata_of,
 )
+from stagewire_generator.model_scales import Controller, Stage
 
 _ScaleKey: TypeAlias = "tuple[str | None, str | None, str | None]"  # stage, controller, quantity
 

@@ -7,7 +7,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Conflict, Factor, Json, Protocol, Quantity, Stage
+from stagewire_generator.model import (
+    Json,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Conflict,
+    Factor,
+    Quantity,
+    Stage,
+)
 
 FACTOR = re.compile(r"(?:counts_per_[a-z0-9_]+|[a-z0-9_]+_per_count)\Z")
 """The key of a factor, which names its unit and its direction."""

@@ -35,6 +35,7 @@ KINDS = (
     "errata",
     "rules",
     "decisions",
+    "evidence",
     "printed",
     "examples",
     "captures",

@@ -30,6 +30,12 @@ if TYPE_CHECKING:
         ("apt-clockwise-without-sign", "AlexShkarin/pyLabLib"),
         ("HW_RICHRESPONSE", "the document gives no layout"),
         ("MOT_SET_MOVEVELPARAMS", "without an id"),
+        ("k10cr2", "alias K10CR2 (thorlabs_apt)"),
+        ("MOT_MOVE_HOME", "evidence: vendor program: Thorlabs/Motion_Control_Examples/Python/"),
+        ("MOT_MOVE_HOMED", "evidence: document only"),
+        ("TDC001", "evidence: document only"),
+        ("83", "prefix 83 (thorlabs_apt)\nunits: TDC001"),
+        ("26", "units: KST101, KST201"),
     ],
 )
 def test_show_prints_an_entry(stagewire: Stagewire, name: str, said: str) -> None:
@@ -49,6 +55,14 @@ def test_an_unsupported_unit_is_shown_with_the_reason(
     assert reason in result.out
 
 
+def test_a_prefix_names_all_units_that_have_it(
+    stagewire: Stagewire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entry = {"title": "a stage", "reason": "unknown messages", "source": "x", "prefixes": [83]}
+    monkeypatch.setitem(load_protocol("thorlabs_apt").registry(), "unsupported", {"M30X": entry})
+    assert "units: TDC001, M30X" in stagewire("show", "83").out
+
+
 def test_json(stagewire: Stagewire) -> None:
     result = stagewire("show", "MOT_MOVE_HOME", "--json")
     assert json.loads(result.out)["id"] == 0x0443
@@ -59,6 +73,7 @@ def test_json(stagewire: Stagewire) -> None:
     [
         ([], "Missing argument"),
         (["MOT_MOVE_ABSOLUT"], "did you mean MOT_MOVE_ABSOLUTE"),
+        (["K10CR3"], "did you mean K10CR2"),
         (["0xZZ"], "nothing in the registry is named 0xZZ"),
         (["velocity", "--protocol", "nothing"], "no protocol nothing is installed"),
         ([""], "nothing in the registry is named"),

@@ -181,6 +181,7 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
     ("docs/reference/registry.md", "rules:"): schema("rules"),
     ("docs/reference/registry.md", "chapter: statements"): schema("printed"),
     ("docs/reference/registry.md", "decisions:"): schema("decisions"),
+    ("docs/reference/registry.md", "sources:"): schema("evidence"),
     ("docs/how-to/virtual.md", "[[unit]]"): bench,
     ("docs/how-to/virtual.md", "to_controller flip byte p=0.001 seed=3"): faults,
     ("docs/how-to/virtual.md", "# stagewire capture 1 protocol=thorlabs_apt unit=TDC001"): capture,

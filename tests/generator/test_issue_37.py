@@ -127,12 +127,17 @@ import sys
 from stagewire_cli.main import main
 assert main(["show", "MOT_GET_USTATUSUPDATE"]) == 0
 assert main(["encode", "MOT_REQ_USTATUSUPDATE", "chan_ident=1"]) == 0
+assert main(["show", "mts50-z8"]) == 0
+assert main(["show", "max200"]) == 0
 """
     said = python(package, program)
     assert "message MOT_GET_DCSTATUSUPDATE (thorlabs_apt)" in said
     assert "also named MOT_GET_USTATUSUPDATE" in said
-    assert "also page 125 of issue_37" in said
+    assert "also Issue 37, page 125" in said
     assert "90 04 01 00 50 01" in said
+    assert "stage MTS50_Z8 (thorlabs_apt)" in said
+    assert "stage MAX200_X (thorlabs_apt)" in said
+    assert "stage MAX200_Y (thorlabs_apt)" in said
 
 
 def test_the_status_bits_of_a_controller_are_those_of_page_129(protocol: Protocol) -> None:

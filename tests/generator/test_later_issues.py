@@ -151,10 +151,13 @@ assert Frame(rich, 0x01, 0x50).encode() == bytes.fromhex({RICH_RESPONSE!r})
 
 def test_the_commands_decode_and_show_use_the_overlay(packages: dict[str, Path]) -> None:
     decoded = stagewire(packages["with"], "decode", RICH_RESPONSE)
-    assert "section Rich response of later_issues" in decoded
+    assert (
+        "Field notes on later issues of the APT communications protocol, section Rich response"
+        in decoded
+    )
     assert "Motor is not connected" in decoded
     shown = stagewire(packages["with"], "show", "HW_GET_INFO")
-    assert "section Hardware information of later_issues" in shown
+    assert "protocol, section Hardware information" in shown
     assert "hw_version" in shown
     plain = stagewire(packages["without"], "show", "HW_GET_INFO")
     assert "page 21" in plain

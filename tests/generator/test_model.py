@@ -24,7 +24,13 @@ from stagewire.protocols import (
 )
 from stagewire_generator import check, model
 from stagewire_generator.diagnostics import Diagnostic, Place, SpecError
-from stagewire_generator.model import Factor, Field, Protocol
+from stagewire_generator.model import (
+    Field,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Factor,
+)
 
 
 def parts(value: Any) -> Iterator[Any]:

@@ -7,6 +7,7 @@ sections, and one for commands. ``test_later_issues`` tests the overlay of Thorl
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -116,8 +117,18 @@ def test_the_overlays_of_these_tests_have_every_section(overlaid_spec: Path) -> 
                 added |= {s for s in known for n in data[s] if (s, n) not in listed}
     everything = {section for sections in SECTIONS.values() for section in sections}
     # The good specs have no entries in these sections.
-    assert overridden == everything - {"aliases", "hardware_types", "unsupported"}
-    assert added == everything - {"addresses"}  # always the same four addresses
+    assert overridden == everything - {
+        "sources",
+        "evidence",
+        "aliases",
+        "hardware_types",
+        "unsupported",
+    }
+    assert added == everything - {
+        "sources",
+        "evidence",
+        "addresses",
+    }  # always the same four addresses
     schema = json.loads((SCHEMAS / "overlay.schema.json").read_text(encoding="utf-8"))
     assert set(schema["properties"]["overrides"]["properties"]) == everything
 
@@ -362,7 +373,7 @@ def test_docstrings_name_the_document(overlaid: dict[str, Protocol]) -> None:
         second["python/stagewire_tiny/__init__.py"],
     )
     assert "Returns the received data." in core
-    assert "16 bytes of data.\n\n    From page 3 of the overlay ``second``." in core
+    assert "16 bytes of data; Issue 2, page 3." in core
     assert "12 bytes" not in core
     assert "issue 1 of Spring." in package
     assert (
@@ -370,25 +381,63 @@ def test_docstrings_name_the_document(overlaid: dict[str, Protocol]) -> None:
         in package
     )
     assert (
-        "Values of ``channel`` (page 2 of the overlay ``second``)."
+        "Values of ``channel`` (Issue 2, page 2)."
         in second["python/stagewire_tiny/enumerations.py"]
     )
-    assert (
-        "Heating (document page 4 of the overlay ``second``)."
-        in second["python/stagewire_tiny/messages/heat.py"]
-    )
-    assert "(page 1 of the overlay ``second``)" in second["python/stagewire_tiny/quantities.py"]
+    assert "Heating (Issue 2, page 4)." in second["python/stagewire_tiny/messages/heat.py"]
+    assert "(Issue 2, page 1)" in second["python/stagewire_tiny/quantities.py"]
     stages = second["python/stagewire_tiny/stages.py"]
-    assert "# The page number refers to the overlay second.\nSlide = Stage(" in stages
+    assert "# Issue 2, page 2\nSlide = Stage(" in stages
+    assert "Issue 3, section Bell." in third["python/stagewire_tiny/messages/extra.py"]
+
+
+def test_with_several_documents_every_page_names_its_document(second: Protocol) -> None:
+    files = render([second])
+    registry = json.loads(files["python/stagewire_tiny/registry.json"])
+    assert registry["document"]["name"] == "Issue 1"
+    messages = {entry["name"]: entry for entry in registry["messages"]}
+    assert messages["POS_MOVE"]["document"] == "Issue 1"
+    assert messages["POS_ECHO"]["document"] == "Issue 2"
+    units = {entry["name"]: entry["document"] for entry in registry["units"]}
+    assert (units["TP1"], units["TP10"]) == ("Issue 1", "Issue 2")
+    pages = re.compile(r"(.{0,12})\bpages? [0-9]")
+    for path, text in files.items():
+        if path.endswith((".py", ".h")) and "testing" not in path:
+            flowed = " ".join(text.replace("*", "").split())
+            alone = [
+                found for found in pages.findall(flowed) if not re.search("Issue [12], $", found)
+            ]
+            assert alone == [], path
+
+
+def test_every_target_carries_the_evidence(second: Protocol) -> None:
+    files = render([second])
+    registry = json.loads(files["python/stagewire_tiny/registry.json"])
+    assert registry["sources"]["frames"]["text"] == "someone/tiny/frames.py, commit 0123abc"
+    [echo] = [entry for entry in registry["messages"] if entry["name"] == "POS_ECHO"]
+    shown = {"class": "hardware_frames", "source": "frames", "shows": "a frame of a TP10"}
+    assert echo["evidence"] == [shown]
+    [move] = [entry for entry in registry["messages"] if entry["name"] == "POS_MOVE"]
+    assert "evidence" not in move
+    said = "Evidence: hardware frames."
+    for path in ("devices/units.py", "flags.py", "messages/core.py"):
+        assert said in files[f"python/stagewire_tiny/{path}"], path
     assert (
-        "From section Bell of the overlay ``third``."
-        in third["python/stagewire_tiny/messages/extra.py"]
+        "# Issue 2, page 2; evidence: vendor program\nTurret"
+        in (files["python/stagewire_tiny/stages.py"])
     )
+    assert said in files["c/stagewire_tiny/messages/core.h"]
+    assert "evidence: vendor program" in files["c/stagewire_tiny/quantities.h"]
+
+
+def test_with_one_document_pages_do_not_name_it(spec: Path) -> None:
+    [tiny] = [protocol for protocol in check(spec) if protocol.name == "tiny"]
+    assert "Issue 1" not in "".join(render([tiny]).values())
 
 
 def test_docstrings_of_commands_name_the_document(autumn: Protocol) -> None:
     walk = render([autumn])["python/stagewire_turtle/messages/walk.py"]
-    assert "size 2; section Turn of the overlay ``autumn``. Typed as" in walk
+    assert "size 2; Issue 3, section Turn. Typed as" in walk
 
 
 # The packages

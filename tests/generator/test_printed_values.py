@@ -17,7 +17,13 @@ from stagewire_generator.lint.witness.reading import (
     same_name,
     squash,
 )
-from stagewire_generator.model import Factor, Field, Protocol
+from stagewire_generator.model import (
+    Field,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Factor,
+)
 
 BYTE, WORD = 0xFF, 0xFFFF
 

@@ -49,7 +49,7 @@ def test_contradicting_sources_are_scales_of_their_own(turret: Stage) -> None:
     }
     with pytest.raises(
         UnknownScaleError,
-        match=r"document: 20 counts per deg \(page 2\); vendor: 30 counts per deg \(a data sheet\)",
+        match=r"document: 20 counts per deg \(Issue 2, page 2\); vendor: 30 counts per deg \(a data sheet\)",
     ):
         scale.to_counts(1)
 
@@ -59,16 +59,22 @@ def test_the_registry_has_every_figure_of_a_conflict(files: dict[str, str]) -> N
     [turret] = [stage for stage in registry["stages"] if stage["name"] == "Turret"]
     assert turret["rotary"] is True
     assert turret["catalogue"] == ["T-1", "T-1/M"]
-    assert turret["limits"]["travel"] == {"endless": True, "source": "a data sheet"}
+    assert turret["limits"]["travel"] == {
+        "endless": True,
+        "source": "a data sheet",
+        "evidence": ["vendor_program"],
+    }
     assert turret["controllers"]["TP10"]["distance"]["conflict"] == {
         "document": {
             "counts_per_deg": {"numerator": 20, "denominator": 1},
             "page": 2,
+            "document": "Issue 2",
             "note": "as printed",
         },
         "vendor": {
             "counts_per_deg": {"numerator": 30, "denominator": 1},
             "source": "a data sheet",
+            "evidence": ["vendor_program"],
         },
     }
     assert registry["quantities"]["distance"]["rotary_unit"] == "deg"

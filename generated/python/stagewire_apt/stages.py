@@ -128,6 +128,7 @@ MLS203 = Stage(
     },
 )
 
+# Evidence: vendor program
 MLS203_X = Stage(
     "MLS203_X",
     "X axis of the MLS203",
@@ -166,6 +167,7 @@ MLS203_Y = Stage(
     },
 )
 
+# Evidence: vendor program
 Z8 = Stage(
     "Z8",
     "Z8 series DC servo actuator, 1.0 mm lead screw with a 67:1 gear head",
@@ -199,6 +201,7 @@ Z8 = Stage(
     },
 )
 
+# Evidence: vendor program
 Z806 = Stage(
     "Z806",
     "Z806 actuator of the Z8 series",
@@ -230,6 +233,7 @@ Z806 = Stage(
     },
 )
 
+# Evidence: vendor program
 Z812 = Stage(
     "Z812",
     "Z812 actuator of the Z8 series",
@@ -265,6 +269,7 @@ Z812 = Stage(
     },
 )
 
+# Evidence: vendor program
 Z825 = Stage(
     "Z825",
     "Z825 actuator of the Z8 series",

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from stagewire_generator import model
+from stagewire_generator import model, model_scales
 from stagewire_generator.framing import FRAMINGS, Rules, rules_of
 
 
@@ -103,6 +103,7 @@ _CONTEXTS = Data(
         "*/values": "context",
         "*/page": "page",
         "*/summary": "text",
+        "*/unstated": "text",
     }
 )
 _EXCHANGE = Data(
@@ -280,6 +281,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "rules": Elsewhere("proofs"),
         "examples": Elsewhere("proofs"),
         "captures": Elsewhere("proofs"),
+        "evidence": Ignored("sources of facts, which are compared"),
         "overlays": Elsewhere("documents"),
     },
     model.Chapter: {
@@ -410,7 +412,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "hinders": _HINDERS,
         "symbol": "text",
     },
-    model.Quantity: {
+    model_scales.Quantity: {
         "name": _PAIRED,
         "unit": "quantity-unit",
         "page": "page",
@@ -421,16 +423,14 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "overlay": _OVERLAY,
         "rotary_unit": "quantity-unit",
     },
-    model.Factor: {
+    model_scales.Factor: {
         "key": Elsewhere("scales"),
         "value": Elsewhere("scales"),
-        "printed": "scale-note",
-        "source": "scale-note",
-        "page": "scale-note",
-        "note": "scale-note",
+        **dict.fromkeys(("printed", "source", "page", "note"), "scale-note"),
+        "overlay": _OVERLAY,
     },
-    model.Conflict: {"factors": Elsewhere("scales")},
-    model.Controller: {
+    model_scales.Conflict: {"factors": Elsewhere("scales")},
+    model_scales.Controller: {
         "name": _PAIRED,
         "units": Elsewhere("scales"),
         "place": _PLACE,
@@ -438,7 +438,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "aliases": Elsewhere("scales"),
         "page": "page",
     },
-    model.Stage: {
+    model_scales.Stage: {
         "name": _PAIRED,
         "title": "text",
         "page": "page",
@@ -448,13 +448,13 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "limits": Elsewhere("scales"),
         "catalogue": "stage-catalogue",
         "rotary": "quantity-unit",
+        "axis": "stage-catalogue",
     },
-    model.Limit: {
+    model_scales.Limit: {
         "value": "stage-limit",
         "unit": "stage-limit",
-        "source": "limit-note",
-        "page": "limit-note",
-        "note": "limit-note",
+        **dict.fromkeys(("source", "page", "note"), "limit-note"),
+        "overlay": _OVERLAY,
     },
     model.Erratum: {
         "id": _PAIRED,

@@ -178,7 +178,7 @@ _SOURCE = {
     "stage-added": "a new stage",
     "stage-removed": "the stage was removed",
     "stage-renamed": "the stage has another name; its scales are the same",
-    "stage-catalogue": "the stage has other names in the catalogue of the vendor",
+    "stage-catalogue": "the stage has other names in the catalogue of the vendor, or is another axis",
     "stage-limit": "device classes enforce another limit of the stage, or no limit",
     "controller-added": "a new group of units with the same scales",
     "controller-removed": "the group of units was removed; the scales are reported with the stages",

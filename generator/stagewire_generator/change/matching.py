@@ -11,8 +11,14 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 from typing import Protocol as Structural
 
-from stagewire_generator import model
-from stagewire_generator.model import Factor, Json, Quantity
+from stagewire_generator import model, model_scales
+from stagewire_generator.model import (
+    Json,
+)
+from stagewire_generator.model_scales import (
+    Factor,
+    Quantity,
+)
 
 T = TypeVar("T")
 
@@ -81,11 +87,11 @@ class ScaleKey(NamedTuple):
     source: str = ""
 
 
-def scales_on(stage: model.Stage) -> Iterator[tuple[ScaleKey, Factor | str]]:
+def scales_on(stage: model_scales.Stage) -> Iterator[tuple[ScaleKey, Factor | str]]:
     """Yield the scales of a stage; for a conflict, first the refusal, then the factor of each source."""
     for controller, scales in stage.scales.items():
         for quantity, scale in scales.items():
-            if isinstance(scale, model.Conflict):
+            if isinstance(scale, model_scales.Conflict):
                 yield ScaleKey(controller, quantity), "its sources contradict each other"
                 for source, factor in scale.factors.items():
                     yield ScaleKey(controller, quantity, source), factor
@@ -141,9 +147,9 @@ class Matches:
     set: Pairs[model.ParameterSet]
     enumeration: Pairs[model.Enumeration]
     flags: Pairs[model.FlagTable]
-    quantity: Pairs[model.Quantity]
-    controller: Pairs[model.Controller]
-    stage: Pairs[model.Stage]
+    quantity: Pairs[model_scales.Quantity]
+    controller: Pairs[model_scales.Controller]
+    stage: Pairs[model_scales.Stage]
 
     def renamed(self, kind: str) -> Mapping[str, str]:
         """Return old name -> new name of the renamed things of a kind."""
@@ -163,7 +169,7 @@ def match(old: model.Protocol, new: model.Protocol) -> Matches:
     def members(found: model.ParameterSet) -> Hashable:
         return frozenset((r, messages.renamed.get(m, m)) for r, m in found.members.items())
 
-    def scales(stage: model.Stage) -> Hashable:
+    def scales(stage: model_scales.Stage) -> Hashable:
         return stage.title, frozenset(
             (controllers.renamed.get(c, c), quantities.renamed.get(q, q), source, exact(scale))
             for (c, q, source), scale in scales_on(stage)
@@ -228,5 +234,5 @@ def _field(field: model.Field) -> Hashable:
     return field.offset, field.format.size, field.format.signed, field.format.kind
 
 
-def _quantity(quantity: model.Quantity) -> Hashable:
+def _quantity(quantity: model_scales.Quantity) -> Hashable:
     return quantity.unit, exact(quantity.factor or quantity.rule)

@@ -14,10 +14,12 @@ from stagewire_generator.change.matching import Pairs, Scale, known, pair, scale
 from stagewire_generator.model import (
     Enumeration,
     EnumValue,
-    Factor,
     FlagBit,
     FlagTable,
     Json,
+)
+from stagewire_generator.model_scales import (
+    Factor,
     Limit,
     Stage,
 )

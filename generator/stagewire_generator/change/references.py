@@ -15,15 +15,17 @@ from typing import Any
 from stagewire_generator.change.subjects import FRAMING, Subject, messages_of, related
 from stagewire_generator.lint.witness.reading import find_field
 from stagewire_generator.model import (
-    Conflict,
     Enumeration,
     Erratum,
-    Factor,
     Field,
     FlagTable,
     Json,
     Message,
     Protocol,
+)
+from stagewire_generator.model_scales import (
+    Conflict,
+    Factor,
     Quantity,
     Stage,
 )

@@ -12,7 +12,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.model import Factor, Message, Protocol
+from stagewire_generator.model import (
+    Message,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Factor,
+)
 from stagewire_generator.naming import C_OURS, c_layouts, c_prefix, c_table
 from stagewire_generator.scales import scales_of
 

@@ -244,3 +244,23 @@ def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
             f"{where}: a {format.name} field cannot hold {field.flags.name}, which has the format "
             f"{field.flags.format.name}",
         )
+
+
+def check_contexts(protocol: Protocol, head: Document, diagnostics: Diagnostics) -> None:
+    """Check that a unit states each context, or that it has the reason why none does.
+
+    :param head: the file of the protocol, for the positions of errors.
+    """
+    data = protocol.units
+    stated = {name for unit in data["units"].values() for name in unit.get("contexts", ())}
+    stated |= {"status"} if any("status" in unit for unit in data["units"].values()) else set()
+    for name, context in protocol.contexts.items():
+        if name not in stated and "unstated" not in context:
+            diagnostics.add(
+                head.place("contexts", name), "SW092", f"no unit states the context {name}"
+            )
+        elif name in stated and "unstated" in context:
+            place = head.place("contexts", name, "unstated")
+            diagnostics.add(
+                place, "SW092", f"a unit states the context {name}", "remove `unstated`"
+            )

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.lint.c_names import C_KEYWORDS, C_NAMES, CPP_KEYWORDS, check_c_names
 from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model_scales import Stage
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.strict_yaml import Document
 
@@ -174,6 +175,30 @@ def _classes(protocol: Protocol, diagnostics: Diagnostics) -> None:
             if other != stage.name:
                 what = f"{stage.name}: {name} in the catalogue is the name of another stage"
                 diagnostics.add(stage.place, "SW022", what)
+    _catalogue(protocol.stages, diagnostics)
+
+
+def _catalogue(stages: Iterable[Stage], diagnostics: Diagnostics) -> None:
+    """Check that the stages with a name in the catalogue are different axes, or on different controllers."""
+    seen: dict[tuple[str, str], list[Stage]] = {}  # name and controller -> stages
+    for stage in stages:
+        for name in stage.catalogue:
+            others = [
+                other
+                for controller in stage.scales
+                for other in seen.get((name.upper(), controller), ())
+                if not stage.axis or stage.axis.lower() in (other.axis.lower(), "")
+            ]
+            if others:
+                what = f"{stage.name}: {name} is also the catalogue name of {others[0].name}"
+                hint = (
+                    "correct one of them; if they are axes of one device, give each its own `axis`"
+                )
+                diagnostics.add(stage.place, "SW022", what, hint)
+                break
+        for name in stage.catalogue:
+            for controller in stage.scales:
+                seen.setdefault((name.upper(), controller), []).append(stage)
 
 
 def _apart(named: Iterable[tuple[str, Place]], diagnostics: Diagnostics) -> None:
@@ -356,3 +381,16 @@ def _units(protocol: Protocol, document: Document, diagnostics: Diagnostics) -> 
         for key, entry in written.get(section, {}).items():
             if "like" in entry:
                 known([entry["like"]], data["units"], "unit", section, key, "like")
+    described = {*data["units"], *written.get("aliases", {}), *data.get("unsupported", {})}
+    for prefix, entry in written.get("known_prefixes", {}).items():
+        own = ("known_prefixes", prefix, "unit")
+        others = enumerate(entry.get("shared_with", ()))
+        names_at: dict[tuple[str | int, ...], str] = {}
+        if "like" not in entry:
+            names_at[own] = entry["unit"]
+        names_at |= {(*own[:2], "shared_with", index): name for index, name in others}
+        for path, name in names_at.items():
+            if name not in described:
+                what = f"known_prefixes.{prefix}: unknown unit {name}"
+                hint = f"correct it, or describe {name} under `units`, `aliases` or `unsupported`"
+                diagnostics.add(document.place(*path), "SW021", what, hint)

@@ -8,7 +8,16 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping
 
 from stagewire_generator.diagnostics import Diagnostics
-from stagewire_generator.model import Conflict, Factor, Json, Message, Protocol, firmware_parts
+from stagewire_generator.model import (
+    Json,
+    Message,
+    Protocol,
+    firmware_parts,
+)
+from stagewire_generator.model_scales import (
+    Conflict,
+    Factor,
+)
 from stagewire_generator.strict_yaml import Document
 
 

@@ -43,13 +43,21 @@ SECTIONS: dict[str, tuple[str, ...]] = {
     ),
     "errata": ("errata",),
     "rules": ("rules",),
+    "evidence": ("sources", "evidence"),
     "examples": ("examples",),
     "captures": ("captures",),
 }
 """Kind of file -> its sections of named entries; a name is unique in a section."""
 
 _HEADS = {"overlay": "protocol"}  # sections of overlay.yaml are merged into protocol.yaml
-_LISTED = ("quantities", "stages", "messages", "errata", "rules")  # kinds whose files stay separate
+_LISTED = (
+    "quantities",
+    "stages",
+    "messages",
+    "errata",
+    "rules",
+    "evidence",
+)  # kinds whose files stay separate
 _ONE = ("units", "examples", "captures")  # kinds with one file per protocol
 
 
@@ -136,17 +144,19 @@ def _check_overrides(
 
 def _head(head: Document, overlays: Sequence[Document]) -> Document:
     """Return the file of the protocol with the formats, contexts and groups of overlays added."""
-    data = dict(head.data)
+    data, places = dict(head.data), dict(head.places)
     for document in overlays:
         for section in SECTIONS["overlay"]:
             if section in document.data:
                 data[section] = {**data.get(section, {}), **document.data[section]}
+                own = {(section, name) for name in document.data[section]}
+                places |= {path: at for path, at in document.places.items() if path[:2] in own}
         new = [
             name for name in document.data.get("groups", ()) if name not in data.get("groups", ())
         ]
         if new:
             data["groups"] = [*data.get("groups", ()), *new]
-    return replace(head, data=data)
+    return replace(head, data=data, places=places)
 
 
 def _without(document: Document, kind: str, replaced: Collection[Key]) -> Document:

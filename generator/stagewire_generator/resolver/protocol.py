@@ -8,6 +8,7 @@ from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
 from stagewire_generator.model import Json, Overlay, ParameterSet, Protocol, Rule, Sentence
 from stagewire_generator.naming import can_name_file, can_name_package
+from stagewire_generator.resolver.evidence import resolve_evidence
 from stagewire_generator.resolver.messages import (
     define_commands,
     define_errata,
@@ -73,12 +74,12 @@ _OF_ALIASES = {"like": "like", "note": "title", "overlay": "overlay"}
 
 
 def resolve_units(files: Mapping[str, list[Document]], sets: Mapping[str, ParameterSet]) -> Json:
-    """Return the data about units, with the ``list`` of each unit, and an alias for every name of a prefix.
+    """Return the data about units, with the ``list`` of each unit, and the aliases that prefixes define.
 
     A list names its units, and the lists after the first are the ``more_lists`` of a unit. A status ``none``
     is left out. In a list and in a family, the name of a parameter set means all its messages. A prefix may
-    define an alias by ``like``, or name a unit that is not described further. A unit replaces an
-    alias of the same name: once an overlay describes it, it is no longer newer than the document.
+    define an alias by ``like``. A unit replaces an alias of the same name: once an overlay describes it, it
+    is no longer newer than the document.
     """
     units: Json = files["units"][0].data if files.get("units") else {}
     for section in ("lists", "families"):
@@ -97,10 +98,9 @@ def resolve_units(files: Mapping[str, list[Document]], sets: Mapping[str, Parame
     described = {*units["units"], *units.get("unsupported", ())}
     aliases = {n: entry for n, entry in units.get("aliases", {}).items() if n not in described}
     for entry in units.get("known_prefixes", {}).values():
-        for name in (entry["unit"], *entry.get("shared_with", ())):
-            if name not in described and name not in aliases:
-                keys = _OF_ALIASES if name == entry["unit"] else {}
-                aliases[name] = {keys[key]: entry[key] for key in keys if key in entry}
+        name = entry["unit"]
+        if "like" in entry and name not in described and name not in aliases:
+            aliases[name] = {_OF_ALIASES[key]: entry[key] for key in _OF_ALIASES if key in entry}
     prefixes = {
         prefix: {key: value for key, value in entry.items() if key != "like"}
         for prefix, entry in units.get("known_prefixes", {}).items()
@@ -184,6 +184,7 @@ def resolve(files: Mapping[str, list[Document]], diagnostics: Diagnostics) -> Pr
         rules=tuple(tables.rules[id] for id in sorted(tables.rules)),
         examples=_data(files, "examples"),
         captures=_data(files, "captures"),
+        evidence=resolve_evidence(tables, stages),
         overlays=tuple(_overlay(document) for document in files.get("overlay", ())),
     )
 

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
+from typing import TypeAlias
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Conflict, Controller, Factor, Json, Limit, Quantity, Stage
+from stagewire_generator.model import (
+    Json,
+)
+from stagewire_generator.model_scales import (
+    Conflict,
+    Controller,
+    Factor,
+    Limit,
+    Quantity,
+    Stage,
+)
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.scales import FACTOR, RATIONAL
 from stagewire_generator.strict_yaml import Document
@@ -16,6 +28,7 @@ _LIMIT_UNITS = {
     for unit in ("mm", "deg")
     for key, shown in (("{}", "{}"), ("{}_per_s", "{}/s"), ("{}_per_s2", "{}/s^2"))
 }
+_Scale: TypeAlias = Factor | Conflict | str  # a text states why it is unknown
 _APART = Fraction(101, 100)
 """The least ratio of two figures that contradict each other."""
 _WITHOUT_SOURCE = (
@@ -30,7 +43,10 @@ def define_quantities(tables: Tables) -> None:
     for document, name, entry, place in entries:
         unit = entry.get("unit", "")
         found = _scale(tables, entry["scale"], unit, place)
-        factor, rule = (found, {}) if isinstance(found, Factor) else (None, found)
+        overlay = document.overlay_of("quantities", name, "scale")
+        factor, rule = (
+            (replace(found, overlay=overlay), {}) if isinstance(found, Factor) else (None, found)
+        )
         tables.quantities[name] = Quantity(
             name,
             unit,
@@ -92,12 +108,13 @@ def resolve_stages(tables: Tables) -> tuple[tuple[Controller, ...], tuple[Stage,
                 name,
                 entry["title"],
                 entry["page"],
-                other.scales,
+                _inherited(other, document.overlay),
                 place,
                 document.overlay,
                 {**other.limits, **_limits(tables, document, name, entry, other.rotary)},
                 tuple(entry.get("catalogue", ())),
                 other.rotary,
+                entry.get("axis", ""),
             )
     return tuple(controllers.values()), tuple(stages.values())
 
@@ -133,7 +150,9 @@ def _stage(
                 else _factor(tables, scale, unit, place)
             )
             if factor:
-                scales.setdefault(controller, {})[quantity] = factor
+                overlay = document.overlay_of(*path, "controllers", controller, quantity)
+                page = group.page if group and overlay != document.overlay else None
+                scales.setdefault(controller, {})[quantity] = _from(overlay, factor, page)
             if isinstance(factor, Factor) and not (printed or factor.source or factor.page):
                 what = f"{name}: the scale of {quantity} on {controller} has no source and no page"
                 tables.diagnostics.add(place, "SW037", what, _WITHOUT_SOURCE)
@@ -148,6 +167,7 @@ def _stage(
         _limits(tables, document, name, entry, rotary),
         tuple(entry.get("catalogue", ())),
         rotary,
+        entry.get("axis", ""),
     )
 
 
@@ -161,8 +181,9 @@ def _limits(
             limits[name] = limit["unknown"]
             continue
         source, page, note = limit.get("source", ""), limit.get("page"), limit.get("note", "")
+        overlay = document.overlay_of("stages", stage, "limits", name)
         if "endless" in limit:
-            limits[name] = Limit(None, "", source, page, note)
+            limits[name] = Limit(None, "", source, page, note, overlay)
             continue
         [key] = limit.keys() & _LIMIT_UNITS.keys()  # the schema requires exactly one
         if rotary != key.startswith("deg"):
@@ -170,8 +191,39 @@ def _limits(
             what = f"{stage}: {name} is in {_LIMIT_UNITS[key]}"
             hint = "a rotary stage has limits in deg, any other stage in mm"
             tables.diagnostics.add(place, "SW037", what, hint)
-        limits[name] = Limit(Fraction(str(limit[key])), _LIMIT_UNITS[key], source, page, note)
+        value = Fraction(str(limit[key]))
+        limits[name] = Limit(value, _LIMIT_UNITS[key], source, page, note, overlay)
     return limits
+
+
+def _from(overlay: str, scale: _Scale, page: int | None = None) -> _Scale:
+    """Return a scale with the overlay whose document its page belongs to.
+
+    :param page: the page of a factor without a page or source of its own.
+    """
+    if isinstance(scale, Conflict):
+        return Conflict({s: replace(f, overlay=overlay) for s, f in scale.factors.items()})
+    if not isinstance(scale, Factor):
+        return scale
+    return replace(scale, overlay=overlay, page=scale.page if scale.page or scale.source else page)
+
+
+def _inherited(stage: Stage, overlay: str) -> Mapping[str, Mapping[str, _Scale]]:
+    """Return the scales of a stage for one that is like it.
+
+    A scale without a page of its own keeps the page of its stage if that is in another document.
+
+    :param overlay: the overlay that defines the other stage.
+    """
+    if overlay == stage.overlay:
+        return stage.scales
+    return {
+        controller: {
+            name: _from(scale.overlay, scale, stage.page) if isinstance(scale, Factor) else scale
+            for name, scale in scales.items()
+        }
+        for controller, scales in stage.scales.items()
+    }
 
 
 def _conflict(tables: Tables, figures: Json, unit: str, place: Place) -> Conflict | None:

@@ -24,8 +24,10 @@ from stagewire_generator.model import (
     Json,
     Message,
     ParameterSet,
-    Quantity,
     Rule,
+)
+from stagewire_generator.model_scales import (
+    Quantity,
 )
 from stagewire_generator.naming import can_name_chapter
 from stagewire_generator.strict_yaml import Document, KeyPath

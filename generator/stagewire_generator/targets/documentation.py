@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import (
+    Chapter,
     Enumeration,
     EnumValue,
     Erratum,
@@ -19,6 +20,7 @@ from stagewire_generator.model import (
     Message,
     Protocol,
 )
+from stagewire_generator.model_evidence import spelled
 
 DIRECTIONS = {
     "to_controller": "to the controller",
@@ -91,10 +93,19 @@ def message_paragraphs(
     for overlay in protocol.overlays:
         if overlay.name in message.later_pages:
             pages = [message.later_pages[overlay.name]]
-            notes.append(f"Also described on {where(protocol, pages, markup, overlay.name)}")
-    if message.overlay:
-        notes.append(f"From {where(protocol, message.pages, markup, message.overlay)}")
+            notes.append(f"Also described in {where(protocol, pages, overlay.name)}")
+    part = f"layouts/{layout.form.replace(':', '_')}" if layout else ""
+    notes.append(evidence_text(protocol, "messages", message.name, part))
     yield from (sentence(note) for note in notes if note)
+
+
+def evidence_text(protocol: Protocol, section: str, name: str, part: str = "") -> str:
+    """Return the classes of the evidence of an entry besides the document; empty if there is none.
+
+    :param part: a part of the entry; evidence of other parts is then left out.
+    """
+    classes = protocol.evidence.classes(section, name, part)
+    return f"Evidence: {spelled(classes)}" if classes else ""
 
 
 def _exchange_facts(message: Message, layout: Layout | None, markup: Markup) -> Iterator[str]:
@@ -113,13 +124,14 @@ def command_paragraphs(
     :param dummy: the paragraph for a dummy function.
     """
     yield sentence(message.summary)
-    found = where(protocol, message.pages, markup, message.overlay)
+    found = where(protocol, message.pages, message.overlay)
     after = " after the prefix" if message.kind == "setup" else ""
     typed = f"Typed as {markup.name(message.keyboard)}{after}." if message.keyboard else ""
     yield " ".join(filter(None, (f"{facts}; {found}.", typed, exchange(message, markup))))
     if message.dummy:
         yield dummy
-    yield from (sentence(note) for note in (message.note, layout.note) if note)
+    notes = (message.note, layout.note, evidence_text(protocol, "messages", message.name))
+    yield from (sentence(note) for note in notes if note)
     yield from (f"Firmware {fact.version}: {sentence(fact.note)}" for fact in message.firmware)
 
 
@@ -164,17 +176,42 @@ def exchange(message: Message, markup: Markup) -> str:
     )
 
 
-def where(protocol: Protocol, pages: Sequence[int], markup: Markup, overlay: str = "") -> str:
-    """Return the pages of the document, or the titles of its sections.
+def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
+    """Return the pages of a document, or the titles of its sections, such as ``Issue 37, page 58``.
 
-    :param overlay: the overlay whose document has the pages; empty for the base document.
+    The document is named only if there are several.
+
+    :param overlay: the overlay whose document has the pages; empty for the document of the protocol.
     """
     document = protocol.document_of(overlay)
-    named = f" of the overlay {markup.name(overlay)}" if overlay else ""
+    name = protocol.document_name(overlay)
+    of = f"{name}, " if name else ""
+    plural = "s" if len(pages) > 1 else ""
     if "sections" in document:
-        titles = ", ".join(document["sections"][page - 1] for page in pages)
-        return f"section{'s' if len(pages) > 1 else ''} {titles}{named}"
-    return f"page{'s' if len(pages) > 1 else ''} {', '.join(str(page) for page in pages)}{named}"
+        return f"{of}section{plural} {', '.join(document['sections'][page - 1] for page in pages)}"
+    return f"{of}page{plural} {', '.join(map(str, pages))}"
+
+
+def where_all(protocol: Protocol, places: Iterable[tuple[int, str]]) -> str:
+    """Return the pages of several documents, in the order of the documents.
+
+    :param places: each page, with the overlay whose document has it.
+    """
+    pages: dict[str, set[int]] = {
+        name: set() for name in ("", *(o.name for o in protocol.overlays))
+    }
+    for page, overlay in places:
+        pages[overlay].add(page)
+    found = (
+        where(protocol, sorted(pages[overlay]), overlay) for overlay in pages if pages[overlay]
+    )
+    return "; ".join(found)
+
+
+def chapter_place(protocol: Protocol, chapter: Chapter) -> str:
+    """Return the page of a chapter, as the end of its title."""
+    found = where(protocol, [chapter.page], chapter.overlay)
+    return found if protocol.overlays else f"document {found}"
 
 
 def field_facts(field: Field, markup: Markup, *, given: bool = False) -> str:

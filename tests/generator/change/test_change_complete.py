@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from checkout import ROOT
-from stagewire_generator import model
+from stagewire_generator import model, model_scales
 from stagewire_generator.change import KINDS, ChangeClass, compare
 from stagewire_generator.change.attributes import (
     ATTRIBUTES,
@@ -31,8 +31,9 @@ KeyPath = tuple[str, ...]
 
 DATACLASSES = [
     thing
-    for thing in vars(model).values()
-    if dataclasses.is_dataclass(thing) and thing.__module__ == model.__name__
+    for module in (model, model_scales)
+    for thing in vars(module).values()
+    if dataclasses.is_dataclass(thing) and thing.__module__ == module.__name__
 ]
 
 
@@ -115,7 +116,7 @@ def test_every_fact_of_a_scale_has_its_entry() -> None:
     assert set(scale) == set(SCALE)
     for kind in ("quantities", "stages"):
         _, factor = definition(kind, "$defs", "factor", "properties")
-        assert set(factor) <= set(ATTRIBUTES[model.Factor]) | {"unknown", "conflict"}
+        assert set(factor) <= set(ATTRIBUTES[model_scales.Factor]) | {"unknown", "conflict"}
 
 
 def altered(value: Any) -> Any:

@@ -81,7 +81,7 @@ def test_a_scale_of_too_many_bits_is_not_a_constant(spec: Path) -> None:
 
 
 def test_the_pages_of_an_overlay_are_named(overlaid: dict[str, Protocol]) -> None:
-    assert "(page 1 of the overlay second)" in header(overlaid["tiny/second"])
+    assert "(Issue 2, page 1)" in header(overlaid["tiny/second"])
 
 
 def test_there_is_a_conversion_for_each_type_of_field(text: str, commands: Protocol) -> None:

@@ -114,6 +114,8 @@ static inline apt_status apt_hw_disconnect_decode(
  *
  * HW_REQ_INFO (0x0005), to the controller, header only; page 21. Answered by HW_GET_INFO.
  *
+ * Evidence: vendor program.
+ *
  * Erratum apt-hw-info-example-addresses: printed controller \#1 is asked at 0x11 and answers from
  * 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
  */
@@ -994,6 +996,8 @@ static inline apt_status apt_hw_response_decode(
  * MOD_SET_CHANENABLESTATE (0x0210), to the controller, header only; page 17.
  *
  * Disabling a channel releases the load that its motor holds; enabling it powers the motor.
+ *
+ * Evidence: vendor program.
  */
 typedef struct apt_mod_set_chanenablestate {
     /** See enum apt_channel; from 0 to 255. */
@@ -1267,6 +1271,8 @@ static inline apt_status apt_mod_get_chanenablestate_decode(
  * MOD_IDENTIFY (0x0223), to the controller, header only; page 16.
  *
  * The example addresses a bay; the document does not say whether a motherboard also accepts it.
+ *
+ * Evidence: vendor program.
  *
  * Erratum apt-identify-table-bytes: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
  *

@@ -910,6 +910,8 @@ static inline apt_status apt_mot_get_velparams_decode(
  *
  * MOT_SET_JOGPARAMS (0x0416), to the controller, 22 bytes of data; page 32.
  *
+ * Evidence: vendor program.
+ *
  * Erratum apt-velocity-units: printed encoder counts/sec and counts/sec/sec; encoded counts per
  * servo cycle × 65536, as section 7.1.
  *
@@ -2416,6 +2418,8 @@ static inline apt_status apt_mot_get_homeparams_decode(
  *
  * MOT_MOVE_HOME (0x0443), to the controller, header only; page 41. Completes with MOT_MOVE_HOMED.
  * Stops with MOT_MOVE_STOPPED. Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
+ *
+ * Evidence: vendor program.
  */
 typedef struct apt_mot_move_home {
     /** See enum apt_channel; from 0 to 255. */
@@ -2595,6 +2599,8 @@ static inline apt_status apt_mot_move_homed_decode(
  * started with the short form of MOT_MOVE_RELATIVE.
  *
  * MOT_SET_MOVERELPARAMS (0x0445), to the controller, 6 bytes of data; page 35.
+ *
+ * Evidence: vendor program.
  */
 typedef struct apt_mot_set_moverelparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3065,6 +3071,8 @@ static inline apt_status apt_mot_move_relative_decode(
  * started with the short form of MOT_MOVE_ABSOLUTE.
  *
  * MOT_SET_MOVEABSPARAMS (0x0450), to the controller, 6 bytes of data; page 36.
+ *
+ * Evidence: vendor program.
  */
 typedef struct apt_mot_set_moveabsparams {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3440,6 +3448,8 @@ static inline apt_status apt_mot_move_absolute_header_decode(
  *
  * MOT_MOVE_ABSOLUTE (0x0453), to the controller, 6 bytes of data; page 45. Completes with
  * MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
+ *
+ * Evidence: vendor program.
  */
 typedef struct apt_mot_move_absolute {
     /** See enum apt_channel; from 0 to 65535. */
@@ -3866,6 +3876,8 @@ static inline apt_status apt_mot_move_completed_dc_decode(
  *
  * MOT_MOVE_COMPLETED (0x0464), to the host, 14 bytes of data; page 44. Muted by
  * MOT_SUSPEND_ENDOFMOVEMSGS. This layout is used if status is stepper.
+ *
+ * Evidence: hardware frames.
  *
  * Erratum apt-move-completed-length: printed Chan Ident and 0x in bytes 2 and 3; encoded 0E 00.
  *
@@ -4427,6 +4439,8 @@ static inline apt_status apt_mot_move_stopped_stepper_decode(
  * direction FORWARD, which page 77 calls clockwise (CW). In two public drivers it falls on TDC001
  * and KDC101, so try a small step first.
  *
+ * Evidence: vendor program.
+ *
  * Erratum apt-clockwise-without-sign: printed 1 is forward and 2 reverse; page 77 calls forward
  * clockwise, and no page says in which direction positions rise; encoded 1 is FORWARD and 2
  * REVERSE, without a sign.
@@ -4916,6 +4930,8 @@ static inline apt_status apt_mot_get_statusupdate_decode(
  *
  * MOT_REQ_DCSTATUSUPDATE (0x0490), to the controller, header only; page 80. Answered by
  * MOT_GET_DCSTATUSUPDATE.
+ *
+ * Evidence: vendor program.
  */
 typedef struct apt_mot_req_dcstatusupdate {
     /** See enum apt_channel; from 0 to 255. */

@@ -127,6 +127,8 @@ class HwReqInfo(FramedMessage):
 
     ``HW_REQ_INFO`` (0x0005), to the controller, header only; page 21. Answered by ``HW_GET_INFO``.
 
+    Evidence: vendor program.
+
     Erratum ``apt-hw-info-example-addresses``: printed controller #1 is asked at 0x11 and answers
         from 0x22; encoded both as printed, a request to the motherboard and the answer of a card.
     """
@@ -818,6 +820,8 @@ class ModSetChanEnableState(FramedMessage):
 
     Disabling a channel releases the load that its motor holds; enabling it powers the motor.
 
+    Evidence: vendor program.
+
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param enable_state: :class:`~.EnableState`; from 0 to 255.
     """
@@ -1024,6 +1028,8 @@ class ModIdentify(FramedMessage):
     ``MOD_IDENTIFY`` (0x0223), to the controller, header only; page 16.
 
     The example addresses a bay; the document does not say whether a motherboard also accepts it.
+
+    Evidence: vendor program.
 
     Erratum ``apt-identify-table-bytes``: printed 23 02 22 02 00 00; encoded 23 02 00 00 d s.
     Erratum ``apt-identify-tdc001-bay``: printed bay 0 of the TDC001 controller, destination 0x21;

@@ -856,6 +856,8 @@ class MotSetJogParams(FramedMessage):
 
     ``MOT_SET_JOGPARAMS`` (0x0416), to the controller, 22 bytes of data; page 32.
 
+    Evidence: vendor program.
+
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param jog_mode: :class:`~.JogMode`; from 0 to 65535.
     :param jog_step_size: length of a step in SINGLE_STEP mode; in counts; scale to mm depends on
@@ -2306,6 +2308,8 @@ class MotMoveHome(FramedMessage):
     ``MOT_MOVE_HOME`` (0x0443), to the controller, header only; page 41. Completes with
     ``MOT_MOVE_HOMED``. Stops with ``MOT_MOVE_STOPPED``. Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
+    Evidence: vendor program.
+
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """
 
@@ -2438,6 +2442,8 @@ class MotSetMoveRelParams(FramedMessage):
     MOT_MOVE_RELATIVE.
 
     ``MOT_SET_MOVERELPARAMS`` (0x0445), to the controller, 6 bytes of data; page 35.
+
+    Evidence: vendor program.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param relative_distance: in counts; scale to mm depends on the stage; from -2147483648 to
@@ -2822,6 +2828,8 @@ class MotSetMoveAbsParams(FramedMessage):
 
     ``MOT_SET_MOVEABSPARAMS`` (0x0450), to the controller, 6 bytes of data; page 36.
 
+    Evidence: vendor program.
+
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param absolute_position: in counts; scale to mm depends on the stage; from -2147483648 to
         2147483647.
@@ -3121,6 +3129,8 @@ class MotMoveAbsolute(FramedMessage):
 
     ``MOT_MOVE_ABSOLUTE`` (0x0453), to the controller, 6 bytes of data; page 45. Completes with
     ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``.
+
+    Evidence: vendor program.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
     :param absolute_distance: the position to move to; in counts; scale to mm depends on the stage;
@@ -3484,6 +3494,8 @@ class MotMoveCompletedStepper(FramedMessage):
     the status of the channel at that moment.
 
     Muted by ``MOT_SUSPEND_ENDOFMOVEMSGS``. This layout is used if status is stepper.
+
+    Evidence: hardware frames.
 
     :param chan_ident: always CHAN1 (P_MOD_CHAN1 in the document); :class:`~.Channel`; from 0 to
         65535.
@@ -4044,6 +4056,8 @@ class MotMoveJog(FramedMessage):
     the direction FORWARD, which page 77 calls clockwise (CW). In two public drivers it falls on
     TDC001 and KDC101, so try a small step first.
 
+    Evidence: vendor program.
+
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param direction: :class:`~.MoveDirection`; from 0 to 255.
 
@@ -4408,6 +4422,8 @@ class MotReqDcStatusUpdate(FramedMessage):
 
     ``MOT_REQ_DCSTATUSUPDATE`` (0x0490), to the controller, header only; page 80. Answered by
     ``MOT_GET_DCSTATUSUPDATE``.
+
+    Evidence: vendor program.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     """

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
-from stagewire_generator.targets.documentation import shown_id
+from stagewire_generator.targets.documentation import shown_id, where
 from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping
 from stagewire_generator.targets.python.class_view import (
     ClassView,
@@ -31,7 +31,6 @@ from stagewire_generator.targets.python.source import (
     literal,
     message_doc,
     paragraph,
-    where,
 )
 
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_generator.model import Enumeration, Factor, Field, FlagTable, Json, Protocol
+from stagewire_generator.model import (
+    Enumeration,
+    Field,
+    FlagTable,
+    Json,
+    Protocol,
+)
+from stagewire_generator.model_evidence import spelled
+from stagewire_generator.model_scales import (
+    Factor,
+)
 from stagewire_generator.scales import ScaleEntry, scales_of
 from stagewire_generator.targets.c.source import (
     Names,
@@ -14,9 +24,8 @@ from stagewire_generator.targets.c.source import (
     names_of,
     plain,
     unsigned,
-    where,
 )
-from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.documentation import evidence_text, sentence, where
 
 _ENUM_LEAST, _ENUM_GREATEST = -0x8000, 0x7FFF  # the range of int on every platform
 
@@ -46,6 +55,7 @@ class TableView:
 def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration) -> TableView:
     """Make the view of an enumeration: an ``enum`` if its values fit an int everywhere, else macros."""
     name, head = names.table(enumeration), _head(protocol, "Values", enumeration)
+    text = _described(protocol, "enumerations", enumeration)
     values = [value.value for value in enumeration.values]
     if all(_ENUM_LEAST <= value <= _ENUM_GREATEST for value in values):
         members = tuple(
@@ -56,7 +66,12 @@ def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration)
             )
             for value in enumeration.values
         )
-        return TableView(name, comment([f"{head}.", enumeration.summary]), members, is_enum=True)
+        return TableView(
+            name,
+            comment([f"{head}.", text]),
+            members,
+            is_enum=True,
+        )
     signed = min(values) < 0
     size = 4 if max(values) < 1 << (32 - signed) and min(values) >= -(1 << 31) else 8
     members = tuple(
@@ -67,7 +82,12 @@ def enumeration_view(names: Names, protocol: Protocol, enumeration: Enumeration)
         )
         for value in enumeration.values
     )
-    return TableView(name, _group(head, enumeration.summary), members, is_enum=False)
+    return TableView(
+        name,
+        _group(head, text),
+        members,
+        is_enum=False,
+    )
 
 
 def flag_table_view(names: Names, protocol: Protocol, table: FlagTable) -> TableView:
@@ -81,12 +101,19 @@ def flag_table_view(names: Names, protocol: Protocol, table: FlagTable) -> Table
         )
         for bit in table.bits
     )
-    doc = _group(_head(protocol, "Bits", table), table.summary)
+    doc = _group(_head(protocol, "Bits", table), _described(protocol, "flags", table))
     return TableView(name, doc, members, is_enum=False)
 
 
 def _head(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
     return f"{kind} of {table.name} ({where(protocol, [table.page], table.overlay)})"
+
+
+def _described(protocol: Protocol, section: str, table: Enumeration | FlagTable) -> str:
+    """Return the summary of a table, and its evidence."""
+    found = evidence_text(protocol, section, table.name)
+    parts = [sentence(table.summary) if table.summary and found else table.summary]
+    return " ".join(filter(None, [*parts, f"{found}." if found else ""]))
 
 
 def _numbered(kind: str, number: int, note: str) -> str:
@@ -193,9 +220,11 @@ def _constant(
     facts = [f"{factor.key} {factor.value}"]
     facts += [f"printed as “{factor.printed}”"] if factor.printed else []
     facts += [f"source: {factor.source}"] if factor.source else []
+    classes = protocol.evidence.classes_of(factor.source, factor.note)
+    facts += [f"evidence: {spelled(classes)}"] if classes else []
     facts += [f"note: {factor.note}"] if factor.note else []
     return ScaleView(
-        comment([f"{_subject(protocol, entry, factor.page)}: {'; '.join(facts)}."]),
+        comment([f"{_subject(protocol, entry, factor.page, factor.overlay)}: {'; '.join(facts)}."]),
         names.macro(f"scale_{entry.name}"),
         f"{names.macro_prefix}_BRACED(INT64_C({counts.numerator}), INT64_C({counts.denominator}))",
         heading,
@@ -221,11 +250,16 @@ def _setting(names: Names, protocol: Protocol, entry: ScaleEntry, rule: Json) ->
     )  # fmt: skip
 
 
-def _subject(protocol: Protocol, entry: ScaleEntry, page: int | None = None) -> str:
+def _subject(
+    protocol: Protocol, entry: ScaleEntry, page: int | None = None, overlay: str | None = None
+) -> str:
     """Return the subject of a scale: the quantity, what it depends on, the unit and the page."""
     name = f"{entry.quantity.name} {entry.of}" if entry.of else entry.quantity.summary.rstrip(".")
     unit = f", in {entry.unit}" if entry.unit else ""
-    return f"{name}{unit} ({where(protocol, [page or entry.page], entry.overlay)})"
+    if page is None:
+        page, overlay = entry.page, entry.overlay
+    found = where(protocol, [page], entry.overlay if overlay is None else overlay)
+    return f"{name}{unit} ({found})"
 
 
 def _remark(text: str) -> str:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Enumeration, Field, FlagTable, Layout, Message, Protocol
 from stagewire_generator.naming import c_layouts, c_prefix, c_table
-from stagewire_generator.targets import documentation
 from stagewire_generator.targets.documentation import (
     DIRECTIONS,
     Markup,
@@ -16,7 +15,9 @@ from stagewire_generator.targets.documentation import (
     erratum_text,
     field_facts,
     message_paragraphs,
+    sentence,
     shown_id,
+    where,
 )
 from stagewire_generator.targets.templates import wrapped
 
@@ -189,25 +190,18 @@ def message_doc(
     :param size: its length in words.
     """
     markup = markup_of(names)
-    facts = (
-        f"{message.name} ({shown_id(protocol, message)}), {DIRECTIONS[message.direction]}, {size}"
-    )
-    if not message.overlay:
-        facts += f"; {where(protocol, message.pages)}"
+    named = f"{message.name} ({shown_id(protocol, message)})"
+    found = where(protocol, message.pages, message.overlay)
+    facts = f"{named}, {DIRECTIONS[message.direction]}, {size}; {found}."
     return comment([
-        *message_paragraphs(protocol, message, layout, markup, f"{facts}."),
+        *message_paragraphs(protocol, message, layout, markup, facts),
         *(erratum_text(erratum, markup) for erratum in errata_of(protocol, message.errata)),
     ])  # fmt: skip
 
 
 def field_doc(names: Names, field: Field) -> str:
     """Return the comment on a struct member."""
-    return comment([documentation.sentence(field_facts(field, markup_of(names)))], 4)
-
-
-def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
-    """Return the place in the document, as a comment names it."""
-    return documentation.where(protocol, pages, Markup(str, lambda table: table.name), overlay)
+    return comment([sentence(field_facts(field, markup_of(names)))], 4)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,11 +22,11 @@ from stagewire_generator.targets.c.source import (
     names_of,
     plain,
     string,
-    where,
 )
 from stagewire_generator.targets.c.testing.cases import cases_view
 from stagewire_generator.targets.c.testing.examples import examples_view
 from stagewire_generator.targets.c.testing.round_trip import layouts_view, round_trip_view
+from stagewire_generator.targets.documentation import chapter_place
 from stagewire_generator.targets.templates import Templates
 
 
@@ -97,10 +97,11 @@ def package_view(protocol: Protocol) -> PackageView:
 
 def _chapter(protocol: Protocol, chapter: Chapter) -> ChapterView:
     make = framing_of(protocol).message_view
-    found = where(protocol, [chapter.page], chapter.overlay)
     return ChapterView(
         name=chapter.name,
-        doc=comment_lines([f"{chapter.title} (document {found}).", chapter.summary]),
+        doc=comment_lines(
+            [f"{chapter.title} ({chapter_place(protocol, chapter)}).", chapter.summary]
+        ),
         messages=tuple(
             make(protocol, message)
             for message in protocol.messages

@@ -7,17 +7,19 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 
 from stagewire_generator.model import (
-    Conflict,
     Enumeration,
-    Factor,
     FlagTable,
-    Limit,
     Protocol,
+)
+from stagewire_generator.model_scales import (
+    Conflict,
+    Factor,
+    Limit,
     Quantity,
     Stage,
 )
 from stagewire_generator.naming import camel
-from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.documentation import evidence_text, sentence, where
 from stagewire_generator.targets.python.brackets import (
     Nested,
     Source,
@@ -27,7 +29,7 @@ from stagewire_generator.targets.python.brackets import (
     mapping,
     strings,
 )
-from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
+from stagewire_generator.targets.python.source import docstring, literal, paragraph
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +76,7 @@ class StageView:
     """A stage."""
 
     name: str
-    overlay: str  # the overlay whose document has the page; empty for the base document
+    place: str  # the page in one of several documents, and the evidence; may be empty
     made: Nested  # the call that creates it
 
 
@@ -85,7 +87,7 @@ def enumeration_view(protocol: Protocol, enumeration: Enumeration) -> NamedView:
         sign = "-" if value.value < 0 else ""
         note = docstring(paragraph(sentence(value.note), 4)) if value.note else ""
         members.append(MemberView(value.name, f"{sign}0x{abs(value.value):02X}", note))
-    doc = _named_doc(protocol, "Values", enumeration)
+    doc = _named_doc(protocol, "Values", "enumerations", enumeration)
     return NamedView(camel(enumeration.name), doc, tuple(members))
 
 
@@ -95,14 +97,15 @@ def flag_table_view(protocol: Protocol, table: FlagTable) -> NamedView:
     members = tuple(
         MemberView(bit.name, f"0x{bit.mask:0{digits}X}", bit.note) for bit in table.bits
     )
-    return NamedView(camel(table.name), _named_doc(protocol, "Bits", table), members)
+    return NamedView(camel(table.name), _named_doc(protocol, "Bits", "flags", table), members)
 
 
-def _named_doc(protocol: Protocol, kind: str, table: Enumeration | FlagTable) -> str:
+def _named_doc(protocol: Protocol, kind: str, section: str, table: Enumeration | FlagTable) -> str:
     head = f"{kind} of ``{table.name}`` ({where(protocol, [table.page], table.overlay)})."
     more = [
         table.summary,
         f"The list may be incomplete: {sentence(table.open)}" if table.open else "",
+        f"{found}." if (found := evidence_text(protocol, section, table.name)) else "",
     ]
     text = "\n\n    ".join(paragraph(part, 4) for part in more if part)
     return docstring(f"{head}\n\n    {text}\n    " if text else head)
@@ -110,7 +113,11 @@ def _named_doc(protocol: Protocol, kind: str, table: Enumeration | FlagTable) ->
 
 def quantity_view(protocol: Protocol, quantity: Quantity, factor: Factor) -> QuantityView:
     """Make the view of a quantity with a constant factor."""
-    found = where(protocol, [factor.page or quantity.page], quantity.overlay)
+    found = (
+        where(protocol, [factor.page], factor.overlay)
+        if factor.page
+        else where(protocol, [quantity.page], quantity.overlay)
+    )
     text = f"{quantity.summary.rstrip('.')} ({found})"
     doc = docstring(paragraph(sentence(text), 0))
     return QuantityView(quantity.name.upper(), scale_of(factor, quantity.unit), doc)
@@ -166,7 +173,10 @@ def _scale_tables(protocol: Protocol, stage: Stage) -> dict[str, Nested]:
     return {
         controller: mapping(
             "",
-            [keyed(literal(name), _scale(factor, units[name])) for name, factor in factors.items()],
+            [
+                keyed(literal(name), _scale(_placed(protocol, stage, factor), units[name]))
+                for name, factor in factors.items()
+            ],
             broken=True,
         )
         for controller, factors in stage.scales.items()
@@ -202,20 +212,25 @@ def _stage_view(protocol: Protocol, stage: Stage, shared: Mapping[Nested, str]) 
     ]
     if stage.limits:
         limits = [
-            keyed(literal(name), _limit(stage, limit)) for name, limit in stage.limits.items()
+            keyed(literal(name), _limit(protocol, limit)) for name, limit in stage.limits.items()
         ]
         arguments.append(mapping("limits=", limits, broken=True))
     if stage.catalogue:
         arguments.append(strings("catalogue=", stage.catalogue))
     if stage.rotary:
         arguments.append("rotary=True")
-    return StageView(stage.name, stage.overlay, call("Stage", arguments, broken=True))
+    found = where(protocol, [stage.page], stage.overlay) if protocol.overlays else ""
+    shown = evidence_text(protocol, "stages", stage.name)
+    place = f"{found}; {shown[0].lower()}{shown[1:]}" if found and shown else found or shown
+    return StageView(stage.name, place, call("Stage", arguments, broken=True))
 
 
-def _limit(stage: Stage, limit: Limit | str) -> Nested:
+def _limit(protocol: Protocol, limit: Limit | str) -> Nested:
     if isinstance(limit, str):
         return call("UnknownLimit", [Text("", " ".join(limit.split()))])
-    page = f"page {limit.page} of {stage.overlay or 'the document'}" if limit.page else ""
+    page = where(protocol, [limit.page], limit.overlay) if limit.page else ""
+    if page and not protocol.overlays:
+        page += " of the document"
     source = "; ".join(filter(None, [page, limit.source]))
     if limit.value is None:
         return call("EndlessTravel", [Text("", source)])
@@ -223,10 +238,27 @@ def _limit(stage: Stage, limit: Limit | str) -> Nested:
     return call("Limit.of", [literal(str(value)), literal(limit.unit), Text("source=", source)])
 
 
+def _placed(
+    protocol: Protocol, stage: Stage, scale: Factor | Conflict | str
+) -> Factor | Conflict | str:
+    """Return a scale whose source names its page, and the document if there are several.
+
+    With one document, the page of a scale without a source is that of the stage.
+    """
+    if isinstance(scale, Conflict):
+        factors = {name: _sourced(protocol, factor) for name, factor in scale.factors.items()}
+        return Conflict(factors)
+    if isinstance(scale, str) or not protocol.overlays:
+        return scale
+    if scale.page is None and not scale.source:
+        scale = replace(scale, page=stage.page, overlay=stage.overlay)
+    return _sourced(protocol, scale)
+
+
 def _scale(factor: Factor | Conflict | str, unit: str) -> Nested:
     """Return the scale of a quantity in the table of a controller."""
     if isinstance(factor, Conflict):
-        sources = [keyed(literal(s), _sourced(f, unit)) for s, f in factor.factors.items()]
+        sources = [keyed(literal(s), scale_of(f, unit)) for s, f in factor.factors.items()]
         figures = mapping("", sources, broken=True)
         return call("ScaleConflict.of", [literal(unit), figures], broken=True)
     if isinstance(factor, str):
@@ -235,8 +267,7 @@ def _scale(factor: Factor | Conflict | str, unit: str) -> Nested:
     return scale_of(factor, unit)
 
 
-def _sourced(factor: Factor, unit: str) -> Nested:
-    """Return one of several scales that contradict each other, with its source in any case."""
-    page = f"page {factor.page}" if factor.page else ""
-    source = "; ".join(filter(None, [page, factor.source]))
-    return scale_of(replace(factor, source=source), unit)
+def _sourced(protocol: Protocol, factor: Factor) -> Factor:
+    """Return a factor whose source begins with its page."""
+    page = where(protocol, [factor.page], factor.overlay) if factor.page else ""
+    return replace(factor, source="; ".join(filter(None, [page, factor.source])))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Final
 
 from stagewire_generator.model import (
@@ -17,7 +17,6 @@ from stagewire_generator.model import (
     Protocol,
 )
 from stagewire_generator.naming import camel
-from stagewire_generator.targets import documentation
 from stagewire_generator.targets.documentation import (
     DIRECTIONS,
     Markup,
@@ -27,6 +26,7 @@ from stagewire_generator.targets.documentation import (
     field_facts,
     first_sentence,
     message_paragraphs,
+    where,
 )
 from stagewire_generator.targets.templates import wrapped
 
@@ -121,10 +121,9 @@ def message_doc(
     :param named: the message and its id.
     :param size: its length in words.
     """
-    facts = f"{named}, {DIRECTIONS[message.direction]}, {size}"
-    if not message.overlay:  # the pages of an overlay have a paragraph of their own
-        facts += f"; {where(protocol, message.pages)}"
-    paragraphs = message_paragraphs(protocol, message, layout, MARKUP, f"{facts}.")
+    found = where(protocol, message.pages, message.overlay)
+    facts = f"{named}, {DIRECTIONS[message.direction]}, {size}; {found}."
+    paragraphs = message_paragraphs(protocol, message, layout, MARKUP, facts)
     return class_doc(
         *opened(paragraphs),
         layout.all_fields if layout else (),
@@ -159,8 +158,3 @@ def opened(paragraphs: Iterable[str], indent: int = 4) -> tuple[str, list[str]]:
         if indent + len('"""') + len(docstring(head)) <= WIDTH:
             return head, [*texts[:index], rest, *texts[index + 1 :]]
     return texts[0], texts[1:]
-
-
-def where(protocol: Protocol, pages: Sequence[int], overlay: str = "") -> str:
-    """Return the place in the document, as a docstring names it."""
-    return documentation.where(protocol, pages, MARKUP, overlay)

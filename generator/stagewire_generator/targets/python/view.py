@@ -6,9 +6,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from stagewire_generator.model import Conflict, Factor, Limit, Overlay, Protocol
+from stagewire_generator.model import (
+    Overlay,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Conflict,
+    Factor,
+    Limit,
+)
 from stagewire_generator.naming import class_aliases
-from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.documentation import chapter_place, sentence
 from stagewire_generator.targets.python.brackets import FUNCTIONS, Import, Nested
 from stagewire_generator.targets.python.class_view import ClassView
 from stagewire_generator.targets.python.devices import DevicesView, devices_view
@@ -27,7 +35,6 @@ from stagewire_generator.targets.python.source import (
     SUPPORT,
     docstring,
     paragraph,
-    where,
 )
 from stagewire_generator.targets.registry import registry_text
 from stagewire_generator.targets.templates import Templates, TemplatesError
@@ -176,7 +183,7 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
     return ChapterView(
         name=name,
         doc=_head(
-            f"{chapter.title} (document {where(protocol, [chapter.page], chapter.overlay)}).",
+            f"{chapter.title} ({chapter_place(protocol, chapter)}).",
             chapter.summary,
         ),
         classes=tuple(classes),

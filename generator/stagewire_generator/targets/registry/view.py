@@ -9,26 +9,29 @@ from typing import TypeAlias
 
 from stagewire_generator.model import (
     Chapter,
-    Conflict,
-    Controller,
     Enumeration,
     EnumValue,
     Erratum,
-    Factor,
     Field,
     Firmware,
     FlagBit,
     FlagTable,
     Json,
     Layout,
-    Limit,
     Message,
     Protocol,
-    Quantity,
     Rule,
+)
+from stagewire_generator.model_scales import (
+    Conflict,
+    Controller,
+    Factor,
+    Limit,
+    Quantity,
     Stage,
 )
 from stagewire_generator.naming import message_classes
+from stagewire_generator.targets.registry.references import with_documents, with_evidence
 from stagewire_generator.targets.templates import canonical
 
 
@@ -125,7 +128,7 @@ def render(protocol: Protocol) -> dict[str, str]:
 @lru_cache(maxsize=1)
 def registry_text(protocol: Protocol) -> str:
     """Return the resolved registry as canonical JSON, which the Python package also contains."""
-    return canonical(_registry_json(protocol))
+    return canonical(with_documents(protocol, with_evidence(protocol, _registry_json(protocol))))
 
 
 def _registry_json(protocol: Protocol) -> Json:
@@ -228,11 +231,17 @@ def _rule_entry(rule: Rule) -> Json:
 
 def _document(protocol: Protocol) -> Json:
     """Return the document, with its overlays."""
+    if not protocol.overlays:
+        return protocol.document
+
+    def named(overlay: str) -> Json:
+        return {**protocol.document_of(overlay), "name": protocol.document_name(overlay)}
+
     overlays = [
-        {"name": o.name, "title": o.title, "summary": o.summary, "document": o.document}
+        {"name": o.name, "title": o.title, "summary": o.summary, "document": named(o.name)}
         for o in protocol.overlays
     ]
-    return {**protocol.document, **({"overlays": overlays} if overlays else {})}
+    return {**named(""), "overlays": overlays}
 
 
 def _from(thing: _Registered) -> Json:
@@ -386,12 +395,19 @@ def _prefixes(units: Json) -> Json:
     }
 
 
-def _scale_on_stage(scale: Factor | Conflict | str) -> Json:
+def _on_stage(stage: Stage, scale: Factor | Conflict | str) -> Json:
     if isinstance(scale, str):
         return {"unknown": scale}
     if isinstance(scale, Conflict):
-        return {"conflict": {source: factor_json(f) for source, f in scale.factors.items()}}
-    return factor_json(scale)
+        return {"conflict": {source: _on_stage(stage, f) for source, f in scale.factors.items()}}
+    return {**factor_json(scale), **_other_document(stage, scale)}
+
+
+def _other_document(stage: Stage, fact: Factor | Limit | str) -> Json:
+    """Return the overlay of a fact whose page is in another document than that of its stage."""
+    if isinstance(fact, str) or fact.page is None or fact.overlay == stage.overlay:
+        return {}
+    return {"overlay": fact.overlay}
 
 
 def _stage(stage: Stage) -> Json:
@@ -400,11 +416,15 @@ def _stage(stage: Stage) -> Json:
         "title": stage.title,
         "page": stage.page,
         **({"catalogue": list(stage.catalogue)} if stage.catalogue else {}),
+        **({"axis": stage.axis} if stage.axis else {}),
         **({"rotary": True} if stage.rotary else {}),
         "controllers": {
-            controller: {quantity: _scale_on_stage(scale) for quantity, scale in scales.items()}
+            controller: {quantity: _on_stage(stage, scale) for quantity, scale in scales.items()}
             for controller, scales in stage.scales.items()
         },
-        "limits": {name: limit_json(limit) for name, limit in stage.limits.items()},
+        "limits": {
+            name: {**limit_json(limit), **_other_document(stage, limit)}
+            for name, limit in stage.limits.items()
+        },
         **_from(stage),
     }

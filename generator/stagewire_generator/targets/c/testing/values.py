@@ -7,7 +7,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from stagewire_generator.model import Factor, Field, Json, Protocol, Quantity
+from stagewire_generator.model import (
+    Field,
+    Json,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Factor,
+    Quantity,
+)
 from stagewire_generator.targets.c.source import WIDTH, Names, integer, octets
 from stagewire_generator.targets.vectors.values import default, is_optional
 

@@ -7,7 +7,15 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Layout, Message, Protocol, Quantity
+from stagewire_generator.model import (
+    Field,
+    Layout,
+    Message,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Quantity,
+)
 from stagewire_generator.naming import camel
 
 _SYMBOLS = {"V": "volts", "N": "newtons"}

@@ -6,17 +6,25 @@ from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from fractions import Fraction
 
-from stagewire_generator.model import Factor, Field, Message, Protocol
+from stagewire_generator.model import (
+    Field,
+    Message,
+    Protocol,
+)
+from stagewire_generator.model_scales import (
+    Factor,
+)
 from stagewire_generator.targets.documentation import (
     errata_of,
     field_facts,
     first_sentence,
     sentence,
     title_of,
+    where_all,
 )
 from stagewire_generator.targets.python.devices.arguments import Argument, Way
 from stagewire_generator.targets.python.devices.plan import Call
-from stagewire_generator.targets.python.source import MARKUP, WIDTH, docstring, paragraph, where
+from stagewire_generator.targets.python.source import MARKUP, WIDTH, docstring, paragraph
 
 _FIRST = {
     "get_": "Read the {}.",
@@ -101,7 +109,7 @@ def _number(counts: int, factor: Factor) -> str:
 def part_doc(protocol: Protocol, call: Call) -> str:
     """Return the docstring of a part, escaped."""
     names = ", ".join(f"``{message.name}``" for message in call.members.values())
-    found = where(protocol, _pages(call.members.values()), call.message.overlay)
+    found = where_all(protocol, _places(call.members.values()))
     first = paragraph(_opening(call, start=False)[0], 4)
     return docstring(f"{first}\n\n    {paragraph(f'{names}; {found}.', 4)}\n    ")
 
@@ -190,7 +198,7 @@ def _paragraphs(
     :param members: the messages that the method exchanges.
     :param how: sentences on its meaning and sequence.
     """
-    found = where(protocol, _pages(members), members[0].overlay)
+    found = where_all(protocol, _places(members))
     names = ", ".join(f"``{member.name}``" for member in members)
     yield paragraph(how, 8)
     notes = [note for note in (members[-1].note, call.layout.note) if note]
@@ -201,8 +209,9 @@ def _paragraphs(
     yield paragraph(f"{names}, {found}.{listed}", 8)
 
 
-def _pages(members: Iterable[Message]) -> list[int]:
-    return sorted({page for member in members for page in member.pages})
+def _places(members: Iterable[Message]) -> Iterator[tuple[int, str]]:
+    """Yield each page of the messages, with its overlay."""
+    return ((page, member.overlay) for member in members for page in member.pages)
 
 
 def _parameters(arguments: Sequence[Argument]) -> Iterator[str]:

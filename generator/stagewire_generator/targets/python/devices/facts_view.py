@@ -8,14 +8,17 @@ from fractions import Fraction
 
 from stagewire_generator.framing import rules_of
 from stagewire_generator.model import (
-    Factor,
     Field,
     FlagTable,
     Json,
     Protocol,
-    Quantity,
     firmware_parts,
 )
+from stagewire_generator.model_scales import (
+    Factor,
+    Quantity,
+)
+from stagewire_generator.targets.documentation import where_all
 from stagewire_generator.targets.python.brackets import (
     Nested,
     Source,
@@ -34,7 +37,7 @@ from stagewire_generator.targets.python.devices.parts import UnitPlan
 from stagewire_generator.targets.python.devices.plan import device_framing_of
 from stagewire_generator.targets.python.devices.tables_view import TableWriter, class_of
 from stagewire_generator.targets.python.named_view import scale_of
-from stagewire_generator.targets.python.source import literal, where
+from stagewire_generator.targets.python.source import literal
 
 
 def setting_entries(protocol: Protocol) -> tuple[Source, ...]:
@@ -275,7 +278,8 @@ def messages_from(protocol: Protocol, entry: Json) -> str:
     keys = protocol.lists_of(entry)
     if not keys:
         return f"those of its family {entry['family']}: {family.get('note', family['title'])}"
-    found = where(protocol, sorted({units["lists"][key]["page"] for key in keys}))
+    places = ((units["lists"][key]["page"], units["lists"][key].get("overlay", "")) for key in keys)
+    found = where_all(protocol, places)
     lists = "lists" if len(keys) > 1 else "list"
     if "list" in entry:
         return f"the printed {lists}, {found}"

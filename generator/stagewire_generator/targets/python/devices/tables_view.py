@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.naming import camel, message_classes
-from stagewire_generator.targets.documentation import sentence, title_of
+from stagewire_generator.targets.documentation import sentence, title_of, where
 from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.documentation import raw_text, unit_text
@@ -21,7 +21,7 @@ from stagewire_generator.targets.python.devices.plan import (
     other_lengths,
     plain_layout,
 )
-from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
+from stagewire_generator.targets.python.source import docstring, literal, paragraph
 
 _ENDS = ("completes_with", "stops_with")
 _RANK = {"set": 0, "query": 0, "halt": 1}  # tables that others refer to come first

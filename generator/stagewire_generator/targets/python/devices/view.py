@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stagewire_generator.framing import FRAMINGS
 from stagewire_generator.model import Json, Protocol
-from stagewire_generator.targets.documentation import sentence
+from stagewire_generator.targets.documentation import evidence_text, sentence, where
 from stagewire_generator.targets.python.brackets import Import, Nested
 from stagewire_generator.targets.python.devices.documentation import part_doc
 from stagewire_generator.targets.python.devices.facts_view import (
@@ -36,7 +36,7 @@ from stagewire_generator.targets.python.devices.tables_view import (
     ValuesView,
     values_view,
 )
-from stagewire_generator.targets.python.source import docstring, literal, paragraph, where
+from stagewire_generator.targets.python.source import docstring, literal, paragraph
 
 _ELEMENTS = {
     "RackDevice": "bay_class",
@@ -90,14 +90,19 @@ def _doc(protocol: Protocol, unit: UnitPlan, plan: ClassPlan, kind: str) -> str:
         bays = paragraph(_bays(protocol, entry), 4) if plan.level == "bay" else ""
         return docstring(f"{first}\n\n    {bays}\n    " if bays else first)
     texts = [
-        f"{unit.name}, {where(protocol, [entry['page']])}. Its messages: {messages_from(protocol, entry)}",
+        f"{unit.name}, {_place(protocol, entry)}. Its messages: {messages_from(protocol, entry)}",
         entry.get("note", ""),
+        evidence_text(protocol, "units", unit.name),
     ]
     parts = [
         paragraph(sentence(entry["title"].rstrip(".") + kind), 4),
         *(paragraph(sentence(text), 4) for text in texts if text),
     ]
     return docstring("\n\n    ".join(parts) + "\n    ")
+
+
+def _place(protocol: Protocol, entry: Json) -> str:
+    return where(protocol, [entry["page"]], entry.get("overlay", ""))
 
 
 def _bays(protocol: Protocol, entry: Json) -> str:
