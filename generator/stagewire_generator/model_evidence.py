@@ -29,7 +29,7 @@ class Source:
 
     @property
     def text(self) -> str:
-        """Where to look it up."""
+        """The reference to it, in one line."""
         file = [self.data[key] for key in ("repository", "path") if key in self.data]
         parts = [" ".join(self.data[key] for key in ("program", "version") if key in self.data)]
         parts += ["/".join(file)]
@@ -39,7 +39,7 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What a source shows about an entry, or a part of it."""
+    """One source that supports an entry, or a part of it."""
 
     source: Source
     part: str  # keys in the entry, such as layouts/data_long; empty for the whole entry
