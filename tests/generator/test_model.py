@@ -22,15 +22,11 @@ from stagewire.protocols import (
     UndocumentedMessage,
     load_protocol,
 )
-from stagewire_generator import check, model
+from stagewire_generator import check
 from stagewire_generator.diagnostics import Diagnostic, Place, SpecError
-from stagewire_generator.model import (
-    Field,
-    Protocol,
-)
-from stagewire_generator.model_scales import (
-    Factor,
-)
+from stagewire_generator.model import Field, Protocol
+from stagewire_generator.model import Message as RegistryMessage
+from stagewire_generator.model_scales import Factor, Limit
 
 
 def parts(value: Any) -> Iterator[Any]:
@@ -47,7 +43,7 @@ def parts(value: Any) -> Iterator[Any]:
             yield from parts(item)
 
 
-def message(protocol: Protocol, name: str) -> model.Message:
+def message(protocol: Protocol, name: str) -> RegistryMessage:
     return next(message for message in protocol.messages if message.name == name)
 
 
@@ -223,13 +219,15 @@ def with_stages(spec: Path, old: str, new: str) -> Path:
 def test_a_stage_has_limits_and_may_be_like_another(spec: Path) -> None:
     [protocol] = check(with_stages(spec, "mm: 10", "mm: 10"))
     slide, long = protocol.stages
-    assert slide.limits["travel"] == model.Limit(Fraction(10), "mm", "the title", 3, "as printed")
-    assert slide.limits["max_velocity"] == model.Limit(
+    assert slide.limits["travel"] == Limit(
+        Fraction(10), "mm", "the title", 3, "as printed"
+    )
+    assert slide.limits["max_velocity"] == Limit(
         Fraction("2.5"), "mm/s", "a data sheet", None
     )
     assert slide.limits["max_acceleration"] == "no page says so"
     assert long.scales == slide.scales
-    assert long.limits == {**slide.limits, "travel": model.Limit(Fraction(20), "mm", "", 3)}
+    assert long.limits == {**slide.limits, "travel": Limit(Fraction(20), "mm", "", 3)}
 
 
 @pytest.mark.parametrize(

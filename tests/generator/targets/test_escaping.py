@@ -120,7 +120,9 @@ def many_fields(spec: Path) -> None:
                 entry["data"] = data
             else:
                 context = "c" * len(messages)
-                contexts[context] = {"values": ["servo", "coil"], "page": 8, "summary": "x"}
+                contexts[context] = {
+                    "values": ["servo", "coil"], "page": 8, "summary": "x", "unstated": "no unit"
+                }  # fmt: skip
                 entry["layouts"] = {
                     "header": {"param1": {"name": f"{stem}_1"}, "param2": {"constant": 3}},
                     "data_one": {**data, "when": {context: "servo"}},

@@ -72,7 +72,7 @@ class Moved:
         self._going: dict[_Where, frozenset[str] | None] = {}
         self._asked = False  # something was asked to move or to stop
         self.unasked: dict[str, bytes] = {}
-        """Ends of motions that nobody asked for: message -> the first one received."""
+        """Ends of motions that no message asked for: message -> the first one received."""
 
     def _ends_of(self, message: str) -> frozenset[str]:
         exchange = self._entries[message]["exchange"]
