@@ -219,12 +219,8 @@ def with_stages(spec: Path, old: str, new: str) -> Path:
 def test_a_stage_has_limits_and_may_be_like_another(spec: Path) -> None:
     [protocol] = check(with_stages(spec, "mm: 10", "mm: 10"))
     slide, long = protocol.stages
-    assert slide.limits["travel"] == Limit(
-        Fraction(10), "mm", "the title", 3, "as printed"
-    )
-    assert slide.limits["max_velocity"] == Limit(
-        Fraction("2.5"), "mm/s", "a data sheet", None
-    )
+    assert slide.limits["travel"] == Limit(Fraction(10), "mm", "the title", 3, "as printed")
+    assert slide.limits["max_velocity"] == Limit(Fraction("2.5"), "mm/s", "a data sheet", None)
     assert slide.limits["max_acceleration"] == "no page says so"
     assert long.scales == slide.scales
     assert long.limits == {**slide.limits, "travel": Limit(Fraction(20), "mm", "", 3)}
