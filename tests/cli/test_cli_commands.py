@@ -356,9 +356,9 @@ def test_show_prints_an_entry(stagewire: Stagewire) -> None:
 
 
 def test_show_names_sections_of_a_document_without_pages(stagewire: Stagewire) -> None:
-    assert "section: Read Status Byte" in stagewire("show", "status_bits").out
+    assert "section Read Status Byte" in stagewire("show", "status_bits").out
     assert (
-        "sections: Read Ramp Time, Write Ramping Time"
+        "section Read Ramp Time, Write Ramping Time"
         in stagewire("show", "ms2000-ramp-time-range").out
     )
     assert "page: 79" in stagewire("show", "dc_status_bits").out

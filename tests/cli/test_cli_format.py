@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 GOOD = SMALL_SPECS / "good_spec"
 KINDS = (
-    "additions captures decisions errata examples messages overlay printed protocol quantities rules "
-    "stages units"
+    "additions captures decisions errata evidence examples messages overlay printed protocol quantities "
+    "rules stages units"
 )
 
 
@@ -149,8 +149,8 @@ def test_schemas_are_written_and_checked(stagewire: Stagewire, tmp_path: Path) -
     assert written == {f"{kind}.schema.json" for kind in KINDS.split()}
     for name in written:
         assert (out / name).read_bytes() == (ROOT / "spec" / "schema" / name).read_bytes()
-    assert stagewire("schemas", out, "--check").out.endswith("13 schemas, up to date\n")
-    assert stagewire("schemas", out).out == f"{out}: 13 schemas, 0 files written\n"
+    assert stagewire("schemas", out, "--check").out.endswith("14 schemas, up to date\n")
+    assert stagewire("schemas", out).out == f"{out}: 14 schemas, 0 files written\n"
 
 
 def test_only_schemas_are_updated(stagewire: Stagewire, tmp_path: Path) -> None:

@@ -24,6 +24,8 @@ ENDED: Final = "end"
 """The message comes periodically, but ends before it is stopped."""
 EFFECT: Final = "effect"
 """The command does not have its effect."""
+MOTION_AT_REST: Final = "motion bits at rest"
+"""The message reports motion although nothing moves."""
 
 _ALIKE: Final = 8
 """Counts by which two missed targets may differ and still be alike."""

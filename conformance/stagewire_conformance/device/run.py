@@ -26,6 +26,7 @@ from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersE
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
+from stagewire_conformance.device.lines.standstill import bring_to_rest
 from stagewire_conformance.device.permissions import Need, Permissions, RangeError
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Outcome, Report, digests_of
@@ -37,6 +38,13 @@ _NOT_ALIKE: Final = (
     "give counts_per_mm of each in a PICS"
 )
 """Why a check of several motors does not run if their scales differ."""
+
+_LOOK: Final = 0.1
+"""Seconds in which the position of a part that moves changes."""
+_TREMBLES: Final = 8
+"""Counts by which the position of a part at rest may change."""
+_UNASKED: Final = Cause("motion", UNSOLICITED)
+"""The cause of a motion that no message asked for."""
 
 Progress = Callable[[Check, int, int], None]
 """Called before each check with the check, the number of checks before it, and the total."""
@@ -240,6 +248,8 @@ class _Run:
         line.rest()
         restoration.restore()
         line.rest()
+        if Need.SETTINGS in check.needs and line.rest_rule:
+            self._see_rest(trial)
         for text in line.settle():
             trial.info(f"received after the check, unsolicited: {text}")
         for name, raw in line.unasked_ends.items() if trial.result is Result.PASS else ():
@@ -248,9 +258,24 @@ class _Run:
                 f"{name} reports the end of a motion, but nothing was asked to move",
                 came=raw,
                 rule=line.rest_rule,
-                cause=Cause(name, UNSOLICITED),
+                cause=_UNASKED,
             )
         line.forget()
+
+    def _see_rest(self, trial: Trial) -> None:
+        """Report and stop everything that moves although nothing was asked to move."""
+        line = self._line
+        causes = (_UNASKED, *(Cause(name, UNSOLICITED) for name in sorted(line.ends)))
+        for part in () if line.parts() else line.others():
+            seen = part.look() if part.look else None
+            if seen is None or not seen.moving:
+                continue
+            line.pause(_LOOK)
+            then = part.look() if part.look else None
+            if then is not None and abs(then.position - seen.position) > _TREMBLES:
+                text = f"{part.name} moves, but nothing was asked to move"
+                trial.must(False, text, rule=line.rest_rule, cause=causes, because=part.stuck)
+                line.adrift += bring_to_rest(line, [part], ())
 
     def _note_rest(self, check: Check, trial: Trial) -> None:
         """Note the parts that did not stop in a check. Nothing is moved after it."""

@@ -65,7 +65,8 @@ def test_an_undocumented_value_breaks_the_rule(rule: str, fault: tuple[str, str,
     unit, message, field, value = fault
     on = bench(unit)
     link = faulty_link(on, LinkFault(to_host=of(message, with_value(field, value))))
-    assert rule in rules_named(run_on(on, ("answers",), link=link, allowed=Permissions()))
+    kinds = ("answers", "bays")
+    assert rule in rules_named(run_on(on, kinds, link=link, allowed=Permissions()))
 
 
 @pytest.mark.parametrize(("rule", "fault"), every_nth(cases_of("ignored"), 8))

@@ -72,7 +72,7 @@ class AptLine(GuardedLink):
         self._guard = AptGuard(declared, allowed)
         self._matching = Matching(protocol)
         self._moved = Moved(declared, self._matching)
-        self.unasked_ends = self._moved.unasked
+        self.unasked_ends, self.ends = self._moved.unasked, self._moved.ends
         self._parts = AptParts(self, self._moved, self._write_now)
         self._framer = protocol.framer(End.HOST)
         self._answers: dict[str, tuple[type[FramedMessage], ...]] = {}

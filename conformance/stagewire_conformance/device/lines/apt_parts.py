@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol
 
 from stagewire.protocols import FramedMessage
-from stagewire_conformance.device.causes import DELIVERY, Cause, silence
+from stagewire_conformance.device.causes import DELIVERY, MOTION_AT_REST, Cause, silence
 from stagewire_conformance.device.lines.dialogue import addressed_text
 from stagewire_conformance.device.lines.motions import STATUS_BITS, Ending, Moved, reports_motion
 from stagewire_conformance.device.lines.standstill import Measure, Part, Sighting
@@ -79,9 +79,10 @@ class AptParts:
             return Part(name, tuple(measures), None)
         request = self._line.declared.make(query.req.layout.message, channel)
         exchange = self._line.declared.registry.messages[request.layout.message]["exchange"]
-        replies = (Cause(status, DELIVERY) for status in exchange["answered_by"])
-        look = self._look(place, request)
-        return Part(name, tuple(measures), look, (silence(place.name), *replies))
+        replies = tuple(exchange["answered_by"])
+        silent = (silence(place.name), *(Cause(status, DELIVERY) for status in replies))
+        stuck = tuple(Cause(status, MOTION_AT_REST) for status in replies)
+        return Part(name, tuple(measures), self._look(place, request), silent, stuck)
 
     def _end(self, ending: Ending, place: Target, name: str) -> None:
         host = self._line.declared.framed.host

@@ -167,6 +167,8 @@ class GuardedLink(ABC):
     """The rule that nothing moves at rest; empty if no message would show that something does."""
     unasked_ends: Mapping[str, bytes] = MappingProxyType({})
     """Reported ends of motions that this check did not ask for: message -> the first one received."""
+    ends: frozenset[str] = frozenset()
+    """The messages that report the end of a motion."""
 
     def __init__(self, link: Link, declared: Declaration, allowed: Permissions) -> None:
         self.declared = declared

@@ -66,7 +66,8 @@ class Moved:
         self._declared = declared
         self._matching = matching
         self._entries = declared.registry.messages
-        self._ends = frozenset[str]().union(*map(self._ends_of, self._entries))
+        self.ends = frozenset[str]().union(*map(self._ends_of, self._entries))
+        """The messages that report the end of a motion."""
         # Place of a motion -> the messages that report its end; an empty set if only a stop ends it.
         # None: the motion has ended.
         self._going: dict[_Where, frozenset[str] | None] = {}
@@ -92,7 +93,7 @@ class Moved:
 
     def hears(self, message: FramedMessage, raw: bytes) -> None:
         """Note a received message, which may be the end of a motion."""
-        if message.layout.message not in self._ends:
+        if message.layout.message not in self.ends:
             return
         if not self._asked:
             self.unasked.setdefault(message.layout.message, raw)

@@ -70,12 +70,14 @@ class Part:
     :param look: returns its state, or None without an answer. None for a part without a position, such as a
         solenoid: it is at rest after its first measure.
     :param silent: the defects with which it does not answer.
+    :param stuck: the defects with which it reports motion at rest.
     """
 
     name: str
     measures: tuple[Measure, ...]
     look: Callable[[], Sighting | None] | None
     silent: tuple[Cause, ...] = ()
+    stuck: tuple[Cause, ...] = ()
 
     def if_seen(self, now: Callable[[], float]) -> Part:
         """Return the part, with a missing answer counted as rest."""
@@ -91,7 +93,8 @@ class Adrift:
 
     :param text: a sentence about it.
     :param blames: whether the controller is to blame.
-    :param because: the defects that explain it: a part that does not answer need not have ignored its stops.
+    :param because: the defects that explain it: a part that does not answer, or always reports motion, need
+        not have ignored its stops.
     """
 
     text: str
@@ -188,11 +191,15 @@ class _Watched:
         last = self.seen[-1]
         first = next(each for each in self.seen if last.time - each.time <= 2 * _HALF)
         speed = abs(last.position - first.position) / max(last.time - first.time, _POLL)
+        because: tuple[Cause, ...] = ()
         if speed:
             what = f"still moves at about {speed:.0f} counts/s"
+        elif last.moving:
+            what, because = "still reports motion", self.part.stuck
         else:
-            what = "still reports motion" if last.moving else "does not come to rest"
-        return Adrift(f"{self.part.name} {what} after {taken}; it is at {last.position}")
+            what = "does not come to rest"
+        text = f"{self.part.name} {what} after {taken}; it is at {last.position}"
+        return Adrift(text, because=because)
 
 
 def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str]) -> list[Adrift]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState, MoveDirection
-from stagewire_conformance.device.causes import EFFECT, Cause, Miss
+from stagewire_conformance.device.causes import EFFECT, MOTION_AT_REST, Cause, Miss
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.enable_state import ENABLING, switch
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, pace_of
@@ -143,7 +143,7 @@ class Axis:
             not status.moving,
             f"{self.text} reports motion before this run has started one: {status.heard.text}",
             rule=rule_of_status(self.place, "bits-motion"),
-            cause=Cause(status.heard.name, "motion bits at rest"),
+            cause=Cause(status.heard.name, MOTION_AT_REST),
             because=(Cause("MOT_GET_STATUSBITS", "status_bits"),),
             came=status.heard.raw,
         )
@@ -215,7 +215,7 @@ class Axis:
     @property
     def spoilt(self) -> tuple[Cause, ...]:
         """The defects with which the status does not show where a motor is, and whether it moves."""
-        return Cause(self.status_name, "position"), Cause(self.status_name, "motion bits at rest")
+        return Cause(self.status_name, "position"), Cause(self.status_name, MOTION_AT_REST)
 
     def status_within(self, seconds: float) -> Status | None:
         """Request the status; return None without a reply in time."""

@@ -6,7 +6,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from stagewire_apt.enumerations import MoveDirection
-from stagewire_conformance.device.causes import DELIVERY, EFFECT, NOW_AND_THEN, UNSOLICITED, Cause
+from stagewire_conformance.device.causes import (
+    DELIVERY,
+    EFFECT,
+    MOTION_AT_REST,
+    NOW_AND_THEN,
+    UNSOLICITED,
+    Cause,
+)
 from stagewire_conformance.device.checks.apt.broken_rules import (
     command_in,
     rule_of_command,
@@ -167,7 +174,7 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
         f"{axis.text}: {end.name} after {told} reports {_names(status)}; it should report "
         "no motion",
         rule=rule_of_status(axis.place, "bits-motion"),
-        cause=Cause(end.name, "motion bits at rest"),
+        cause=Cause(end.name, MOTION_AT_REST),
         because=axis.spoilt,
         came=end.raw,
     )
@@ -260,7 +267,7 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         f"{axis.text}: {told} has ended, but {status.heard.name} reports {_names(status)}; it "
         "should report no motion",
         rule=rule_of_status(axis.place, "bits-motion"),
-        cause=Cause(status.heard.name, "motion bits at rest"),
+        cause=Cause(status.heard.name, MOTION_AT_REST),
         came=status.heard.raw,
     )
     position: int | None = getattr(end.message, "position", None) if end else None

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from stagewire_conformance.device.causes import MOTION_AT_REST
 from stagewire_conformance.device.checks.apt.reading.channel_status import ChannelStatus
 
 if TYPE_CHECKING:
@@ -181,14 +182,14 @@ def _motion(trial: Trial, channel: ChannelStatus) -> Difference | None:
         return Difference(
             f"{second.name} reports {names}, but the position stays at {position} for "
             f"{_PAUSE:g} s and no motion was requested",
-            "motion bits at rest",
+            MOTION_AT_REST,
             second.raw,
         )
     if abs(went) > _CREEP and not bits | more and _is_held(trial, channel):
         return Difference(
             f"{second.name} has the position {position}, {went:+d} counts in {_PAUSE:g} s, but "
             "no motion bit is set and no motion was requested",
-            "motion bits at rest",
+            MOTION_AT_REST,
             second.raw,
         )
     return None

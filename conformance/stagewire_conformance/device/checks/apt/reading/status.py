@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.causes import MOTION_AT_REST, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.reading.agreement import (
@@ -170,7 +170,7 @@ def _rule_of_difference(channel: ChannelStatus, aspect: str) -> str:
         "status_bits": "piezo-status-bits-meaning" if is_piezo else "status-bits-same",
         "channel_enabled": "piezo-status-bits-meaning" if is_piezo else "dc-status-bit-enabled",
         "closed_loop": "piezo-status-bits-meaning",
-        "motion bits at rest": _rule(channel, "bits-motion"),
+        MOTION_AT_REST: _rule(channel, "bits-motion"),
         "velocity at rest": "dc-status-velocity",
     }
     return rules[aspect]
