@@ -174,7 +174,8 @@ def forms(spec: Spec, names: list[str]) -> None:
 
 def contexts(spec: Spec, names: list[str]) -> None:
     spec.files["tiny/protocol.yaml"]["contexts"] |= {
-        name: {"values": ["one", "two"], "page": PAGE, "summary": "Which."} for name in names
+        name: {"values": ["one", "two"], "page": PAGE, "summary": "Which.", "unstated": "No unit."}
+        for name in names
     }
     for number, name in enumerate(names):
         data = spec.data({"x": {"format": "word"}}, 2)
@@ -183,7 +184,7 @@ def contexts(spec: Spec, names: list[str]) -> None:
 
 
 def context_values(spec: Spec, names: list[str]) -> None:
-    context = {"values": names, "page": PAGE, "summary": "Which."}
+    context = {"values": names, "page": PAGE, "summary": "Which.", "unstated": "No unit."}
     spec.files["tiny/protocol.yaml"]["contexts"]["word"] = context
     data = spec.data({"x": {"format": "word"}}, 2)
     layouts = {f"data_f{n}": {**data, "when": {"word": name}} for n, name in enumerate(names)}

@@ -267,7 +267,7 @@ class _Run:
         line = self._line
         causes = (_UNASKED, *(Cause(name, UNSOLICITED) for name in sorted(line.ends)))
         for part in () if line.parts() else line.others():
-            seen = part.look() if part.look else None
+            seen = part.look() if part.look and part.listed else None
             if seen is None or not seen.moving:
                 continue
             line.pause(_LOOK)

@@ -82,7 +82,8 @@ class AptParts:
         replies = tuple(exchange["answered_by"])
         silent = (silence(place.name), *(Cause(status, DELIVERY) for status in replies))
         stuck = tuple(Cause(status, MOTION_AT_REST) for status in replies)
-        return Part(name, tuple(measures), self._look(place, request), silent, stuck)
+        listed = request.layout.message in place.messages
+        return Part(name, tuple(measures), self._look(place, request), silent, stuck, listed)
 
     def _end(self, ending: Ending, place: Target, name: str) -> None:
         host = self._line.declared.framed.host

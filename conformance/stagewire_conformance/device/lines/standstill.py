@@ -71,6 +71,7 @@ class Part:
         solenoid: it is at rest after its first measure.
     :param silent: the defects with which it does not answer.
     :param stuck: the defects with which it reports motion at rest.
+    :param listed: whether the PICS lists the request of its state as supported.
     """
 
     name: str
@@ -78,6 +79,7 @@ class Part:
     look: Callable[[], Sighting | None] | None
     silent: tuple[Cause, ...] = ()
     stuck: tuple[Cause, ...] = ()
+    listed: bool = True
 
     def if_seen(self, now: Callable[[], float]) -> Part:
         """Return the part, with a missing answer counted as rest."""
