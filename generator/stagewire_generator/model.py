@@ -145,13 +145,18 @@ class Field:
         return (*([self.enum] if self.enum else []), *self.enums_by_unit.values())
 
     @property
+    def flag_tables(self) -> tuple[FlagTable, ...]:
+        """Its flag table, and those that apply to individual units."""
+        return (*([self.flags] if self.flags else []), *self.flags_by_unit.values())
+
+    @property
     def lists_all(self) -> bool:
         """Whether every value or bit is listed, so that device classes send no others.
 
         Values that differ between units are not listed in one place.
         """
-        tables = [table for table in (self.enum, self.flags) if table]
-        tables += self.flags_by_unit.values()
+        named = [self.enum] if self.enum else []
+        tables: tuple[Enumeration | FlagTable, ...] = (*named, *self.flag_tables)
         if self.enums_by_unit:
             return False
         return bool(tables) and not self.open and not any(table.open for table in tables)

@@ -14,7 +14,6 @@ from typing import Any, TypeAlias
 from stagewire_generator.model import (
     Erratum,
     Field,
-    FlagTable,
     Json,
     Message,
     ParameterSet,
@@ -68,7 +67,7 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
             if enumeration.name == protocol.framing.get("axes")
             or any(enumeration in field.enumerations for field in fields)
         ),
-        flags=tuple(t for t in protocol.flags if any(t in _flag_tables(f) for f in fields)),
+        flags=tuple(t for t in protocol.flags if any(t in f.flag_tables for f in fields)),
         quantities=quantities,
         settings=_settings(protocol.settings, {*kept, *(s.name for s in sets)}),
         controllers=controllers,
@@ -134,10 +133,6 @@ def _for_units(field: Field, units: Collection[str]) -> Field:
         flags_by_unit={u: table for u, table in field.flags_by_unit.items() if u in units},
         enums_by_unit={u: enum for u, enum in field.enums_by_unit.items() if u in units},
     )
-
-
-def _flag_tables(field: Field) -> tuple[FlagTable, ...]:
-    return (*([field.flags] if field.flags else []), *field.flags_by_unit.values())
 
 
 def _sets(sets: Iterable[ParameterSet], kept: Collection[str]) -> Iterator[ParameterSet]:

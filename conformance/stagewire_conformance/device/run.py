@@ -26,7 +26,7 @@ from stagewire_conformance.device.errors import NotAllowedError, NothingAnswersE
 from stagewire_conformance.device.lines.apt_line import AptLine
 from stagewire_conformance.device.lines.command_line import CommandLine
 from stagewire_conformance.device.lines.line import GuardedLink, jitter_of
-from stagewire_conformance.device.lines.standstill import bring_to_rest
+from stagewire_conformance.device.lines.standstill import bring_to_rest, moves
 from stagewire_conformance.device.permissions import Need, Permissions, RangeError
 from stagewire_conformance.device.plans import plan
 from stagewire_conformance.device.report import Outcome, Report, digests_of
@@ -39,10 +39,6 @@ _NOT_ALIKE: Final = (
 )
 """Why a check of several motors does not run if their scales differ."""
 
-_LOOK: Final = 0.1
-"""Seconds in which the position of a part that moves changes."""
-_TREMBLES: Final = 8
-"""Counts by which the position of a part at rest may change."""
 _UNASKED: Final = Cause("motion", UNSOLICITED)
 """The cause of a motion that no message asked for."""
 
@@ -267,12 +263,7 @@ class _Run:
         line = self._line
         causes = (_UNASKED, *(Cause(name, UNSOLICITED) for name in sorted(line.ends)))
         for part in () if line.parts() else line.others():
-            seen = part.look() if part.look and part.listed else None
-            if seen is None or not seen.moving:
-                continue
-            line.pause(_LOOK)
-            then = part.look() if part.look else None
-            if then is not None and abs(then.position - seen.position) > _TREMBLES:
+            if part.listed and moves(line, part):
                 text = f"{part.name} moves, but nothing was asked to move"
                 trial.must(False, text, rule=line.rest_rule, cause=causes, because=part.stuck)
                 line.adrift += bring_to_rest(line, [part], ())

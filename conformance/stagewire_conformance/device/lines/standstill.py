@@ -204,6 +204,17 @@ class _Watched:
         return Adrift(text, because=because)
 
 
+def moves(line: Clocked, part: Part) -> bool:
+    """Return whether a part reports motion and its position changes."""
+    seen = part.look() if part.look else None
+    if seen is None or not seen.moving:
+        return False
+    assert part.look
+    line.pause(_HALF)
+    then = part.look()
+    return then is not None and abs(then.position - seen.position) > _TREMBLES
+
+
 def bring_to_rest(line: Clocked, parts: Sequence[Part], stopped: Container[str]) -> list[Adrift]:
     """Wait until all parts are at rest, and take measures for those that are not.
 
