@@ -225,20 +225,21 @@ def _reduced(protocols: Sequence[Protocol], units: Sequence[str]) -> Sequence[Pr
         return protocols
     from stagewire_generator.reduction import reduced, units_of
 
-    known = sorted({name for protocol in protocols for name in units_of(protocol)})
+    known = {name.upper(): name for protocol in protocols for name in sorted(units_of(protocol))}
     for name in units:
         for protocol in protocols:
             if reason := protocol.units.get("unsupported", {}).get(name, {}).get("reason"):
                 raise CalledWronglyError(f"--unit {name}: this unit is not supported: {reason}")
-        if name not in known:
+        if name.upper() not in known:
             close = difflib.get_close_matches(name.upper()[:80], known, n=3)
             meant = (
-                f"did you mean {' or '.join(close)}?"
+                f"did you mean {' or '.join(known[key] for key in close)}?"
                 if close
-                else f"choose from {', '.join(known)}"
+                else f"choose from {', '.join(sorted(known.values()))}"
             )
             raise CalledWronglyError(f"--unit {name}: unknown unit ({meant})")
-    chosen = {protocol: units_of(protocol).intersection(units) for protocol in protocols}
+    wanted = {known[name.upper()] for name in units}
+    chosen = {protocol: wanted & units_of(protocol) for protocol in protocols}
     return [reduced(protocol, names) for protocol, names in chosen.items() if names]
 
 

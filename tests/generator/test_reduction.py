@@ -100,7 +100,7 @@ def test_exchanges_and_sets_name_no_message_that_is_left_out(spec: CheckedSpec) 
 
 
 def test_the_command_reduces_a_package_with_an_overlay(tmp_path: Path) -> None:
-    command = ["generate", "--spec", str(SPEC), "--out", str(tmp_path), "--unit", "KDC101"]
+    command = ["generate", "--spec", str(SPEC), "--out", str(tmp_path), "--unit", "kdc101"]
     assert main([*command, "--overlay", "thorlabs_apt/issue_37", "--target", "registry"]) == 0
     [path] = (tmp_path / "registry").iterdir()
     left = json.loads(path.read_text(encoding="utf-8"))
