@@ -6,6 +6,7 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion import (
+    alone,
     backlash,
     disabled,
     home,
@@ -15,6 +16,7 @@ from stagewire_conformance.device.checks.apt.motion import (
     limits,
     move_updates,
     profile,
+    soft_limits,
     stops,
     suspension,
     targets,
@@ -23,6 +25,7 @@ from stagewire_conformance.device.checks.apt.motion import (
 
 KINDS: Final[tuple[Kind, ...]] = (
     home.KIND,
+    alone.KIND,
     in_motion.KIND,
     targets.ABSOLUTE,
     targets.RELATIVE,
@@ -38,7 +41,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     home_again.KIND,
     suspension.KIND,
     limits.KIND,
-    targets.ALONE,
+    soft_limits.KIND,
 )
-"""The kinds in the order in which they run: homing first, because positions count from home, and then the
-agreement of the replies, on which all others rely."""
+"""The kinds in the order in which they run: homing first, because positions count from home, then whether
+motors are confused, and the agreement of the replies, on which all others rely."""

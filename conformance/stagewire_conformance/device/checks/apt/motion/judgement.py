@@ -164,7 +164,7 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
         f"{axis.text}: {end.name} after {told} is only a header; 14 bytes of status should "
         "follow it",
         rule=_rule_of_content(end),
-        cause=Cause(end.name, "status"),
+        cause=Cause("end of a move", "status"),
         came=end.raw,
     ):
         return

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.causes import DELIVERY, ENDED, Cause
@@ -22,6 +23,7 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
 )
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
 from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
+from stagewire_conformance.device.lines.line import jitter_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
@@ -38,6 +40,8 @@ _GIVEN_UP: Final = 5.0
 """Seconds after which a move is stopped."""
 _FOLLOWS: Final = 2
 """The number of statuses of a moving motor after which the position must have changed."""
+_TELLING: Final = 20
+"""A motor is on its way while it covers at least a twentieth of the distance in a period."""
 _FRESH: Final = 0.5
 """Seconds within which a status message from after the end of a move arrives."""
 
@@ -60,8 +64,9 @@ KIND = Kind(
     KIND,
     "Periodic status messages of {motors} follow their motion",
     messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors together within {range} and back while status messages are running",
-    seconds=2.6,
+    does="moves all motors together within {range} and back while status messages are running, and requests "
+    "the status on the way back",
+    seconds=2.9,
 )
 def _follow_motion(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial
@@ -105,6 +110,77 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
                 rule="updates-until-stop",
                 cause=Cause(streams[axis].status, "periodic"),
             )
+    _follow_back(axes, streams)
+
+
+def _follow_back(axes: Sequence[Axis], streams: Mapping[Axis, Stream]) -> None:
+    """Move back, and request the status after each periodic one, to see how old its position is."""
+    line = axes[0].trial.line
+    pairs: dict[Axis, list[_Pair]] = {axis: [] for axis in axes}
+    last = {axis: axis.status() for axis in axes}
+    way = {axis: axis.start - last[axis].position for axis in axes}
+    for axis in axes:
+        axis.send(absolute(axis, axis.start).message)
+
+    def is_update(axis: Axis, heard: Incoming) -> bool:
+        return _is_of(axis, streams[axis], heard)
+
+    latest = line.now + _GIVEN_UP
+    ended = 0
+    while ended < len(axes) and line.now < latest:
+        heard = line.listen(
+            POLL, until=lambda one: one.name in ENDS or any(is_update(axis, one) for axis in axes)
+        )
+        ended += sum(each.name in ENDS for each in heard)
+        for axis in axes:
+            if came := [each for each in heard if is_update(axis, each)]:
+                asked = axis.status()
+                pairs[axis].append(_Pair(last[axis], axis.status_of(came[-1]), asked))
+                last[axis] = asked
+    if ended < len(axes):
+        for axis in axes:
+            axis.halt()
+    for axis in axes:
+        _judge_age(axis, pairs[axis], way[axis])
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """A periodic status, with the requested ones before and after it."""
+
+    before: Status
+    update: Status
+    after: Status
+
+    @property
+    def age(self) -> float:
+        """The seconds since the motor was at the position of the periodic status."""
+        gone = self.after.position - self.before.position
+        seconds = self.after.time - self.before.time
+        since = (self.after.position - self.update.position) / gone * seconds
+        return since - (self.after.time - self.update.time)
+
+
+def _judge_age(axis: Axis, pairs: Sequence[_Pair], way: int) -> None:
+    """Report periodic statuses whose positions are all half a period old, or older."""
+    telling = max(HELD, abs(way) // _TELLING)
+    moving = [pair for pair in pairs if abs(pair.after.position - pair.before.position) >= telling]
+    if len(moving) < _FOLLOWS:
+        return
+    period = min(pair.after.time - pair.before.time for pair in moving)
+    age = min(pair.age for pair in moving)
+    if jitter_of(axis.trial.line).blurs(period / 2):
+        return
+    axis.trial.must(
+        age < period / 2,
+        f"{axis.text}: during a move, the positions of all {len(moving)} periodic "
+        f"{moving[0].update.heard.name} were at least {age * 1e3:.0f} ms old, compared with requested ones; "
+        "each should report the current position",
+        rule="status-updates-position",
+        cause=Cause(moving[0].update.heard.name, "periodic"),
+        because=axis.spoilt,
+        came=moving[0].update.heard.raw,
+    )
 
 
 def _listen_to_motion(axes: Sequence[Axis], began: float) -> list[Incoming]:

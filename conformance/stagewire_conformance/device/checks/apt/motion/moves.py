@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.checks.apt.motion.apart import (
+    CONFUSED,
+    rule_of_apart,
+    start_first_alone,
+)
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     HELD,
@@ -124,8 +129,10 @@ def long_enough(ways: Mapping[Axis, int], otherwise: str) -> dict[Axis, int]:
     return {axis: way for axis, way in ways.items() if abs(way) >= _LEAST}
 
 
-def move(moves: Sequence[Move]) -> bool:
+def move(moves: Sequence[Move], meanwhile: Callable[[Axis], None] = lambda axis: None) -> bool:
     """Send commands that move motors together, and judge the reaction; return whether all arrived.
+
+    :param meanwhile: called for each motor when all have been started.
 
     Targets outside of the range are left out; they occur if a motor is not where it should be.
     """
@@ -142,8 +149,13 @@ def move(moves: Sequence[Move]) -> bool:
     starts = {each.axis: each.axis.status().position for each in moves}
     ways = {each.axis: each.target - starts[each.axis] for each in moves}
     limits = {each.axis: (each.jog or each.axis.pace).bound(ways[each.axis]) for each in moves}
-    for each in moves:
-        each.axis.send(each.message)
+    if all(each.jog for each in moves):
+        start_first_alone({each.axis: each.message for each in moves})
+    else:
+        for each in moves:
+            each.axis.send(each.message)
+    for axis in ways:
+        meanwhile(axis)
     seen = watch(list(ways), limits, strays=beyond(starts, ways))
     for each in moves:
         axis = each.axis
@@ -257,6 +269,8 @@ def go_back(axes: Sequence[Axis]) -> None:
         near = max(HELD, abs(distance) // 200)
         if abs(status.position - axis.start) > near:
             status = axis.standing()  # its end message may have come too early
+        if len(away) > 1 and not status.moving and abs(status.position - axis.start) > near:
+            status = _go_back_alone(axis, next(other for other in away if other is not axis))
         if status.moving or abs(status.position - axis.start) > near:
             status = axis.halt()
             axis.trial.need(
@@ -270,3 +284,30 @@ def go_back(axes: Sequence[Axis]) -> None:
                 because=axis.doubts,
                 came=status.heard.raw,
             )
+
+
+def _go_back_alone(axis: Axis, other: Axis) -> Status:
+    """Move a motor back that has stopped on its way while others moved, and return its status.
+
+    If it then arrives, report that the motors are confused.
+    """
+    status = axis.status()
+    away = axis.start - status.position
+    axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
+
+    def goes_away(axis: Axis, status: Status) -> bool:
+        return abs(status.position - axis.start) > abs(away) + abs(axis.backlash) + HELD
+
+    watch([axis], {axis: axis.pace.limit(away)}, strays=goes_away)
+    stood, status = status, axis.settled(axis.status())
+    arrived = abs(status.position - axis.start) <= max(HELD, abs(away) // 200)
+    axis.trial.must(
+        not arrived or status.moving,
+        f"{axis.text} stopped at {stood.position} on its way to {axis.start}, while {other.text} also moved, "
+        "and arrived only when it moved alone; a command to one motor should not affect another",
+        rule=rule_of_apart(axis, other),
+        cause=CONFUSED,
+        because=axis.doubts,
+        came=stood.heard.raw,
+    )
+    return status

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stagewire_apt.enumerations import JogMode
-from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.motion.axis import ENDS, Axis
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
@@ -20,7 +20,7 @@ def messages_of(parameters: str) -> tuple[str, str, str]:
 
 def present(axis: Axis, setting: str) -> Values:
     """Return the values of a parameter set, by the name of its SET."""
-    return _placed_set(axis, setting).read(axis.trial)
+    return placed_set(axis, setting).read(axis.trial)
 
 
 def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
@@ -31,11 +31,12 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 
     :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
+    axis.trial.depends_on(Cause(setting, SHARED))
     line = axis.trial.line
     if not line.come_to_rest():
         raise EnoughError
     line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]  # of earlier motions
-    placed = _placed_set(axis, setting)
+    placed = placed_set(axis, setting)
     before = placed.read(axis.trial)
     wanted = {**before, **values}
     placed.undo(axis.trial, before)
@@ -58,7 +59,8 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
     )
 
 
-def _placed_set(axis: Axis, setting: str) -> PlacedSet:
+def placed_set(axis: Axis, setting: str) -> PlacedSet:
+    """Return a parameter set of a motor, by the name of its SET."""
     sets = parameter_sets(axis.trial.declared, axis.place)
     return PlacedSet(axis.place, axis.channel, next(each for each in sets if each.set == setting))
 

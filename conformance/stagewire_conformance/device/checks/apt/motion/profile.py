@@ -12,9 +12,10 @@ from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import ProfileMode
-from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.causes import SHARED, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
+from stagewire_conformance.device.checks.apt.motion.apart import rule_of_apart
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
@@ -33,6 +34,7 @@ from stagewire_conformance.device.checks.apt.motion.parameters import (
     switch_backlash_off,
 )
 from stagewire_conformance.device.checks.apt.motion.profile_laws import (
+    Measure,
     Search,
     acceleration_law,
     search,
@@ -58,6 +60,8 @@ _TELLABLE: Final = 40
 """The least velocity in a status whose quarter is precise enough to be compared."""
 _MOST: Final = 0x7FFF
 """The highest velocity that a status can represent with a sign."""
+_ALIKE: Final = 1.45
+"""The ratio of two speeds or durations with the same parameters up to which they are alike."""
 _TOO_SHORT: Final = "a move of {} counts is too short to measure its speed"
 
 _VELPARAMS: Final = messages_of("VELPARAMS")
@@ -103,6 +107,30 @@ class _Profile:
         """Set the maximum velocity to an earlier value."""
         change(axis, self.setting, at_most=self.velocity, **{self.velocity: velocity})
 
+    def judge_apart(self, found: Mapping[Axis, Search], name: str, measure: Measure) -> bool:
+        """Restore a parameter of the first of several motors: it must be the only one that changes.
+
+        Return whether each uses its own value. The first motor must have been measured with it.
+        """
+        first, *others = found
+        value = found[first].values[0]
+        change(first, self.setting, at_most=name, **{name: value})
+        now = measure(list(found))
+        for axis in now:
+            due = found[axis].found[0 if axis is first else -1]
+            if not first.trial.must(
+                due / _ALIKE <= now[axis] <= due * _ALIKE,
+                f"after {self.setting} wrote {name} = {value} to {first.text}, whose value differs from that "
+                f"of {' and '.join(other.text for other in others)}, {self.what} of {axis.text} did not obey "
+                f"its own value: it measured {now[axis]:.4g}, as it should have {due:.4g} "
+                f"({'s' if name == self.acceleration else 'counts/s'})",
+                rule=rule_of_apart(first, others[0]),
+                cause=Cause(self.setting, SHARED),
+                because=(Cause(self.setting, name),),
+            ):
+                return False
+        return True
+
 
 _MOVES: Final = _Profile("a move", "MOT_SET_VELPARAMS", "max_velocity", "acceleration")
 _JOGS: Final = _Profile("a jog", "MOT_SET_JOGPARAMS", "jog_max_velocity", "jog_acceleration")
@@ -111,7 +139,13 @@ _JOGS: Final = _Profile("a jog", "MOT_SET_JOGPARAMS", "jog_max_velocity", "jog_a
 KIND = Kind(
     name="profile",
     title="Moves and jogs obey their velocity and their acceleration",
-    rules=("velocity-parameters", "jog-parameters", "dc-status-velocity"),
+    rules=(
+        "velocity-parameters",
+        "jog-parameters",
+        "dc-status-velocity",
+        "slot-addressed-by-destination",
+        "module-channels",
+    ),
 )
 
 
@@ -137,12 +171,18 @@ def _moves(axes: Sequence[Axis]) -> None:
     for axis, each in found.items():
         _judge_scale(axis, each.values[-1], shuttle.courses[axis][-1], _MOVES)
         _judge_reported(axis, shuttle.courses[axis])
-        _MOVES.restore_velocity(axis, before[axis])
     units = {
         axis: shuttle.courses[axis][-1].steady / each.values[-1] for axis, each in found.items()
     }
-    for axis, each in _MOVES.search_acceleration(found, shuttle).items():
+    if len(found) > 1 and not _MOVES.judge_apart(found, _MOVES.velocity, shuttle.speeds):
+        return
+    for axis in found:
+        _MOVES.restore_velocity(axis, before[axis])
+    ramps = _MOVES.search_acceleration(found, shuttle)
+    for axis, each in ramps.items():
         _judge_ramp(axis, each.values[-1], shuttle.courses[axis][-1], units[axis])
+    if len(ramps) > 1:
+        _MOVES.judge_apart(ramps, _MOVES.acceleration, shuttle.durations)
 
 
 @motor_check(
@@ -172,12 +212,15 @@ def _jogs(axes: Sequence[Axis]) -> None:
     shuttle = JogShuttle(steps)
     before = {axis: _JOGS.velocity_of(axis) for axis in steps}
     found = _JOGS.search_velocity(list(steps), shuttle)
+    for axis, each in found.items():
+        _judge_scale(axis, each.values[-1], shuttle.courses[axis][-1], _JOGS)
+    if len(found) > 1 and not _JOGS.judge_apart(found, _JOGS.velocity, shuttle.speeds):
+        return
     fast = {axis: _MOVES.velocity_of(axis) for axis in found}
     same_moves = _same_moves(steps, found, _MOVES.velocity)
     moves = same_moves.speeds(list(same_moves.ways))
     same_moves.speeds(list(moves))  # back, so that the next jogs have room
     for axis, each in found.items():
-        _judge_scale(axis, each.values[-1], shuttle.courses[axis][-1], _JOGS)
         if axis in moves:
             _judge_alike(axis, each, moves[axis], _MOVES.velocity_of(axis))
         _JOGS.restore_velocity(axis, before[axis])

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command, rule_of_set
+from stagewire_conformance.device.checks.apt.motion.apart import start_first_alone
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.course import Point, points_of, top_speed
 from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
@@ -188,10 +189,8 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
         told = late and run.telling is not None and gone >= run.telling
         return told or gone >= run.enough or -gone > run.stopping
 
-    began: dict[Axis, Point] = {}
-    for run in runs:
-        run.axis.send(run.message)
-        began[run.axis] = Point(run.axis.trial.line.now, run.start)
+    times = start_first_alone({run.axis: run.message for run in runs})
+    began = {run.axis: Point(times[run.axis], run.start) for run in runs}
 
     def strays(axis: Axis, status: Status) -> bool:
         run = by_axis[axis]
@@ -199,7 +198,8 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
         return is_outside(axis, status) or abs(run.gone(status)) > too_far
 
     limits = {run.axis: run.limit for run in runs}
-    latest = {run.axis: run.latest for run in runs}
+    now = runs[0].axis.trial.line.now
+    latest = {run.axis: run.latest - (now - times[run.axis]) for run in runs}
     seen = watch(list(by_axis), limits, stop=enough, strays=strays, deadlines=latest)
     done = [_judge(run, seen[run.axis]) for run in runs]
     if not all(done):

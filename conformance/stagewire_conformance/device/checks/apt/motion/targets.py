@@ -1,9 +1,7 @@
-"""Moves to a target: to a position, by a distance, to a stored target, and of one motor alone.
+"""Moves to a target: to a position, by a distance, and to a stored target.
 
 - ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46).
 - ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back.
-- ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
-  only by the address in their messages, channels of a module only by the channel.
 """
 
 from __future__ import annotations
@@ -13,8 +11,9 @@ from dataclasses import replace
 from typing import Final
 
 from stagewire_apt import messages as m
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, JITTER, Axis
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     COMPLETION,
@@ -28,7 +27,11 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.parameters import change, messages_of
+from stagewire_conformance.device.checks.apt.motion.parameters import (
+    change,
+    messages_of,
+    placed_set,
+)
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
 
 _SECONDS: Final = 0.3
@@ -112,7 +115,7 @@ def _stored_check(message: str, parameters: str) -> Callable[[Moving], Moving]:
         f"{message} without data moves {{motors}} to the target stored with {setting}",
         messages=(message, setting, *others, COMPLETED),
         does=f"stores targets with {setting}, moves all motors together to them within "
-        f"{{range}}, and back",
+        f"{{range}}, stores others on the way, and moves the motors back",
         settings=True,
         name=message,
     )
@@ -121,22 +124,45 @@ def _stored_check(message: str, parameters: str) -> Callable[[Moving], Moving]:
 @_stored_check("MOT_MOVE_ABSOLUTE", "MOVEABSPARAMS")
 def _stored_absolute(axes: Sequence[Axis]) -> None:
     moves = []
-    for axis, way in distances(axes, _SECONDS).items():
+    ways = distances(axes, _SECONDS)
+    for axis, way in ways.items():
         target = axis.start + way
         change(axis, "MOT_SET_MOVEABSPARAMS", absolute_position=target)
         told = f"MOT_MOVE_ABSOLUTE without a position, with {target} stored"
         moves.append(Move(axis, m.MotMoveAbsoluteHeader(axis.channel), target, told))
-    move(moves)
+    move(
+        moves, lambda axis: _store_on_the_way(axis, absolute_position=axis.start + ways[axis] // 2)
+    )
 
 
 @_stored_check("MOT_MOVE_RELATIVE", "MOVERELPARAMS")
 def _stored_relative(axes: Sequence[Axis]) -> None:
     moves = []
-    for axis, way in distances(axes, _SECONDS).items():
+    ways = distances(axes, _SECONDS)
+    for axis, way in ways.items():
         change(axis, "MOT_SET_MOVERELPARAMS", relative_distance=way)
         told = f"MOT_MOVE_RELATIVE without a distance, with {way} stored"
         moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
-    move(moves)
+    move(moves, lambda axis: _store_on_the_way(axis, relative_distance=ways[axis] // 2))
+
+
+def _store_on_the_way(axis: Axis, **target: int) -> None:
+    """Store another target while a motor moves, and check that it is stored; the move must not change."""
+    [(field, value)] = target.items()
+    setting = "MOT_SET_MOVEABSPARAMS" if field == "absolute_position" else "MOT_SET_MOVERELPARAMS"
+    placed = placed_set(axis, setting)
+    placed.write(axis.trial, {**placed.read(axis.trial), field: value})
+    came = placed.ask(axis.trial)
+    told = placed.values(came)[field]
+    axis.trial.must(
+        told == value,
+        f"{axis.text}: while it moved, {setting} wrote {field} = {value}, but {came.name} then returned "
+        f"{told}; a SET should also be obeyed during a motion",
+        rule="get-answers-request",
+        cause=Cause("a SET during a motion", EFFECT),
+        because=placed.reported(axis.trial),
+        came=came.raw,
+    )
 
 
 _SECONDS_FAR: Final = 3.0
@@ -166,42 +192,3 @@ def _far(axes: Sequence[Axis]) -> None:
     if move([replace(each, accurate=True) for each in out]):
         back = [relative(axis, -way) for axis, way in ways.items()]
         move([replace(each, accurate=True) for each in back])
-
-
-_SECONDS_ALONE: Final = 0.25
-
-
-ALONE = Kind(
-    name="move-alone",
-    title="Of several motors, only the addressed one moves",
-    rules=("absolute-move", *APART),
-)
-
-
-@motor_check(
-    ALONE,
-    "Of {motors}, only the addressed motor moves, and only it reports a move",
-    messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves one motor after the other within {range}, and back",
-    at_least=2,
-)
-def _one_alone(axes: Sequence[Axis]) -> None:
-    for axis, way in distances(axes, _SECONDS_ALONE).items():
-        target = axis.start + way
-        others = [other for other in axes if other is not axis]
-        stood = {other: other.status().position for other in others}
-        arrived = move([absolute(axis, target)])
-        for other in others:
-            status = other.status()
-            axis.trial.must(
-                abs(status.position - stood[other])
-                <= 2 * JITTER,  # it may have oscillated from one end to the other
-                f"{axis.text} alone was commanded to move, but {other.text} went from "
-                f"{stood[other]} to {status.position}; it should not move",
-                rule="slot-addressed-by-destination"
-                if axis.place != other.place
-                else "module-channels",
-                came=status.heard.raw,
-            )
-        if not arrived:
-            return

@@ -13,11 +13,12 @@ from stagewire_conformance.device.checks.apt.replies import (
     ask_all,
     judge_addresses,
     judge_fault,
+    judge_strangers,
     requests_of,
 )
 from stagewire_conformance.device.checks.apt.undocumented import unused_parameters
 from stagewire_conformance.device.checks.apt.wording import described, joined
-from stagewire_conformance.device.lines.strays import bytes_of, cause_of_stray
+from stagewire_conformance.device.lines.strays import bytes_of, cause_of_stray, wrong_addresses
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -91,6 +92,8 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
         answered = answered or bool(heard)
         if answered and silent == _ENOUGH:
             break
+        if not judge_strangers(trial, request, heard):
+            heard = [each for each in heard if each.source == place.address]
         for each in joined(heard):
             if each.kind not in ("message", "undocumented"):
                 trial.causes.report(bytes_of(each.raw), trial.check)
@@ -119,6 +122,9 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
 
 def _cause(trial: Trial, request: Request, heard: Incoming) -> Cause:
     """Return the cause of received bytes. Those that come instead of a reply, or before it, belong to it."""
+    wrong = wrong_addresses(trial.declared, heard, request.answers, request.place.address)
+    if wrong is not None:
+        return wrong
     cause = cause_of_stray(trial.declared, heard)
     is_reply = heard.kind in ("message", "undocumented") or heard.after in request.answers
     return cause if is_reply or not request.answers else Cause(request.answers[0], DELIVERY)
