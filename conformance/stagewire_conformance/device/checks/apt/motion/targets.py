@@ -1,7 +1,9 @@
 """Moves to a target: to a position, by a distance, to a stored target, and of one motor alone.
 
-- ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46).
-- ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back.
+- ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46). A move to the
+  present position also ends. After MOT_SET_POSCOUNTER, targets count from the new zero (page 28).
+- ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back; and
+  a jog by a step of more than 16 bits.
 - ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
   only by the address in their messages, channels of a module only by the channel.
 """
@@ -13,8 +15,11 @@ from dataclasses import replace
 from typing import Final
 
 from stagewire_apt import messages as m
+from stagewire_apt.enumerations import MoveDirection
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, JITTER, Axis
+from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     COMPLETION,
@@ -25,10 +30,19 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     Move,
     absolute,
     distances,
+    jog,
+    long_enough,
+    make_room,
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.parameters import change, messages_of
+from stagewire_conformance.device.checks.apt.motion.pace import jog_pace_of
+from stagewire_conformance.device.checks.apt.motion.parameters import (
+    change,
+    jog_single_steps,
+    messages_of,
+    shift_counter,
+)
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
 
 _SECONDS: Final = 0.3
@@ -46,6 +60,7 @@ ABSOLUTE = Kind(
         "absolute-move",
         "absolute-move-long",
         "absolute-move-completed",
+        "position-counter-set",
         *COMPLETION,
         *APART,
     ),
@@ -68,12 +83,36 @@ RELATIVE = Kind(
     ABSOLUTE,
     "MOT_MOVE_ABSOLUTE moves {motors} to a position, and each reports the end once",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors together to positions within {range}, and back",
+    does="moves all motors together to positions within {range}, and back, and then to where they are",
+    seconds=1.9,
 )
 def _absolute(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _LONGER)
-    if move([absolute(axis, axis.start + way) for axis, way in ways.items()]):
-        move([absolute(axis, axis.start) for axis in axes])
+    out = [absolute(axis, axis.start + way) for axis, way in ways.items()]
+    if move(out) and move([absolute(axis, axis.start) for axis in axes]):
+        move([absolute(axis, axis.position(), ", where it is") for axis in axes])
+
+
+@motor_check(
+    ABSOLUTE,
+    "After MOT_SET_POSCOUNTER, MOT_MOVE_ABSOLUTE moves {motors} to positions that count from the new zero",
+    messages=("MOT_MOVE_ABSOLUTE", *messages_of("POSCOUNTER"), COMPLETED),
+    does="sets the position counters of all motors to other values, moves them together within {range}, "
+    "restores the counters, and moves them back",
+    settings=True,
+    name="counter",
+    only="MOT_SET_LIMSWITCHPARAMS",  # page 28 advises against it for brushless controllers
+)
+def _from_another_zero(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(Cause("MOT_SET_POSCOUNTER", EFFECT))
+    # A motor that still counts from its old zero goes twice as far, and remains within the range.
+    ways = {axis: way // 2 for axis, way in distances(axes, 2 * _SECONDS).items()}
+    ways = long_enough(ways, "a shift of {} counts is too short to be observed")
+    moves = []
+    for axis, way in ways.items():
+        shift_counter(axis, way)
+        moves.append(absolute(axis, axis.start + way, f" after the counter was raised by {way}"))
+    move(moves)
 
 
 @motor_check(
@@ -148,7 +187,7 @@ _FAR: Final = 0x1_1000
 FAR = Kind(
     name="move-far",
     title="A move covers a long distance, and ends exactly at its target",
-    rules=("absolute-move-long", "relative-move-long", *COMPLETION),
+    rules=("absolute-move-long", "relative-move-long", "jog-parameters", "jog-single-step", *COMPLETION),
 )
 
 
@@ -166,6 +205,32 @@ def _far(axes: Sequence[Axis]) -> None:
     if move([replace(each, accurate=True) for each in out]):
         back = [relative(axis, -way) for axis, way in ways.items()]
         move([replace(each, accurate=True) for each in back])
+
+
+@motor_check(
+    FAR,
+    "MOT_MOVE_JOG moves {motors} by a step of more than 16 bits",
+    messages=("MOT_MOVE_JOG", "MOT_MOVE_ABSOLUTE", *messages_of("JOGPARAMS"), COMPLETED),
+    does=f"sets a single step of {_FAR} counts with MOT_SET_JOGPARAMS, jogs all motors together once "
+    "forward within {range}, and restores the parameters",
+    settings=True,
+    seconds=5.0,
+    name="jog",
+)
+def _far_jog(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(JOGS)
+    paces = {axis: jog_pace_of(axis.trial, axis.place, axis.channel) for axis in axes}
+    reach = {axis: axis.step(_SECONDS_FAR, paces[axis]) for axis in axes}
+    steps = {axis: _FAR for axis in axes if reach[axis] >= _FAR}
+    for axis in reach.keys() - steps.keys():
+        axis.trial.info(
+            f"{axis.text}: a jog by {_FAR} counts was left out: it has room, and {_SECONDS_FAR:g} s, for "
+            f"{reach[axis]} counts"
+        )
+    if not steps or not make_room(steps):
+        return
+    jog_single_steps(steps)
+    move([jog(axis, MoveDirection.FORWARD, step, paces[axis]) for axis, step in steps.items()])
 
 
 _SECONDS_ALONE: Final = 0.25

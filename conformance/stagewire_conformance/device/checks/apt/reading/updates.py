@@ -160,7 +160,7 @@ _ROUGHLY: Final = 0.4
 _RATE: Final = "update-rate-fixed"
 """The rule for the units that it names."""
 
-_RATE_SECONDS: Final = 20.0
+_RATE_SECONDS: Final = 10.0
 
 
 UPDATES = Kind(
