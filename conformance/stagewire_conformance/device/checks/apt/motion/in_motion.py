@@ -62,17 +62,23 @@ KIND = Kind(
 def _agree(axes: Sequence[Axis]) -> None:
     ways = distances_lasting(axes, _SECONDS)
     right = dict.fromkeys(axes, True)
+    looks = dict.fromkeys(axes, 0)
     encoders = {axis: EncoderReadings(axis) for axis in axes}
 
     def compare(axis: Axis, status: Status) -> bool:
-        """Compare the replies of a moving motor once per status, until they differ."""
-        if right[axis] and status.moving:
+        """Compare the replies of a moving motor, until they differ: its counters in turn.
+
+        More requests could make a controller fall silent before the next keep-alive message (page 80).
+        """
+        looks[axis] += status.moving
+        if status.moving and looks[axis] % 2:
+            encoders[axis].read()
+        elif right[axis] and status.moving:
             when = f"on its way after MOT_MOVE_ABSOLUTE to {axis.start + ways[axis]}"
             ends = axis.start, axis.start + ways[axis]
             right[axis] = judge_bits_alone(axis, when) and judge_counter(
                 axis, when, axis.status(), ends
             )
-            encoders[axis].read()
         return False
 
     limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}

@@ -1,8 +1,8 @@
-"""``move-updates``: periodic status messages follow a motion (pages 11 and 20)."""
+"""``move-updates``: periodic status messages follow a motion, and can be stopped during one (pages 11 and 20)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.causes import DELIVERY, ENDED, Cause
@@ -21,13 +21,16 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     absolute,
 )
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
-from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
+from stagewire_conformance.device.checks.apt.streams import LATE, Stream, judge_ended, stream_of
+from stagewire_conformance.device.results import Result
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
 
 _SECONDS: Final = 0.6
 """The approximate duration of the move in seconds."""
+_BEGUN: Final = 0.1
+"""Seconds after the command in which the move back begins."""
 _LONG: Final = 0.5
 """Seconds within which at least one periodic status message arrives."""
 _SLOW: Final = 2.0
@@ -48,6 +51,7 @@ KIND = Kind(
     rules=(
         "updates-content",
         "updates-until-stop",
+        "updates-stop",
         "status-updates-position",
         "status-position",
         "dc-status-position",
@@ -60,7 +64,8 @@ KIND = Kind(
     KIND,
     "Periodic status messages of {motors} follow their motion",
     messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors together within {range} and back while status messages are running",
+    does="moves all motors together within {range} and back while status messages are running, and stops "
+    "the messages on the way back",
     seconds=2.6,
 )
 def _follow_motion(axes: Sequence[Axis]) -> None:
@@ -105,6 +110,25 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
                 rule="updates-until-stop",
                 cause=Cause(streams[axis].status, "periodic"),
             )
+    if trial.result is Result.PASS:
+        _stop_on_the_way(axes, streams)
+
+
+def _stop_on_the_way(axes: Sequence[Axis], streams: Mapping[Axis, Stream]) -> None:
+    """Move the motors back, and stop their status messages meanwhile."""
+    line = axes[0].trial.line
+    targets = {stream.place.address: stream for stream in streams.values()}
+    for axis in axes:
+        axis.send(absolute(axis, axis.start).message)
+    began = line.now
+    line.pause(_BEGUN)
+    for stream in targets.values():
+        stream.end(axes[0].trial)
+    line.pause(LATE)
+    line.heard[:] = [heard for heard in line.heard if heard.name in ENDS]
+    heard = _listen_to_motion(axes, began)
+    for stream in targets.values():
+        judge_ended(axes[0].trial, stream, heard, " during a move")
 
 
 def _listen_to_motion(axes: Sequence[Axis], began: float) -> list[Incoming]:

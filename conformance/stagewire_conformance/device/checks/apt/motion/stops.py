@@ -1,4 +1,7 @@
-"""``move-stop``: a stopped move ends before its target, which is reported once (pages 49 and 50)."""
+"""``move-stop``: a stopped move ends before its target, which is reported once (pages 49 and 50).
+
+Another stop is sent at rest. Whether it is answered is left open, but it must not affect the next move.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from stagewire_apt import messages as m
 from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
@@ -60,6 +64,7 @@ KIND = Kind(
         "stop-completed",
         "stop-no-response",
         "relative-move",
+        "absolute-move-completed",
         "move-stopped-status",
         *MOTION_BITS,
     ),
@@ -72,8 +77,8 @@ KIND = Kind(
     "reports it once",
     messages=("MOT_MOVE_STOP", STOPPED, "MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", COMPLETED),
     does="starts moves of all motors within {range} and stops them on their way, once immediately "
-    "and once with a profile",
-    seconds=3.5,
+    "and once with a profile, and sends another stop at rest",
+    seconds=3.8,
 )
 def _run(axes: Sequence[Axis]) -> None:
     axes[0].trial.depends_on(Cause("MOT_MOVE_STOP", EFFECT))
@@ -156,7 +161,8 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
         )
         if place is not None:
             stood[axis] = place
-    behind = axes[0].trial.line.listen(_AFTER)
+    line = axes[0].trial.line
+    behind = line.listen(_AFTER)
     for axis, place in stood.items():
         now = axis.status().position
         axis.trial.must(
@@ -178,6 +184,9 @@ def _stop(moves: Mapping[Axis, Move], mode: StopMode) -> dict[Axis, _Stopped]:
             ),
             came=heard.raw,
         )
+    for axis in axes:  # at rest: the next move must still end as usual
+        axis.send(m.MotMoveStop(axis.channel, mode))
+    line.listen(_AFTER)
     return {
         axis: _Stopped(
             stopped.position - starts[axis],
