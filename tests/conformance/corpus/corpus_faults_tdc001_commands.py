@@ -226,7 +226,7 @@ class VelocityOfTheSetting(Tdc001):
 
     def reported_velocity(self) -> int:
         speed = super().speed()
-        acceleration, most = self.velocity_parameters()
+        _, most = self.velocity_parameters()
         return round(math.copysign(most, speed) / 34304 * 204.8) if speed else 0
 
 

@@ -13,6 +13,7 @@ from stagewire_conformance.device.checks.apt.motion import (
     in_motion,
     jogs,
     limits,
+    mid_move,
     move_updates,
     profile,
     stops,
@@ -28,11 +29,12 @@ KINDS: Final[tuple[Kind, ...]] = (
     targets.RELATIVE,
     targets.STORED,
     targets.FAR,
+    mid_move.KIND,
+    stops.KIND,
     jogs.KIND,
     profile.KIND,
     backlash.KIND,
     velocity.KIND,
-    stops.KIND,
     move_updates.KIND,
     disabled.KIND,
     home_again.KIND,
@@ -40,5 +42,5 @@ KINDS: Final[tuple[Kind, ...]] = (
     limits.KIND,
     targets.ALONE,
 )
-"""The kinds in the order in which they run: homing first, because positions count from home, and then the
-agreement of the replies, on which all others rely."""
+"""The kinds in the order in which they run: homing first, because positions count from home, then the
+agreement of the replies, on which all others rely, and stops before the motions that only a stop ends."""

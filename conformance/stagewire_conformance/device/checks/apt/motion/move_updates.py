@@ -1,4 +1,4 @@
-"""``move-updates``: periodic status messages follow a motion, and can be stopped during one (pages 11 and 20)."""
+"""``move-updates``: periodic status messages follow a motion, and stop during one (pages 11 and 20)."""
 
 from __future__ import annotations
 

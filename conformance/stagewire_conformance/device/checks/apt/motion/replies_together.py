@@ -1,6 +1,7 @@
 """Other replies of a motor, compared with its status.
 
-They are the bits alone (page 81), the position counter (page 28) and the encoder counter (page 29). Each is read between two statuses, so that it can be compared while the motor moves.
+They are the bits alone (page 81), the position counter (page 28) and the encoder counter (page 29). Each is
+read between two statuses, so that it can be compared while the motor moves.
 """
 
 from __future__ import annotations

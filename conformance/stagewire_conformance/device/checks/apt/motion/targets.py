@@ -2,8 +2,7 @@
 
 - ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46). A move to the
   present position also ends. After MOT_SET_POSCOUNTER, targets count from the new zero (page 28).
-- ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back; and
-  a jog by a step of more than 16 bits.
+- ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back.
 - ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
   only by the address in their messages, channels of a module only by the channel.
 """
@@ -15,11 +14,9 @@ from dataclasses import replace
 from typing import Final
 
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import MoveDirection
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, JITTER, Axis
-from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     COMPLETION,
@@ -30,16 +27,12 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     Move,
     absolute,
     distances,
-    jog,
     long_enough,
-    make_room,
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.pace import jog_pace_of
 from stagewire_conformance.device.checks.apt.motion.parameters import (
     change,
-    jog_single_steps,
     messages_of,
     shift_counter,
 )
@@ -187,7 +180,7 @@ _FAR: Final = 0x1_1000
 FAR = Kind(
     name="move-far",
     title="A move covers a long distance, and ends exactly at its target",
-    rules=("absolute-move-long", "relative-move-long", "jog-parameters", "jog-single-step", *COMPLETION),
+    rules=("absolute-move-long", "relative-move-long", *COMPLETION),
 )
 
 
@@ -205,32 +198,6 @@ def _far(axes: Sequence[Axis]) -> None:
     if move([replace(each, accurate=True) for each in out]):
         back = [relative(axis, -way) for axis, way in ways.items()]
         move([replace(each, accurate=True) for each in back])
-
-
-@motor_check(
-    FAR,
-    "MOT_MOVE_JOG moves {motors} by a step of more than 16 bits",
-    messages=("MOT_MOVE_JOG", "MOT_MOVE_ABSOLUTE", *messages_of("JOGPARAMS"), COMPLETED),
-    does=f"sets a single step of {_FAR} counts with MOT_SET_JOGPARAMS, jogs all motors together once "
-    "forward within {range}, and restores the parameters",
-    settings=True,
-    seconds=5.0,
-    name="jog",
-)
-def _far_jog(axes: Sequence[Axis]) -> None:
-    axes[0].trial.depends_on(JOGS)
-    paces = {axis: jog_pace_of(axis.trial, axis.place, axis.channel) for axis in axes}
-    reach = {axis: axis.step(_SECONDS_FAR, paces[axis]) for axis in axes}
-    steps = {axis: _FAR for axis in axes if reach[axis] >= _FAR}
-    for axis in reach.keys() - steps.keys():
-        axis.trial.info(
-            f"{axis.text}: a jog by {_FAR} counts was left out: it has room, and {_SECONDS_FAR:g} s, for "
-            f"{reach[axis]} counts"
-        )
-    if not steps or not make_room(steps):
-        return
-    jog_single_steps(steps)
-    move([jog(axis, MoveDirection.FORWARD, step, paces[axis]) for axis, step in steps.items()])
 
 
 _SECONDS_ALONE: Final = 0.25
