@@ -380,11 +380,8 @@ class Axis:
         """Return the counts by which a motor may miss its target after a move over some distance.
 
         The document gives no figure. For a servo, this is half a per cent or its accuracy, but never more
-        than a quarter of the distance. A stepper motor counts its own steps, so it hardly ever misses. A
-        motor that is commanded to where it is may stay anywhere a servo holds it.
+        than a quarter of the distance. A stepper motor counts its own steps, so it hardly ever misses.
         """
-        if abs(distance) < _SHORTEST:
-            return HELD
         if self.place.status == "stepper":
             return max(JITTER, min(_STEPS, abs(distance) // 4))
         return max(JITTER, min(max(HELD, abs(distance) // 200), abs(distance) // 4))

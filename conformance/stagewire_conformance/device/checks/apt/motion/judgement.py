@@ -328,13 +328,16 @@ def judge_place(
 ) -> bool:
     """Report a motor that is not at its target; return whether it is.
 
+    A motor that was commanded to where it was may stay anywhere a servo holds its stage.
+
     :param accurate: whether even a small distance from the target is reported, as NON-STRICT.
     """
     missed = status.position - target
+    near = HELD if abs(target - start) <= JITTER else axis.tolerance(target - start)
     bits = status.bits
     limit = bits.forward_hardware_limit or bits.reverse_hardware_limit
     hint = " (a limit switch is active: is the range within the travel?)" if limit else ""
-    if accurate and abs(missed) <= axis.tolerance(target - start):
+    if accurate and abs(missed) <= near:
         axis.trial.should(
             abs(missed) <= _ACCURATE,
             f"{axis.text}: after {told}, it rests at {status.position}, {abs(missed)} counts away from its "
@@ -346,7 +349,7 @@ def judge_place(
         )
         return True
     return axis.trial.must(
-        abs(missed) <= axis.tolerance(target - start),
+        abs(missed) <= near,
         f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "
         f"gone to {target}{hint}",
         rule=rule_of_command(told),
