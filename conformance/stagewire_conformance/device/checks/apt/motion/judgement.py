@@ -31,7 +31,10 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
 from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
 from stagewire_conformance.device.checks.apt.motion.early_ends import SETTLES
 from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
-from stagewire_conformance.device.checks.apt.motion.velocities import judge_velocities
+from stagewire_conformance.device.checks.apt.motion.velocities import (
+    judge_changing_velocities,
+    judge_velocities,
+)
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.streams import unstopped
@@ -211,7 +214,9 @@ def judge_course(
     edge = max(1, (high - low) // _MIDWAY)
     way, towards = (1, "up") if target > start else (-1, "down")
     midway = [status for status in statuses if low + edge < status.position < high - edge]
-    judge_velocities(axis, told, midway, way)
+    moving = [status for status in statuses if status.moving]
+    if judge_velocities(axis, told, midway, way):
+        judge_changing_velocities(axis, told, moving)
     for status in _without_late_ones(statuses, midway):
         says = (
             f"{axis.text}: on its way {towards} after {told}, at {status.position}, "
