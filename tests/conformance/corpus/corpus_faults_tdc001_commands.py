@@ -7,9 +7,11 @@ import math
 from corpus_faults import Faults
 from corpus_motion import Path
 from corpus_motor import JOG, MOVE, RUN
-from corpus_tdc001 import Tdc001
+from corpus_tdc001 import ShortTdc001, Tdc001
 
 FAULTS = Faults()
+SHORT = Faults()
+"""Faults of an actuator with both ends within the allowed range."""
 
 
 @FAULTS.moves("absolute-move-completed", "relative-move-completed", "stop-completed")
@@ -259,3 +261,19 @@ class JogParametersRemain(Tdc001):
             return super().velocity_parameters()
         _, _, acceleration, speed = self.jog_parameters()
         return acceleration, speed
+
+
+@SHORT.moves("velocity-move-until-limit")
+class ForwardSwitchIgnored(ShortTdc001):
+    """The forward limit switch does not stop a motion."""
+
+    def span(self) -> tuple[float, float]:
+        return super().span()[0], math.inf
+
+
+@SHORT.breaks("dc-status-bits-limits")
+class ForwardSwitchNotReported(ShortTdc001):
+    """The status does not report the forward limit switch."""
+
+    def limit_bits(self) -> int:
+        return super().limit_bits() & 2

@@ -86,3 +86,9 @@ class Tdc001(MotorController):
         if self.axis.enabled:
             bits |= 0x80001000 | (0 if motion else 0x2000)
         return bits
+
+
+class ShortTdc001(Tdc001):
+    """The controller with an actuator so short that both of its ends are within the allowed range."""
+
+    SPAN = 10291 + 5.0 * COUNTS_PER_MM
