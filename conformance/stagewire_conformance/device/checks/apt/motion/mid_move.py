@@ -116,15 +116,12 @@ def _take_settings(axes: Sequence[Axis]) -> None:
             "should take it",
             rule=rule_of_set(_VELPARAMS),
             cause=Cause(_VELPARAMS, "in motion"),
+            because=sets[axis].reported(axis.trial),
             came=came.raw,
         )
         ends = [end.name for end in seen[axis].ends]
         axis.trial.must(
-            not taken
-            or (
-                ends[:1] == [COMPLETED]
-                and abs(rest.position - target) <= axis.tolerance(ways[axis])
-            ),
+            not taken or abs(rest.position - target) <= axis.tolerance(ways[axis]),
             f"{axis.text}: {_VELPARAMS} was sent on its way after MOT_MOVE_ABSOLUTE to {target}; then it "
             f"sent {ends[0] if ends else 'no end message'} and came to rest at {rest.position}; a SET should "
             "not end the move",
