@@ -258,7 +258,7 @@ class SoftLimitsIgnored(Rack):
             return 0.0, self.SPAN
 
 
-@FAULTS.moves("get-answers-request")
+@FAULTS.moves("velocity-parameters", "get-answers-request")
 class SetsIgnoredInMotion(Rack):
     """A SET that arrives during a motion is ignored."""
 

@@ -14,6 +14,7 @@ from stagewire_conformance.device.checks.apt.motion import (
     in_motion,
     jogs,
     limits,
+    mid_move,
     move_updates,
     profile,
     soft_limits,
@@ -31,11 +32,12 @@ KINDS: Final[tuple[Kind, ...]] = (
     targets.RELATIVE,
     targets.STORED,
     targets.FAR,
+    mid_move.KIND,
+    stops.KIND,
     jogs.KIND,
     profile.KIND,
     backlash.KIND,
     velocity.KIND,
-    stops.KIND,
     move_updates.KIND,
     disabled.KIND,
     home_again.KIND,
@@ -44,4 +46,5 @@ KINDS: Final[tuple[Kind, ...]] = (
     soft_limits.KIND,
 )
 """The kinds in the order in which they run: homing first, because positions count from home, then whether
-motors are confused, and the agreement of the replies, on which all others rely."""
+motors are confused, and the agreement of the replies, on which all others rely, and stops before the motions
+that only a stop ends."""

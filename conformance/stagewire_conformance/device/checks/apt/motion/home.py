@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
+from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
@@ -203,7 +204,7 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         if each.stopped is None or was_over:
             continue
         told = "MOT_MOVE_STOP in MOT_MOVE_HOME"
-        if not judge_stopping(axis, told, before[axis].position, each):
+        if not judge_stopping(axis, told, before[axis].position, each, StopMode.PROFILED):
             continue
         end = judge_end(axis, told, each, STOPPED)
         if end is not None and judge_over(

@@ -31,7 +31,10 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
 from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
 from stagewire_conformance.device.checks.apt.motion.early_ends import SETTLES
 from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
-from stagewire_conformance.device.checks.apt.motion.velocities import judge_velocities
+from stagewire_conformance.device.checks.apt.motion.velocities import (
+    judge_changing_velocities,
+    judge_velocities,
+)
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.streams import unstopped
@@ -211,7 +214,9 @@ def judge_course(
     edge = max(1, (high - low) // _MIDWAY)
     way, towards = (1, "up") if target > start else (-1, "down")
     midway = [status for status in statuses if low + edge < status.position < high - edge]
-    judge_velocities(axis, told, midway, way)
+    moving = [status for status in statuses if status.moving]
+    if judge_velocities(axis, told, midway, way):
+        judge_changing_velocities(axis, told, moving)
     for status in _without_late_ones(statuses, midway):
         says = (
             f"{axis.text}: on its way {towards} after {told}, at {status.position}, "
@@ -328,13 +333,16 @@ def judge_place(
 ) -> bool:
     """Report a motor that is not at its target; return whether it is.
 
+    A motor that was commanded to where it was may stay anywhere a servo holds its stage.
+
     :param accurate: whether even a small distance from the target is reported, as NON-STRICT.
     """
     missed = status.position - target
+    near = HELD if abs(target - start) <= JITTER else axis.tolerance(target - start)
     bits = status.bits
     limit = bits.forward_hardware_limit or bits.reverse_hardware_limit
     hint = " (a limit switch is active: is the range within the travel?)" if limit else ""
-    if accurate and abs(missed) <= axis.tolerance(target - start):
+    if accurate and abs(missed) <= near:
         axis.trial.should(
             abs(missed) <= _ACCURATE,
             f"{axis.text}: after {told}, it rests at {status.position}, {abs(missed)} counts away from its "
@@ -346,7 +354,7 @@ def judge_place(
         )
         return True
     return axis.trial.must(
-        abs(missed) <= axis.tolerance(target - start),
+        abs(missed) <= near,
         f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "
         f"gone to {target}{hint}",
         rule=rule_of_command(told),

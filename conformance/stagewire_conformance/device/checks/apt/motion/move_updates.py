@@ -1,4 +1,4 @@
-"""``move-updates``: periodic status messages follow a motion (pages 11 and 20)."""
+"""``move-updates``: periodic status messages follow a motion, and stop during one (pages 11 and 20)."""
 
 from __future__ import annotations
 
@@ -22,14 +22,17 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     absolute,
 )
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
-from stagewire_conformance.device.checks.apt.streams import Stream, stream_of
+from stagewire_conformance.device.checks.apt.streams import LATE, Stream, judge_ended, stream_of
 from stagewire_conformance.device.lines.line import jitter_of
+from stagewire_conformance.device.results import Result
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
 
 _SECONDS: Final = 0.6
 """The approximate duration of the move in seconds."""
+_BEGUN: Final = 0.1
+"""Seconds after the command in which the move back begins."""
 _LONG: Final = 0.5
 """Seconds within which at least one periodic status message arrives."""
 _SLOW: Final = 2.0
@@ -52,6 +55,7 @@ KIND = Kind(
     rules=(
         "updates-content",
         "updates-until-stop",
+        "updates-stop",
         "status-updates-position",
         "status-position",
         "dc-status-position",
@@ -64,9 +68,9 @@ KIND = Kind(
     KIND,
     "Periodic status messages of {motors} follow their motion",
     messages=("HW_START_UPDATEMSGS", "HW_STOP_UPDATEMSGS", "MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors together within {range} and back while status messages are running, and requests "
-    "the status on the way back",
-    seconds=2.9,
+    does="moves all motors together within {range} and back while status messages are running, requests "
+    "the status on the way back, moves them again, and stops the messages meanwhile",
+    seconds=3.6,
 )
 def _follow_motion(axes: Sequence[Axis]) -> None:
     trial = axes[0].trial
@@ -110,7 +114,10 @@ def _follow_motion(axes: Sequence[Axis]) -> None:
                 rule="updates-until-stop",
                 cause=Cause(streams[axis].status, "periodic"),
             )
-    _follow_back(axes, streams)
+    if trial.result is Result.PASS:
+        _follow_back(axes, streams)
+    if trial.result is Result.PASS:
+        _stop_on_the_way(ways, streams)
 
 
 def _follow_back(axes: Sequence[Axis], streams: Mapping[Axis, Stream]) -> None:
@@ -181,6 +188,24 @@ def _judge_age(axis: Axis, pairs: Sequence[_Pair], way: int) -> None:
         because=axis.spoilt,
         came=moving[0].update.heard.raw,
     )
+
+
+def _stop_on_the_way(ways: Mapping[Axis, int], streams: Mapping[Axis, Stream]) -> None:
+    """Move the motors again, and stop their status messages meanwhile."""
+    axes = list(ways)
+    line = axes[0].trial.line
+    targets = {stream.place.address: stream for stream in streams.values()}
+    for axis, way in ways.items():
+        axis.send(absolute(axis, axis.start + way).message)
+    began = line.now
+    line.pause(_BEGUN)
+    for stream in targets.values():
+        stream.end(axes[0].trial)
+    line.pause(LATE)
+    line.heard[:] = [heard for heard in line.heard if heard.name in ENDS]
+    heard = _listen_to_motion(axes, began)
+    for stream in targets.values():
+        judge_ended(axes[0].trial, stream, heard, " during a move")
 
 
 def _listen_to_motion(axes: Sequence[Axis], began: float) -> list[Incoming]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -129,10 +129,8 @@ def long_enough(ways: Mapping[Axis, int], otherwise: str) -> dict[Axis, int]:
     return {axis: way for axis, way in ways.items() if abs(way) >= _LEAST}
 
 
-def move(moves: Sequence[Move], meanwhile: Callable[[Axis], None] = lambda axis: None) -> bool:
+def move(moves: Sequence[Move]) -> bool:
     """Send commands that move motors together, and judge the reaction; return whether all arrived.
-
-    :param meanwhile: called for each motor when all have been started.
 
     Targets outside of the range are left out; they occur if a motor is not where it should be.
     """
@@ -154,8 +152,6 @@ def move(moves: Sequence[Move], meanwhile: Callable[[Axis], None] = lambda axis:
     else:
         for each in moves:
             each.axis.send(each.message)
-    for axis in ways:
-        meanwhile(axis)
     seen = watch(list(ways), limits, strays=beyond(starts, ways))
     for each in moves:
         axis = each.axis

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from stagewire.errors import StagewireError
 from stagewire_apt.enumerations import JogMode
 from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
-from stagewire_conformance.device.checks.apt.motion.axis import ENDS, Axis
+from stagewire_conformance.device.checks.apt.motion.axis import ENDS, HELD, Axis
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
 from stagewire_conformance.device.trial import EnoughError
 
@@ -32,10 +33,7 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
     :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
     axis.trial.depends_on(Cause(setting, SHARED))
-    line = axis.trial.line
-    if not line.come_to_rest():
-        raise EnoughError
-    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]  # of earlier motions
+    _come_to_rest(axis)
     placed = placed_set(axis, setting)
     before = placed.read(axis.trial)
     wanted = {**before, **values}
@@ -57,6 +55,52 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
         wanted=placed.expected(axis.trial, wanted, came),
         came=came.raw,
     )
+
+
+def shift_counter(axis: Axis, shift: int) -> None:
+    """Add to the position counter of a motor at rest, and to its range, until the end of the check.
+
+    End the check if the counter does not take the value.
+    """
+    placed = placed_set(axis, "MOT_SET_POSCOUNTER")
+    _come_to_rest(axis)
+    before = axis.status().position
+    shifted = False
+
+    def put_back() -> None:
+        due = axis.status().position - shift if shifted else before
+        placed.write(axis.trial, {"position": due})
+        _shift_range(axis, -shift if shifted else 0)
+        if abs(axis.status().position - due) > HELD:
+            raise StagewireError(
+                f"{axis.text}: send MOT_SET_POSCOUNTER with position={due} while it rests, or home it"
+            )
+
+    axis.trial.undo(f"position counter of {axis.text}", put_back, rule=rule_of_set(placed.set.set))
+    placed.write(axis.trial, {"position": before + shift})
+    shifted = True
+    _shift_range(axis, shift)
+    came = axis.status()
+    axis.trial.need(
+        abs(came.position - before - shift) <= HELD,
+        f"{axis.text}: {placed.set.set} wrote position = {before + shift}, but {came.heard.name} then "
+        f"returned {came.position}; nothing was moved",
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, EFFECT),
+        came=came.heard.raw,
+    )
+
+
+def _shift_range(axis: Axis, by: int) -> None:
+    axis.low, axis.high, axis.start = axis.low + by, axis.high + by, axis.start + by
+
+
+def _come_to_rest(axis: Axis) -> None:
+    """Let all motors come to rest, and drop their end messages; end the check if one does not rest."""
+    line = axis.trial.line
+    if not line.come_to_rest():
+        raise EnoughError
+    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]
 
 
 def placed_set(axis: Axis, setting: str) -> PlacedSet:

@@ -56,6 +56,8 @@ _EXACT: Final = 0.1
 """The relative difference up to which a speed is that of the setting in counts/s."""
 _LONGER: Final = 1.25
 """The ratio of the durations of a jog and a move from which their accelerations differ."""
+_BEYOND: Final = 1.3
+"""The least ratio of the speed of a move to that of a jog with at most half its velocity."""
 _TELLABLE: Final = 40
 """The least velocity in a status whose quarter is precise enough to be compared."""
 _MOST: Final = 0x7FFF
@@ -214,6 +216,7 @@ def _jogs(axes: Sequence[Axis]) -> None:
     found = _JOGS.search_velocity(list(steps), shuttle)
     for axis, each in found.items():
         _judge_scale(axis, each.values[-1], shuttle.courses[axis][-1], _JOGS)
+    _judge_moves_after_jogs(steps, found)
     if len(found) > 1 and not _JOGS.judge_apart(found, _JOGS.velocity, shuttle.speeds):
         return
     fast = {axis: _MOVES.velocity_of(axis) for axis in found}
@@ -231,6 +234,37 @@ def _jogs(axes: Sequence[Axis]) -> None:
     for axis, each in found.items():
         if axis in took:
             _judge_alike_ramps(axis, each, took[axis])
+
+
+def _judge_moves_after_jogs(steps: Mapping[Axis, int], found: Mapping[Axis, Search]) -> None:
+    """Report moves that are not faster than slow jogs over the same distance before them.
+
+    The jogs are so slow that they reach a constant speed. Moves with at least the acceleration of the jogs
+    and twice their velocity go beyond that speed.
+    """
+    faster = {}
+    for axis, each in found.items():
+        jogs, moves = present(axis, _JOGS.setting), present(axis, _MOVES.setting)
+        place = axis.position()
+        if (
+            moves[_MOVES.velocity] >= 2 * each.values[-1]
+            and moves[_MOVES.acceleration] >= jogs[_JOGS.acceleration]
+            and axis.low <= place <= axis.high
+        ):
+            faster[axis] = place
+    shuttle = Shuttle({axis: axis.wider(at) * steps[axis] for axis, at in faster.items()}, faster)
+    speeds = shuttle.speeds(list(faster))
+    shuttle.speeds(list(speeds))  # back, so that the next jogs have room
+    for axis, speed in speeds.items():
+        jog = found[axis].found[-1]
+        axis.trial.must(
+            speed >= _BEYOND * jog,
+            f"{axis.text}: after jogs at {jog:.0f} counts/s with jog_max_velocity = "
+            f"{found[axis].values[-1]}, a move with max_velocity = {_MOVES.velocity_of(axis)} reached only "
+            f"{speed:.0f} counts/s; moves have their own velocity and acceleration",
+            rule="velocity-parameters",
+            cause=_MOVES.defect,
+        )
 
 
 def _same_moves(steps: Mapping[Axis, int], found: Mapping[Axis, Search], name: str) -> Shuttle:

@@ -1,6 +1,7 @@
 """Moves to a target: to a position, by a distance, and to a stored target.
 
-- ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46).
+- ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46). A move to the
+  present position also ends. After MOT_SET_POSCOUNTER, targets count from the new zero (page 28).
 - ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back.
 """
 
@@ -24,13 +25,14 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     Move,
     absolute,
     distances,
+    long_enough,
     move,
     relative,
 )
 from stagewire_conformance.device.checks.apt.motion.parameters import (
     change,
     messages_of,
-    placed_set,
+    shift_counter,
 )
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
 
@@ -49,6 +51,7 @@ ABSOLUTE = Kind(
         "absolute-move",
         "absolute-move-long",
         "absolute-move-completed",
+        "position-counter-set",
         *COMPLETION,
         *APART,
     ),
@@ -71,12 +74,36 @@ RELATIVE = Kind(
     ABSOLUTE,
     "MOT_MOVE_ABSOLUTE moves {motors} to a position, and each reports the end once",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors together to positions within {range}, and back",
+    does="moves all motors together to positions within {range}, and back, and then to where they are",
+    seconds=1.9,
 )
 def _absolute(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _LONGER)
-    if move([absolute(axis, axis.start + way) for axis, way in ways.items()]):
-        move([absolute(axis, axis.start) for axis in axes])
+    out = [absolute(axis, axis.start + way) for axis, way in ways.items()]
+    if move(out) and move([absolute(axis, axis.start) for axis in axes]):
+        move([absolute(axis, axis.position(), ", where it is") for axis in axes])
+
+
+@motor_check(
+    ABSOLUTE,
+    "After MOT_SET_POSCOUNTER, MOT_MOVE_ABSOLUTE moves {motors} to positions that count from the new zero",
+    messages=("MOT_MOVE_ABSOLUTE", *messages_of("POSCOUNTER"), COMPLETED),
+    does="sets the position counters of all motors to other values, moves them together within {range}, "
+    "restores the counters, and moves them back",
+    settings=True,
+    name="counter",
+    only="MOT_SET_LIMSWITCHPARAMS",  # page 28 advises against it for brushless controllers
+)
+def _from_another_zero(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(Cause("MOT_SET_POSCOUNTER", EFFECT))
+    # A motor that still counts from its old zero goes twice as far, and remains within the range.
+    ways = {axis: way // 2 for axis, way in distances(axes, 2 * _SECONDS).items()}
+    ways = long_enough(ways, "a shift of {} counts is too short to be observed")
+    moves = []
+    for axis, way in ways.items():
+        shift_counter(axis, way)
+        moves.append(absolute(axis, axis.start + way, f" after the counter was raised by {way}"))
+    move(moves)
 
 
 @motor_check(
@@ -115,7 +142,7 @@ def _stored_check(message: str, parameters: str) -> Callable[[Moving], Moving]:
         f"{message} without data moves {{motors}} to the target stored with {setting}",
         messages=(message, setting, *others, COMPLETED),
         does=f"stores targets with {setting}, moves all motors together to them within "
-        f"{{range}}, stores others on the way, and moves the motors back",
+        f"{{range}}, and back",
         settings=True,
         name=message,
     )
@@ -124,45 +151,22 @@ def _stored_check(message: str, parameters: str) -> Callable[[Moving], Moving]:
 @_stored_check("MOT_MOVE_ABSOLUTE", "MOVEABSPARAMS")
 def _stored_absolute(axes: Sequence[Axis]) -> None:
     moves = []
-    ways = distances(axes, _SECONDS)
-    for axis, way in ways.items():
+    for axis, way in distances(axes, _SECONDS).items():
         target = axis.start + way
         change(axis, "MOT_SET_MOVEABSPARAMS", absolute_position=target)
         told = f"MOT_MOVE_ABSOLUTE without a position, with {target} stored"
         moves.append(Move(axis, m.MotMoveAbsoluteHeader(axis.channel), target, told))
-    move(
-        moves, lambda axis: _store_on_the_way(axis, absolute_position=axis.start + ways[axis] // 2)
-    )
+    move(moves)
 
 
 @_stored_check("MOT_MOVE_RELATIVE", "MOVERELPARAMS")
 def _stored_relative(axes: Sequence[Axis]) -> None:
     moves = []
-    ways = distances(axes, _SECONDS)
-    for axis, way in ways.items():
+    for axis, way in distances(axes, _SECONDS).items():
         change(axis, "MOT_SET_MOVERELPARAMS", relative_distance=way)
         told = f"MOT_MOVE_RELATIVE without a distance, with {way} stored"
         moves.append(Move(axis, m.MotMoveRelativeHeader(axis.channel), axis.start + way, told))
-    move(moves, lambda axis: _store_on_the_way(axis, relative_distance=ways[axis] // 2))
-
-
-def _store_on_the_way(axis: Axis, **target: int) -> None:
-    """Store another target while a motor moves, and check that it is stored; the move must not change."""
-    [(field, value)] = target.items()
-    setting = "MOT_SET_MOVEABSPARAMS" if field == "absolute_position" else "MOT_SET_MOVERELPARAMS"
-    placed = placed_set(axis, setting)
-    placed.write(axis.trial, {**placed.read(axis.trial), field: value})
-    came = placed.ask(axis.trial)
-    told = placed.values(came)[field]
-    axis.trial.must(
-        told == value,
-        f"{axis.text}: while it moved, {setting} wrote {field} = {value}, but {came.name} then returned "
-        f"{told}; a SET should also be obeyed during a motion",
-        rule="get-answers-request",
-        cause=Cause("a SET during a motion", EFFECT),
-        because=placed.reported(axis.trial),
-        came=came.raw,
-    )
+    move(moves)
 
 
 _SECONDS_FAR: Final = 3.0

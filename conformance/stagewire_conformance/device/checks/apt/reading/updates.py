@@ -22,7 +22,13 @@ from stagewire_conformance.device.checks.apt.replies import (
     judge_unasked,
     wrong_addresses,
 )
-from stagewire_conformance.device.checks.apt.streams import Stream, streams_of, unstopped
+from stagewire_conformance.device.checks.apt.streams import (
+    LATE,
+    Stream,
+    judge_ended,
+    streams_of,
+    unstopped,
+)
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentile
 from stagewire_conformance.registry import about
@@ -155,9 +161,6 @@ _SECONDS: Final = 2.0
 _ALONE: Final = 0.35
 """Seconds during which only the first target is started, or only the first is stopped."""
 
-_LATE: Final = 0.3
-"""Seconds after a stop in which a message may still be on its way."""
-
 _PERIOD: Final = 1.0
 """Seconds in which a running stream sends at least one message, even at a low rate."""
 
@@ -167,7 +170,7 @@ _ROUGHLY: Final = 0.4
 _RATE: Final = "update-rate-fixed"
 """The rule for the units that it names."""
 
-_RATE_SECONDS: Final = 20.0
+_RATE_SECONDS: Final = 10.0
 
 
 UPDATES = Kind(
@@ -231,7 +234,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     heard: list[Incoming] = line.listen(_ALONE if others else 0)
     for other in others:
         trial.must(
-            not (strays := _surely(other, heard)),
+            not (strays := other.surely(heard)),
             f"{first.start.layout.message} to {first.place.name} also started {other.status} "
             f"from {other.place.name}; a message to one bay should not affect another",
             rule="slot-addressed-by-destination",
@@ -309,9 +312,9 @@ def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
     line = trial.line
     first.end(trial)
     if others:
-        line.listen(_LATE)
+        line.listen(LATE)
         heard = line.listen(_ALONE)
-        _judge_ended(trial, first, heard)
+        judge_ended(trial, first, heard)
         if not all(other.of_it(heard) for other in others):
             heard += line.listen(_PERIOD)
         for other in others:
@@ -323,37 +326,16 @@ def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
                 because=(first.shared_start,),
             )
             other.end(trial)
-    line.listen(_LATE)
+    line.listen(LATE)
     heard = line.listen(_ALONE)
     for stream in others or (first,):
-        _judge_ended(trial, stream, heard)
-
-
-def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Incoming]) -> None:
-    late = _surely(stream, heard)
-    trial.must(
-        not late,
-        f"more than {_LATE:g} s after {stream.stop.layout.message} to {stream.place.name}, it "
-        f"sent {described(trial, late)}; nothing more should come",
-        rule="updates-stop",
-        cause=Cause(stream.stop.layout.message, EFFECT),
-        because=unstopped(trial.declared),
-        came=raw_of(late[:1]),
-    )
+        judge_ended(trial, stream, heard)
 
 
 def _is_like(trial: Trial, stream: Stream, heard: Incoming) -> bool:
     """Return whether bytes begin like the status message of a stream."""
     id: int = trial.declared.registry.messages[stream.status]["id"]
     return heard.raw[:2] == id.to_bytes(2, "little")
-
-
-def _surely(stream: Stream, heard: Sequence[Incoming]) -> list[Incoming]:
-    """Return the messages that certainly came from the target of a stream."""
-    mine = stream.place.address
-    return [
-        each for each in heard if each.name == stream.status and mine in (each.source, each.dest)
-    ]
 
 
 UPDATES.check(
@@ -402,7 +384,7 @@ def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
     )
     for stream in streams:
         stream.end(trial)
-    trial.line.listen(_LATE)
+    trial.line.listen(LATE)
     heard = trial.line.listen(_QUIET_SECONDS)
     late = [each for stream in streams for each in stream.of_it(heard)]
     trial.must(

@@ -15,6 +15,7 @@ from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set, rule_of_status
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
+from stagewire_conformance.device.checks.apt.streams import LATE, stream_of
 from stagewire_conformance.device.lines.motions import STATUS_BITS, reports_motion
 from stagewire_conformance.device.permissions import Need
 
@@ -37,6 +38,12 @@ _WIDE: Final = (0x1_0000, 0x1_FFFF)
 _NOISE: Final = 64
 """Counts by which the position of a stage that is held may vary."""
 
+_POSITION: Final = "MOT_REQ_POSCOUNTER"
+"""The request for the position counter."""
+
+_UPDATE: Final = 0.5
+"""Seconds within which a status update arrives."""
+
 _WATCHED: Final = 0.15
 """Seconds after which a motion that the command has started can be seen."""
 
@@ -51,6 +58,7 @@ KIND = Kind(
         "encoder-counter-signed",
         "status-position",
         "dc-status-position",
+        "status-updates-position",
         "command-without-acknowledgement",
         "slot-addressed-by-destination",
         "module-channels",
@@ -84,6 +92,7 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
         for other in placed_sets(trial.declared)
         if other.set.name == placed.set.name and other != placed and not other.set.skip
     ]
+    position = _position(trial, placed) if field != "position" else None
     shift, wide = trial.random.randint(*_SHIFT), trial.random.randint(*_WIDE)
     for value in (before + shift, before - wide, before + wide):
         if not -(2**31) <= value < 2**31:
@@ -109,8 +118,12 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
         _judge_others(trial, placed, field, value, others)
         if field == "position":
             _see_in_status(trial, placed, value)
-            if still and value == before + shift and not _stays(trial, placed, value):
-                return
+            if value == before + shift:
+                if still and not _stays(trial, placed, value):
+                    return
+                _see_in_update(trial, placed, value)
+        elif position is not None:
+            _judge_alone(trial, placed, position, value)
 
 
 def _is_scaled(trial: Trial, placed: PlacedSet, value: int, told: int) -> bool:
@@ -160,6 +173,46 @@ def _status(trial: Trial, placed: PlacedSet) -> Incoming | None:
     return trial.reply(request, placed.place.address)
 
 
+def _see_in_update(trial: Trial, placed: PlacedSet, value: int) -> None:
+    """Check that a status update has the same count as the counter."""
+    stream = stream_of(trial.declared, placed.place)
+    if stream is None or stream.skip:
+        return
+    stream.begin(trial)
+    came = trial.line.listen(
+        _UPDATE, until=lambda heard: bool(stream.by_channel([heard]).get(placed.channel or 1))
+    )
+    stream.end(trial)
+    updates = stream.by_channel(came).get(placed.channel or 1, [])
+    trial.line.listen(LATE if updates else 0)  # one more may be on its way
+    for update in updates[-1:]:
+        position: int = update.message.position
+        trial.must(
+            abs(position - value) <= _NOISE,
+            f"{placed.text}: {placed.set.set} wrote position = {value}, but {update.name} then had "
+            f"{position} when it was sent periodically, unlike when it is requested",
+            came=update.raw,
+            rule="status-updates-position",
+            cause=Cause(update.name, "periodic"),
+            because=(Cause(update.name, "position"),),
+        )
+
+
+def _judge_alone(trial: Trial, placed: PlacedSet, before: int, value: int) -> None:
+    """Report a position counter that follows the encoder counter.
+
+    Both may be the same register, so this is NON-STRICT.
+    """
+    position = _position(trial, placed) or 0
+    trial.should(
+        abs(position - before) <= _NOISE,
+        f"{placed.text}: {placed.set.set} wrote encoder_count = {value}, and the position counter went from "
+        f"{before} to {position}; it has a message of its own",
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, "position counter"),
+    )
+
+
 def _is_in_status(trial: Trial, placed: PlacedSet, value: int) -> bool:
     """Return whether the status has a count that was written, so that only the GET is wrong."""
     came = _status(trial, placed)
@@ -180,6 +233,15 @@ def _see_in_status(trial: Trial, placed: PlacedSet, value: int) -> None:
         rule=rule_of_status(placed.place, "position"),
         cause=Cause(came.name, "position"),
     )
+
+
+def _position(trial: Trial, placed: PlacedSet) -> int | None:
+    """Return the position counter; None if the target does not claim it."""
+    if _POSITION not in placed.place.messages:
+        return None
+    request = trial.declared.make(_POSITION, placed.channel)
+    position: int = trial.reply(request, placed.place.address).message.position
+    return position
 
 
 def _is_moving(trial: Trial, placed: PlacedSet) -> bool:
