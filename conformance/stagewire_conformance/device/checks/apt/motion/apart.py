@@ -38,16 +38,16 @@ def need_no_confusion(trial: Trial) -> None:
     trial.depends_on(CONFUSED, *wrong_addresses(trial))
 
 
-def start_first_alone(commands: Mapping[Axis, FramedMessage]) -> dict[Axis, float]:
-    """Send commands to motors, first only that to the first motor: the others must not obey it.
+def start(commands: Mapping[Axis, FramedMessage], *, first_alone: bool) -> dict[Axis, float]:
+    """Send commands to motors, and return the times at which they were sent.
 
-    Return the times at which they were sent.
+    :param first_alone: whether to wait after the first command: the other motors must not obey it.
     """
     first, *others = commands
-    stood = {other: other.status().position for other in others}
+    stood = {other: other.status().position for other in others if first_alone}
     first.send(commands[first])
     began = {first: first.trial.line.now}
-    if others:
+    if stood:
         first.pause(_OBEYS)
         judge_others(first, commands[first].layout.message, stood)
     for other in others:

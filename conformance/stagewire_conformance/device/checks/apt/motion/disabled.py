@@ -52,7 +52,7 @@ KIND = Kind(
     does="moves all motors within {range}, disables their channels on the way, of several motors the "
     "first one before the others, commands them to move while they are disabled, enables them, and moves "
     "them back",
-    seconds=3.0,
+    seconds=3.2,
 )
 def _stops(axes: Sequence[Axis]) -> None:
     axes[0].trial.depends_on(CONFUSING)
@@ -68,35 +68,49 @@ def _stops(axes: Sequence[Axis]) -> None:
     targets = {axis: axis.start + ways[axis] for axis in axes}
     for axis in axes:
         axis.send(absolute(axis, targets[axis]).message)
-    stopped = _disable([first], targets)
+    begun = _disable([first], targets)
+    for other in others:
+        _need_arrived(first, other, targets[other])
+    stopped = _rests(begun, targets, since_long=bool(others))
     if others:
-        for other in others:
-            _need_arrived(first, other, targets[other])
+        back = {axis: axis.start for axis in others}
         for axis in others:
             axis.send(absolute(axis, axis.start).message)
-        stopped |= _disable(others, {axis: axis.start for axis in others})
+        stopped |= _rests(_disable(others, back), back)
     _command_back(stopped)
     first.trial.line.listen(0)
 
 
-def _disable(axes: Sequence[Axis], targets: Mapping[Axis, int]) -> dict[Axis, Status]:
-    """Disable motors on their way, and return those that stop, with their statuses at rest."""
+def _disable(axes: Sequence[Axis], targets: Mapping[Axis, int]) -> dict[Axis, int]:
+    """Disable motors on their way; return where each was, unless it had almost arrived."""
     starts = {axis: axis.position() for axis in axes}
     ways = {axis: targets[axis] - starts[axis] for axis in axes}
     _wait_for_a_fifth(starts, ways)
     for axis in axes:
         axis.send(m.ModSetChanEnableState(axis.channel, EnableState.DISABLE))
-    begun = {axis: axis.position() for axis in axes}
-    stopped = {}
+    begun = {}
     for axis in axes:
-        rest = axis.standing()
-        target = targets[axis]
-        if abs(target - begun[axis]) <= abs(ways[axis]) // 4:
+        place = axis.position()
+        if abs(targets[axis] - place) <= abs(ways[axis]) // 4:
             axis.trial.inconclusive(f"{axis.text} had almost arrived when it was disabled")
-            continue
+        else:
+            begun[axis] = place
+    return begun
+
+
+def _rests(
+    begun: Mapping[Axis, int], targets: Mapping[Axis, int], *, since_long: bool = False
+) -> dict[Axis, Status]:
+    """Report disabled motors that have moved on to their targets; return the statuses of the others.
+
+    :param since_long: whether they certainly are at rest by now.
+    """
+    stopped = {}
+    for axis, place in begun.items():
+        rest, target = axis.status() if since_long else axis.standing(), targets[axis]
         if axis.trial.should(
             abs(rest.position - target) > HELD,
-            f"{axis.text}: MOD_SET_CHANENABLESTATE disabled it at {begun[axis]}, but it went on to its "
+            f"{axis.text}: MOD_SET_CHANENABLESTATE disabled it at {place}, but it went on to its "
             f"target {target}; a disabled motor should not move",
             rule="channel-enable",
             because=ENABLING,
@@ -124,8 +138,9 @@ def _command_back(stopped: Mapping[Axis, Status]) -> None:
     """Command disabled motors to move back, and report those that do."""
     for axis in stopped:
         axis.send(absolute(axis, axis.start).message)
-    for axis, rest in stopped.items():
+    for axis in list(stopped)[:1]:
         axis.pause(_WATCHED)
+    for axis, rest in stopped.items():
         now = axis.status()
         moves = abs(now.position - rest.position) > HELD
         if moves:

@@ -20,7 +20,7 @@ from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.motion.apart import (
     judge_sources,
     judge_stop_alone,
-    start_first_alone,
+    start,
 )
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, HOMED, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
@@ -52,7 +52,7 @@ _LATE: Final = 0.1
 """Seconds after the first reading in which the homing bit may be missing."""
 _LOOKS: Final = 3
 """Readings of a motor on its way home before it is stopped."""
-_APART: Final = 0.5
+_APART: Final = 0.4
 """Seconds between the stops of two motors."""
 _HOME: Final = "MOT_MOVE_HOME"
 
@@ -189,7 +189,7 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
             stops[axis] = status.time
         return going and is_next
 
-    start_first_alone({axis: m.MotMoveHome(axis.channel) for axis in axes})
+    start({axis: m.MotMoveHome(axis.channel) for axis in axes}, first_alone=True)
     seen = watch(axes, limits, stop=on_its_way, strays=strays, longest=_LONGEST)
     if seen[axes[0]].stopped is not None:
         judge_stop_alone(axes[0], {axis: seen[axis] for axis in others}, others)

@@ -11,7 +11,7 @@ from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.checks.apt.motion.apart import (
     CONFUSED,
     rule_of_apart,
-    start_first_alone,
+    start,
 )
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
@@ -147,11 +147,8 @@ def move(moves: Sequence[Move]) -> bool:
     starts = {each.axis: each.axis.status().position for each in moves}
     ways = {each.axis: each.target - starts[each.axis] for each in moves}
     limits = {each.axis: (each.jog or each.axis.pace).bound(ways[each.axis]) for each in moves}
-    if all(each.jog for each in moves):
-        start_first_alone({each.axis: each.message for each in moves})
-    else:
-        for each in moves:
-            each.axis.send(each.message)
+    jogs = any(each.jog for each in moves)
+    start({each.axis: each.message for each in moves}, first_alone=jogs)
     seen = watch(list(ways), limits, strays=beyond(starts, ways))
     for each in moves:
         axis = each.axis

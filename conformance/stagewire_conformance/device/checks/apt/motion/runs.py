@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt.enumerations import MoveDirection, StopMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command, rule_of_set
-from stagewire_conformance.device.checks.apt.motion.apart import start_first_alone
+from stagewire_conformance.device.checks.apt.motion.apart import start
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.course import (
     Point,
@@ -232,10 +232,12 @@ def judge_modes_of_runs(runs: Sequence[tuple[Run, Ran]]) -> None:
             )
 
 
-def run_all(runs: Sequence[Run]) -> dict[Axis, Ran] | None:
+def run_all(runs: Sequence[Run], *, alone: bool = False) -> dict[Axis, Ran] | None:
     """Run motors together, stop each, and judge the reaction.
 
     Return the motion of each motor until it was stopped; None if not all followed their commands.
+
+    :param alone: whether to start the first motor alone, to see whether the others obey its command.
     """
     by_axis = {run.axis: run for run in runs}
     need_stops(list(by_axis))
@@ -252,7 +254,7 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, Ran] | None:
         told = late and run.telling is not None and gone >= run.telling
         return told or gone >= run.enough or -gone > run.stopping
 
-    times = start_first_alone({run.axis: run.message for run in runs})
+    times = start({run.axis: run.message for run in runs}, first_alone=alone)
     began = {run.axis: Point(times[run.axis], run.start) for run in runs}
 
     def strays(axis: Axis, status: Status) -> bool:

@@ -1,18 +1,20 @@
 """``soft-limits``: a software limit stops a move (pages 39 and 40).
 
-Each motor moves towards a target beyond a limit that is set half-way, and must not arrive. Page 39 gives the
+Each motor moves up to a target beyond a limit that is set half-way, and must not arrive. Page 39 gives the
 limits in position steps, and also a factor that contradicts them (erratum apt-limswitch-soft-limit-factor).
-With this factor, the same number is a limit nearer to 0. So the check uses only positions above 0, and does
-not judge where a motor stops before its target. Before that, the status bits of a short move show which
-direction is clockwise, because no page states in which direction positions rise.
+With this factor, the same number is a limit nearer to 0. So the check only uses positions above 0, and does
+not judge where a motor stops before its target.
+
+No page states in which direction positions rise. If a motor passes the clockwise limit, the other one is
+tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
-from stagewire_apt.enumerations import MoveDirection, SoftwareLimitMode
+from stagewire_apt.enumerations import SoftwareLimitMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, HELD, Axis
@@ -21,23 +23,16 @@ from stagewire_conformance.device.checks.apt.motion.moves import absolute, beyon
 from stagewire_conformance.device.checks.apt.motion.parameters import (
     change,
     messages_of,
-    present,
     switch_backlash_off,
 )
 from stagewire_conformance.device.checks.apt.motion.watch import watch
 
 _SETTING: Final = "MOT_SET_LIMSWITCHPARAMS"
-_SECONDS: Final = 0.5
+_SECONDS: Final = 0.4
 """The approximate duration of the move to the target in seconds."""
-_SHORT: Final = 0.15
-"""The same seconds for the move that shows the direction."""
 _LEAST: Final = 8 * HELD
 """The least counts to the target."""
-_FIELDS: Final = {
-    MoveDirection.FORWARD: ("cw_soft_limit", "ccw_soft_limit"),
-    MoveDirection.REVERSE: ("ccw_soft_limit", "cw_soft_limit"),
-}
-"""Direction -> the limit in this direction, and the other one. Forward is clockwise (page 77)."""
+_FIELDS: Final = ("cw_soft_limit", "ccw_soft_limit")
 
 
 KIND = Kind(
@@ -54,63 +49,69 @@ KIND = Kind(
     does="sets a software limit within {range} for each motor, commands all motors together to move beyond "
     "it, still within the range, restores the limits, and moves the motors back",
     settings=True,
-    seconds=2.0,
+    seconds=1.8,
     only=_SETTING,
 )
 def _stops(axes: Sequence[Axis]) -> None:
-    shown = []
-    for axis in axes:
-        switch_backlash_off(axis)
-        if axis.room(axis.start, 1) >= 2 * _LEAST and axis.start >= 0:
-            way = min(axis.pace.distance(_SHORT) + HELD, axis.room(axis.start, 1) // 4)
-            shown.append(absolute(axis, axis.start + way))
-        else:
-            axis.trial.inconclusive(
-                f"{axis.text} is at {axis.start}; there, {axis.low}..{axis.high} has too little room for a "
-                "software limit above 0"
-            )
-    if not shown or not move(shown):
+    ways = {axis: way for axis in axes if (way := _way(axis))}
+    lower = [axis for axis in ways if axis.room(axis.start, 1) < ways[axis]]
+    if not ways or (
+        lower and not move([absolute(axis, axis.start - ways[axis]) for axis in lower])
+    ):
         return
-    targets = {each.axis: target for each in shown if (target := _limit(each.axis)) is not None}
-    if not targets:
-        return
-    starts = {axis: axis.status().position for axis in targets}
-    ways = {axis: target - starts[axis] for axis, target in targets.items()}
-    limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
-    for axis, target in targets.items():
-        axis.send(absolute(axis, target).message)
-    watch(list(targets), limits, strays=beyond(starts, ways))
-    for axis, target in targets.items():
-        rest = axis.settled(axis.status())
-        limit = (starts[axis] + target) // 2
+    for upper, other in (_FIELDS, _FIELDS[::-1]):
+        ways = _pass(ways, upper, other)
+        if not ways or not move(
+            [absolute(axis, axis.position() - way) for axis, way in ways.items()]
+        ):
+            return
+    for axis in ways:
         axis.trial.must(
-            abs(rest.position - target) > axis.tolerance(ways[axis]),
-            f"{axis.text}: with a software limit of {limit} and a profiled stop in {_SETTING}, "
-            f"MOT_MOVE_ABSOLUTE from {starts[axis]} to {target} ended there; it should end before",
+            False,
+            f"{axis.text}: with a software limit on its way in {_SETTING}, which stops it immediately, "
+            f"MOT_MOVE_ABSOLUTE over {ways[axis]} counts ended at its target; it should end at the limit",
             rule="soft-limit-modes",
             cause=Cause(_SETTING, EFFECT),
             because=axis.spoilt,
-            came=rest.heard.raw,
         )
-    axes[0].trial.line.listen(0)
 
 
-def _limit(axis: Axis) -> int | None:
-    """Set the limit of a motor half-way to a target, and return the target; None if that is not possible."""
-    direction = axis.direction_of(1)
-    if direction is None:
-        axis.trial.inconclusive(
-            f"{axis.text} sent no status on its way, so the direction of each limit is unknown"
-        )
-        return None
-    position = axis.status().position
+def _way(axis: Axis) -> int:
+    """Return the counts that a motor moves up, from a position above 0; 0 if it has no room."""
+    switch_backlash_off(axis)
     way = max(_LEAST, axis.pace.distance(_SECONDS))
-    target = position + min(way, axis.room(position, 1))
-    upper, lower = _FIELDS[direction]
-    values = {
-        upper: (position + target) // 2,
-        lower: min(present(axis, _SETTING)[lower], max(0, position - HELD)),
-        "software_limit_mode": int(SoftwareLimitMode.STOP_PROFILED),
+    room = max(axis.room(axis.start, 1), axis.start - max(0, axis.inner[0]))
+    if room < _LEAST or axis.start < 0:
+        axis.trial.inconclusive(
+            f"{axis.text} is at {axis.start}; there, {axis.low}..{axis.high} has too little room for a "
+            "software limit above 0"
+        )
+        return 0
+    return min(way, room)
+
+
+def _pass(ways: Mapping[Axis, int], upper: str, lower: str) -> dict[Axis, int]:
+    """Move motors up, with a limit half-way, and return those that arrive.
+
+    :param upper: the field that is used as the upper limit.
+    :param lower: the other one.
+    """
+    starts = {axis: axis.position() for axis in ways}
+    for axis, way in ways.items():
+        values: dict[str, Any] = {
+            upper: starts[axis] + way // 2,
+            lower: max(0, starts[axis] - _LEAST),
+            "software_limit_mode": int(SoftwareLimitMode.STOP_IMMEDIATE),
+        }
+        change(axis, _SETTING, at_most="", **values)
+    bounds = {axis: axis.pace.bound(way) for axis, way in ways.items()}
+    for axis, way in ways.items():
+        axis.send(absolute(axis, starts[axis] + way).message)
+    watch(list(ways), bounds, strays=beyond(starts, ways))
+    rests = {axis: axis.settled(axis.status()).position for axis in ways}
+    next(iter(ways)).trial.line.listen(0)
+    return {
+        axis: way
+        for axis, way in ways.items()
+        if abs(rests[axis] - starts[axis] - way) <= axis.tolerance(way)
     }
-    change(axis, _SETTING, **values)
-    return target
