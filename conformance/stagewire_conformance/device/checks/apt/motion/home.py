@@ -210,7 +210,7 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         if end is not None and judge_over(
             axis, told, end, each, strays=strays, ignored=partial(_is_home, before=before[axis])
         ):
-            judge_rest(axis, told, end)
+            judge_rest(axis, told, end, each)
 
 
 def _is_home(axis: Axis, status: Status, before: Status) -> bool:

@@ -342,5 +342,5 @@ def _judge(run: Run, seen: Watched) -> bool:
     end = judge_end(axis, told, seen, STOPPED)
     if end is None or not judge_over(axis, told, end, seen):
         return False
-    judge_rest(axis, told, end)
+    judge_rest(axis, told, end, seen)
     return moved
