@@ -57,6 +57,7 @@ KIND = Kind(
     "together back and forth within {range}, stops the last move after its turn, and restores the parameters",
     settings=True,
     seconds=4.6,
+    also=_STOP,
 )
 def _corrects(axes: Sequence[Axis]) -> None:
     distances = {axis: axis.step(_SECONDS, axis.pace) // 2 for axis in axes}
