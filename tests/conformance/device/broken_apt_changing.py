@@ -388,7 +388,7 @@ MOTION = [
            told("MOT_MOVE_VELOCITY", backwards)),
     Broken("move-velocity", "BBD102", ("0x22", "MOT_MOVE_VELOCITY", "it should have run"),
            told("MOT_MOVE_VELOCITY", of_dest(0x22, dropped))),
-    Broken("move-velocity", "TDC001", ("MOT_MOVE_STOP in MOT_MOVE_VELOCITY", "no MOT_MOVE_STOPPED"),
+    Broken("move-velocity", "TDC001", ("MOT_MOVE_STOP profiled in MOT_MOVE_VELOCITY", "no MOT_MOVE_STOPPED"),
            said("MOT_MOVE_STOPPED", dropped)),
     Broken("home", "TDC001", ("MOT_MOVE_STOP in MOT_MOVE_HOME", "should have slowed down and stopped"),
            told("MOT_MOVE_STOP", dropped), stage="Z8"),

@@ -14,6 +14,7 @@ from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
+    HELD,
     JITTER,
     STOPPED,
     Axis,
@@ -56,6 +57,7 @@ KIND = Kind(
     "together back and forth within {range}, stops the last move after its turn, and restores the parameters",
     settings=True,
     seconds=4.6,
+    also=_STOP,
 )
 def _corrects(axes: Sequence[Axis]) -> None:
     distances = {axis: axis.step(_SECONDS, axis.pace) // 2 for axis in axes}
@@ -97,38 +99,30 @@ def _stop_after_the_turn(
     if not axes:
         return
     axes[0].trial.depends_on(IGNORED)
-    ways, starts, targets = {}, {}, {}
-    for axis in axes:
-        ways[axis] = 1 if overshoots[axis][0] >= overshoots[axis][1] else -1
-        starts[axis] = axis.position()
-        targets[axis] = begins[axis] + (distances[axis] if ways[axis] > 0 else 0)
-    away = [
-        axis for axis in axes if (targets[axis] - starts[axis]) * ways[axis] < distances[axis] // 2
-    ]
-    if away and not move(
-        [absolute(axis, targets[axis] - ways[axis] * distances[axis]) for axis in away]
-    ):
+    ways = {axis: 1 if overshoots[axis][0] >= overshoots[axis][1] else -1 for axis in axes}
+    targets = {axis: begins[axis] + max(0, ways[axis]) * distances[axis] for axis in axes}
+    starts = {axis: targets[axis] - ways[axis] * distances[axis] for axis in axes}
+    away = [absolute(axis, at) for axis, at in starts.items() if abs(axis.position() - at) > HELD]
+    if away and not move(away):
         return
-    starts = {axis: axis.position() for axis in axes}
     furthest = dict(starts)
 
     def turned(axis: Axis, status: Status) -> bool:
-        """Return whether a motor is on its way back to its target."""
+        """Return whether a motor is at the beginning of its way back to its target."""
         way = ways[axis]
         furthest[axis] = way * max(way * furthest[axis], way * status.position)
-        return (furthest[axis] - status.position) * way > JITTER and status.moving
+        left = (status.position - targets[axis]) * way
+        return (furthest[axis] - status.position) * way > JITTER and left > distances[axis] // 2
 
     told = {axis: f"MOT_MOVE_ABSOLUTE to {targets[axis]}" for axis in axes}
     limits = {}
     for axis in axes:
-        limits[axis] = axis.pace.bound(targets[axis] - starts[axis]) + axis.pace.bound(
-            distances[axis]
-        )
+        limits[axis] = 2 * axis.pace.bound(2 * distances[axis])
         axis.send(m.MotMoveAbsolute(axis.channel, targets[axis]))
     seen = watch(axes, limits, stop=turned, mode=StopMode.IMMEDIATE)
     for axis, each in seen.items():
         if each.stopped is None:
-            continue  # it arrived between two statuses
+            continue  # it was near its target at the first status after the turn
         stop = f"MOT_MOVE_STOP immediate in {told[axis]}, on the way back to it"
         rest = axis.standing()
         if axis.trial.must(

@@ -25,6 +25,8 @@ _APART: Final = 2.0
 """The ratio of two speeds from which their reported velocities are compared."""
 _PRECISE: Final = 20
 """The minimum velocity, in units of the status, of the faster one."""
+_MOST: Final = 0x7FFF
+"""The highest velocity that a status can represent with a sign."""
 _FOLLOWS: Final = 1.6
 """The tolerance of the ratio of two reported velocities, as a factor."""
 
@@ -159,7 +161,9 @@ def _windows(moving: Sequence[Status]) -> Iterator[_Window]:
     for status in moving[1:]:
         velocities.append(status)
         seconds, way = status.time - begin.time, abs(status.position - begin.position)
-        if seconds >= _WINDOW and way >= HELD:
+        if max(abs(each.velocity or 0) for each in velocities) >= _MOST:
+            begin, velocities = status, [status]
+        elif seconds >= _WINDOW and way >= HELD:
             reported = sum(
                 (abs(before.velocity or 0) + abs(after.velocity or 0))
                 / 2

@@ -69,7 +69,13 @@ KIND = Kind(
 def _counters(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
     for placed in placed_sets(declared):
         if field := _COUNTERS.get(placed.set.name):
-            yield replace(placed.case(field=field), words={"counter": field.replace("_", " ")})
+            stream = stream_of(declared, placed.place) if field == "position" else None
+            also = () if stream is None or stream.skip else stream.messages
+            yield replace(
+                placed.case(field=field),
+                messages=(*placed.set.messages, *also),
+                words={"counter": field.replace("_", " ")},
+            )
 
 
 @KIND.check(
