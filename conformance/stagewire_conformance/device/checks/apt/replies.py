@@ -194,6 +194,8 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
         cause=cause,
         came=raw_of(heard),
     ):
+        if cause is not None and cause.subject == ADDRESSES:
+            report_lost(trial, request.answers[0], cause)
         for each in others:  # it may come again while others wait for their replies
             trial.causes.report(cause_of_stray(trial.declared, each), trial.check)
         return None
@@ -281,6 +283,11 @@ def wrong_addresses(trial: Trial) -> list[Cause]:
     return [cause for cause in trial.causes if cause.subject == ADDRESSES]
 
 
+def report_lost(trial: Trial, message: str, cause: Cause) -> None:
+    """Record that a message with wrong addresses is no reply to a request."""
+    trial.causes.report(Cause(message, DELIVERY), trial.causes.check_of(cause) or trial.check)
+
+
 def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
     """Report what is wrong with the addresses of a message from a target to the host."""
     host = trial.declared.framed.host
@@ -295,10 +302,8 @@ def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
     alone = sum(each.bay is not None for each in trial.declared.places) < 2
     is_known = came == (place.address, host) or (came == (0, 0) and alone)
     cause = addresses(trial.declared, place.address, heard.dest, heard.source)
-    if not is_known:  # a request for it gets no reply
-        trial.causes.report(
-            Cause(heard.name, DELIVERY), trial.causes.check_of(cause) or trial.check
-        )
+    if not is_known:
+        report_lost(trial, heard.name, cause)
     (trial.should if is_known else trial.must)(
         False,
         text,

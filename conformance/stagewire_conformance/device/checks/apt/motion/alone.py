@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 _SECONDS: Final = 0.4
 """The approximate duration of a move in seconds."""
+_LESS: Final = 0.9
+"""The ratio of the distances of successive motors, so that their targets differ."""
 _SHARE: Final = 8
 """A motor is stopped after an eighth of its way."""
 _SHORT: Final = 4
@@ -54,7 +56,10 @@ KIND = Kind(
     at_least=2,
 )
 def _one_alone(axes: Sequence[Axis]) -> None:
-    ways = distances(axes, _SECONDS)
+    ways = {
+        axis: int(way * _LESS**index)
+        for index, (axis, way) in enumerate(distances(axes, _SECONDS).items())
+    }
     *others, last = axes
     for axis in others:
         _move_alone(axis, axis.start + ways[axis], [each for each in axes if each is not axis])
