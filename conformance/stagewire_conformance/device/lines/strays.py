@@ -99,7 +99,8 @@ def wrong_addresses(
     raw, protocol = heard.raw, declared.framed
     if heard.kind == "message" or len(raw) < HEADER_SIZE:
         return None
-    if subject_of(declared, heard) not in names:
+    ids = [declared.registry.messages[name]["id"] for name in names]
+    if int.from_bytes(raw[:2], "little") not in ids:
         return None
     dest, source = raw[4] & ~DATA_FLAG, raw[5]
     if dest == protocol.host and source in protocol.devices:

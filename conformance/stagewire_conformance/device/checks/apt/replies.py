@@ -181,6 +181,7 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
     if heard and not replies:
         names, address = request.answers, request.place.address
         cause = cause_of_silence(trial.declared, joined(heard), names, address)
+        cause = trial.likely(cause, Cause(names[0], DELIVERY))
         if trial.line.ask(request.message, address) is not None:
             cause = trial.likely(NOW_AND_THEN, cause)
     elif not replies:

@@ -19,7 +19,11 @@ from stagewire_conformance.device.checks.ms2000.motion.mover import (
     lacks_of,
     motion_check,
 )
-from stagewire_conformance.device.checks.ms2000.motion.stops import IGNORED, stop
+from stagewire_conformance.device.checks.ms2000.motion.stops import (
+    IGNORED,
+    stop,
+    stop_on_the_way,
+)
 from stagewire_conformance.device.checks.ms2000.motion.vector import KIND as VECTOR
 from stagewire_conformance.device.checks.ms2000.motion.vector import (
     follow_to_speed,
@@ -124,12 +128,12 @@ def _stop_alone(stopped: Mover, going: Mover, goals: Mapping[Mover, int]) -> Non
         return
     going.begin(m.WriteTargetPosition(goals[going]))
     stopped.begin(m.WriteTargetPosition(goals[stopped]))
-    stopped.follow(
+    seen = stopped.follow(
         f"on its way to {goals[stopped]}",
         ways[stopped],
         until=lambda at: abs(at.position - starts[stopped]) > ways[stopped] // _SHARE,
     )
-    stop(stopped, goals[stopped])
+    stop_on_the_way(stopped, seen[-1], goals[stopped])
     going.follow(f"on its way to {goals[going]}", ways[going])
     place = going.position
     arrived = abs(place - goals[going]) <= max(ARRIVED, ways[going] // _SHORT)
