@@ -289,7 +289,7 @@ def judge_rest(
         f"{position}, but {status.heard.name} then reported {status.position}",
         rule=_rule_of_content(end) if end else "",
         cause=Cause(end.name, "position") if end else None,
-        because=(Cause(status.heard.name, "position at a stop"),),
+        because=(Cause(status.heard.name, "position"),),
         came=end.raw if end else None,
     )
     if not status.moving:
@@ -326,7 +326,7 @@ def _judge_jump(
         f"{axis.text}: after {told}, it slowed down from {before.position} to {last.position} counts, and "
         f"{rest.heard.name} at rest then reported {rest.position}; the position should not jump",
         rule=rule_of_status(axis.place, "position"),
-        cause=Cause(rest.heard.name, "position at a stop"),
+        cause=Cause(rest.heard.name, "position"),
         because=(*axis.spoilt, Cause(end.name, "position")),
         came=rest.heard.raw,
     )

@@ -140,6 +140,8 @@ def _stop_alone(stopped: Mover, going: Mover, goals: Mapping[Mover, int]) -> Non
     for mover in (stopped,) if arrived else (stopped, going):
         mover.line.send(m.StartMotor(), mover.address)
         mover.follow("started", ways[mover])
+    if arrived:
+        _need_enabled(stopped, goals[stopped])
     stopped.trial.need(
         arrived,
         f"axis {stopped.name} was stopped, but axis {going.name} also stopped, at {place} on its way from "
@@ -147,6 +149,21 @@ def _stop_alone(stopped: Mover, going: Mover, goals: Mapping[Mover, int]) -> Non
         rule="axis-identifiers",
         cause=STOPS_BOTH,
     )
+
+
+def _need_enabled(mover: Mover, goal: int) -> None:
+    """Move an axis that was started to its target, unless it is there; end the check if it does not move."""
+    place = mover.position
+    if abs(place - goal) <= ARRIVED:
+        return
+    mover.line.send(m.WriteTargetPosition(goal), mover.address)
+    mover.trial.need(
+        mover.is_busy,
+        f"axis {mover.name} was stopped at {place} and started again, but does not move to its target {goal}",
+        rule="start-enables",
+        cause=Cause("START_MOTOR", EFFECT),
+    )
+    mover.follow(f"on its way to {goal}", abs(goal - place))
 
 
 @motion_check(
