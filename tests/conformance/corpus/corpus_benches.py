@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from corpus_lines import CorpusLink, Maker, SteppedCorpusLink
 from corpus_ms2000 import Ms2000
+from corpus_rack import Rack
 from corpus_stepper import Stepper
 from corpus_tdc001 import ShortTdc001, Tdc001
 from corpus_z8 import Z8Tdc001
@@ -95,6 +96,24 @@ BENCHES = {
         ),
         "-7680..128000counts",
         Stepper,
+    ),
+    "rack": CorpusBench(
+        Pics(
+            unit="BSC102",
+            line="rs232",
+            channels=tuple(
+                ChannelPics(
+                    number=1,
+                    bay=bay,
+                    stage="APT_STEPPER",
+                    travel=Range.parse("-7680..320000counts"),
+                )
+                for bay in (1, 2)
+            ),
+            timing=_TIMING,
+        ),
+        "-7680..128000counts",
+        Rack,
     ),
     "ms2000": CorpusBench(
         Pics(

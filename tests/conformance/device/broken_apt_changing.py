@@ -413,7 +413,7 @@ MOTION = [
            lambda: LinkFault(to_host=of(DONE, every(3, dropped))), stage="APT_STEPPER", homed=True),
     Broken("limits", "TDC001", ("0x50", "MOT_MOVE_VELOCITY reverse", "it went the other way"),
            told("MOT_MOVE_VELOCITY", backwards), stage="Z8", homed=True),
-    Broken("move-alone", "BBD103", ("0x22 channel 1 alone was commanded to move", "0x21 channel 1 went"),
+    Broken("move-alone", "BBD103", ("MOT_MOVE_ABSOLUTE was sent to 0x22 channel 1", "0x21 channel 1 went"),
            told("MOT_MOVE_ABSOLUTE", of_dest(0x22, also_to(0x21)))),
     Broken("move-alone", "MST601", ("0x21 channel 2", "MOT_MOVE_ABSOLUTE"),
            told("MOT_MOVE_ABSOLUTE", byte(6, 1))),

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.protocols import FramedMessage
-from stagewire_conformance.device.causes import EFFECT, UNSOLICITED, Cause
+from stagewire_conformance.device.causes import EFFECT, SHARED, UNSOLICITED, Cause
 from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
@@ -65,9 +65,16 @@ class Stream:
             trial.undo(what, lambda: self.end(trial))
         trial.line.send(self.start, self.place.address)
 
+    @property
+    def shared_start(self) -> Cause:
+        """The defect that the start of this stream also starts those of other targets."""
+        return Cause(self.start.layout.message, SHARED)
+
     def end(self, trial: Trial) -> None:
-        """Stop the stream."""
-        trial.line.send(self.stop, self.place.address)
+        """Stop the stream, and those that its start has also started."""
+        streams = streams_of(trial.declared) if trial.causes.check_of(self.shared_start) else [self]
+        for stream in streams:
+            trial.line.send(stream.stop, stream.place.address)
 
     def of_it(self, heard: Iterable[Incoming]) -> list[Incoming]:
         """Return the received messages of this stream; a source of 0 may be any target."""

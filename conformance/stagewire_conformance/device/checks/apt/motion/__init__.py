@@ -6,6 +6,7 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion import (
+    alone,
     backlash,
     disabled,
     home,
@@ -16,6 +17,7 @@ from stagewire_conformance.device.checks.apt.motion import (
     mid_move,
     move_updates,
     profile,
+    soft_limits,
     stops,
     suspension,
     targets,
@@ -24,6 +26,7 @@ from stagewire_conformance.device.checks.apt.motion import (
 
 KINDS: Final[tuple[Kind, ...]] = (
     home.KIND,
+    alone.KIND,
     in_motion.KIND,
     targets.ABSOLUTE,
     targets.RELATIVE,
@@ -40,7 +43,8 @@ KINDS: Final[tuple[Kind, ...]] = (
     home_again.KIND,
     suspension.KIND,
     limits.KIND,
-    targets.ALONE,
+    soft_limits.KIND,
 )
-"""The kinds in the order in which they run: homing first, because positions count from home, then the
-agreement of the replies, on which all others rely, and stops before the motions that only a stop ends."""
+"""The kinds in the order in which they run: homing first, because positions count from home, then whether
+motors are confused, and the agreement of the replies, on which all others rely, and stops before the motions
+that only a stop ends."""

@@ -63,6 +63,8 @@ _FOLLOWS = 0.1
 _STILL_SPEED = 3
 """The highest velocity, in units of the status, that a motor at rest may report."""
 
+_BEFORE = 2
+"""Statuses before the end of a motion that show how fast it was."""
 _MIDWAY = 20
 """A motor is on its way while it is at least a twentieth of the distance from both ends."""
 
@@ -167,7 +169,7 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
         f"{axis.text}: {end.name} after {told} is only a header; 14 bytes of status should "
         "follow it",
         rule=_rule_of_content(end),
-        cause=Cause(end.name, "status"),
+        cause=Cause("end of a move", "status"),
         came=end.raw,
     ):
         return
@@ -260,13 +262,18 @@ def _without_late_ones(statuses: Sequence[Status], midway: Sequence[Status]) -> 
     return [status for status in midway if status.moving or status.time - statuses[0].time >= _LATE]
 
 
-def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
+def judge_rest(
+    axis: Axis, told: str, end: Incoming | None = None, seen: Watched | None = None
+) -> Status:
     """Report what is wrong with the status of a motor after the end of a motion, and return it.
 
     :param end: the end message, whose content must be right, and must still hold.
+    :param seen: the observed motion, if the motor was stopped.
     """
     axis.pause(SETTLES)
     status = axis.status()  # only once: a second request would hide a status that lags by one
+    if end is not None and seen is not None:
+        _judge_jump(axis, told, end, status, seen.slowing[-_BEFORE:])
     axis.trial.must(
         not status.moving,
         f"{axis.text}: {told} has ended, but {status.heard.name} reports {_names(status)}; it "
@@ -282,6 +289,7 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         f"{position}, but {status.heard.name} then reported {status.position}",
         rule=_rule_of_content(end) if end else "",
         cause=Cause(end.name, "position") if end else None,
+        because=(Cause(status.heard.name, "position at a stop"),),
         came=end.raw if end else None,
     )
     if not status.moving:
@@ -297,6 +305,31 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         _judge_status_of_end(axis, told, end)
     judge_bits_alone(axis, f"after {told}")
     return status
+
+
+def _judge_jump(
+    axis: Axis, told: str, end: Incoming, rest: Status, slowing: Sequence[Status]
+) -> None:
+    """Report a position that jumps when a motor has slowed down to a stop.
+
+    A motor that slows down covers less in each interval than in the one before. A servo may overshoot.
+
+    :param slowing: its last statuses before the end message.
+    """
+    if len(slowing) < _BEFORE or axis.place.status != "stepper":
+        return
+    before, last = slowing
+    speed = abs(last.position - before.position) / max(last.time - before.time, 1e-3)
+    most = speed * (end.time - last.time) + 2 * HELD
+    axis.trial.must(
+        abs(rest.position - last.position) <= most,
+        f"{axis.text}: after {told}, it slowed down from {before.position} to {last.position} counts, and "
+        f"{rest.heard.name} at rest then reported {rest.position}; the position should not jump",
+        rule=rule_of_status(axis.place, "position"),
+        cause=Cause(rest.heard.name, "position at a stop"),
+        because=(*axis.spoilt, Cause(end.name, "position")),
+        came=rest.heard.raw,
+    )
 
 
 def judge_positions(

@@ -7,7 +7,7 @@ from typing import Any
 
 from stagewire.errors import StagewireError
 from stagewire_apt.enumerations import JogMode
-from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
 from stagewire_conformance.device.checks.apt.motion.axis import ENDS, HELD, Axis
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
@@ -32,6 +32,7 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 
     :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
+    axis.trial.depends_on(Cause(setting, SHARED))
     _come_to_rest(axis)
     placed = placed_set(axis, setting)
     before = placed.read(axis.trial)

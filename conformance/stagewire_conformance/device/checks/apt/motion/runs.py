@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire_apt.enumerations import MoveDirection, StopMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command, rule_of_set
+from stagewire_conformance.device.checks.apt.motion.apart import start
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.course import (
     Point,
@@ -231,10 +232,12 @@ def judge_modes_of_runs(runs: Sequence[tuple[Run, Ran]]) -> None:
             )
 
 
-def run_all(runs: Sequence[Run]) -> dict[Axis, Ran] | None:
+def run_all(runs: Sequence[Run], *, alone: bool = False) -> dict[Axis, Ran] | None:
     """Run motors together, stop each, and judge the reaction.
 
     Return the motion of each motor until it was stopped; None if not all followed their commands.
+
+    :param alone: whether to start the first motor alone, to see whether the others obey its command.
     """
     by_axis = {run.axis: run for run in runs}
     need_stops(list(by_axis))
@@ -251,10 +254,8 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, Ran] | None:
         told = late and run.telling is not None and gone >= run.telling
         return told or gone >= run.enough or -gone > run.stopping
 
-    began: dict[Axis, Point] = {}
-    for run in runs:
-        run.axis.send(run.message)
-        began[run.axis] = Point(run.axis.trial.line.now, run.start)
+    times = start({run.axis: run.message for run in runs}, first_alone=alone)
+    began = {run.axis: Point(times[run.axis], run.start) for run in runs}
 
     def strays(axis: Axis, status: Status) -> bool:
         run = by_axis[axis]
@@ -262,7 +263,8 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, Ran] | None:
         return is_outside(axis, status) or abs(run.gone(status)) > too_far
 
     limits = {run.axis: run.limit for run in runs}
-    latest = {run.axis: run.latest for run in runs}
+    now = runs[0].axis.trial.line.now
+    latest = {run.axis: run.latest - (now - times[run.axis]) for run in runs}
     mode = runs[0].mode
     seen = watch(list(by_axis), limits, stop=enough, mode=mode, strays=strays, deadlines=latest)
     done = [_judge(run, seen[run.axis]) for run in runs]
@@ -340,5 +342,5 @@ def _judge(run: Run, seen: Watched) -> bool:
     end = judge_end(axis, told, seen, STOPPED)
     if end is None or not judge_over(axis, told, end, seen):
         return False
-    judge_rest(axis, told, end)
+    judge_rest(axis, told, end, seen)
     return moved

@@ -197,7 +197,7 @@ def _judge(one: Move, start: int, seen: Watched, mode: StopMode) -> int | None:
         ),
     ):
         return None
-    place = judge_rest(axis, told, end).position
+    place = judge_rest(axis, told, end, seen).position
     if abs(place - target) <= axis.tolerance(target - start):
         axis.trial.inconclusive(f"{axis.text}: after {told}, it had almost arrived, at {place}")
         return place

@@ -1,10 +1,8 @@
-"""Moves to a target: to a position, by a distance, to a stored target, and of one motor alone.
+"""Moves to a target: to a position, by a distance, and to a stored target.
 
 - ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46). A move to the
   present position also ends. After MOT_SET_POSCOUNTER, targets count from the new zero (page 28).
 - ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back.
-- ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
-  only by the address in their messages, channels of a module only by the channel.
 """
 
 from __future__ import annotations
@@ -16,7 +14,7 @@ from typing import Final
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, JITTER, Axis
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     COMPLETION,
@@ -198,42 +196,3 @@ def _far(axes: Sequence[Axis]) -> None:
     if move([replace(each, accurate=True) for each in out]):
         back = [relative(axis, -way) for axis, way in ways.items()]
         move([replace(each, accurate=True) for each in back])
-
-
-_SECONDS_ALONE: Final = 0.25
-
-
-ALONE = Kind(
-    name="move-alone",
-    title="Of several motors, only the addressed one moves",
-    rules=("absolute-move", *APART),
-)
-
-
-@motor_check(
-    ALONE,
-    "Of {motors}, only the addressed motor moves, and only it reports a move",
-    messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves one motor after the other within {range}, and back",
-    at_least=2,
-)
-def _one_alone(axes: Sequence[Axis]) -> None:
-    for axis, way in distances(axes, _SECONDS_ALONE).items():
-        target = axis.start + way
-        others = [other for other in axes if other is not axis]
-        stood = {other: other.status().position for other in others}
-        arrived = move([absolute(axis, target)])
-        for other in others:
-            status = other.status()
-            axis.trial.must(
-                abs(status.position - stood[other])
-                <= 2 * JITTER,  # it may have oscillated from one end to the other
-                f"{axis.text} alone was commanded to move, but {other.text} went from "
-                f"{stood[other]} to {status.position}; it should not move",
-                rule="slot-addressed-by-destination"
-                if axis.place != other.place
-                else "module-channels",
-                came=status.heard.raw,
-            )
-        if not arrived:
-            return

@@ -87,7 +87,7 @@ def _run(axes: Sequence[Axis]) -> None:
             Run(axis, way, m.MotMoveVelocity(axis.channel, way), *velocity, mode=mode)
             for axis, velocity in velocities.items()
         ]
-        found = run_all(runs)
+        found = run_all(runs, alone=not done)
         if found is None:
             return
         done += [(run, found[run.axis]) for run in runs]

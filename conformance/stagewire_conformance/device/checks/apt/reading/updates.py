@@ -16,7 +16,12 @@ from stagewire_conformance.device.causes import CHANNEL, DELIVERY, EFFECT, ENDED
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel, rule_of_stray
 from stagewire_conformance.device.checks.apt.clean import clean_request
-from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
+from stagewire_conformance.device.checks.apt.replies import (
+    judge_addresses,
+    judge_message,
+    judge_unasked,
+    wrong_addresses,
+)
 from stagewire_conformance.device.checks.apt.streams import (
     LATE,
     Stream,
@@ -51,7 +56,9 @@ def run_rate(trial: Trial, streams: Sequence[Stream], seconds: float) -> None:
     """Count status messages for ``seconds``, with as few keep-alive messages as the document allows."""
     jitter = jitter_of(trial.line)
     for stream in streams:
-        trial.depends_on(Cause(stream.status, DELIVERY), silence(stream.place.name))
+        trial.depends_on(
+            Cause(stream.status, DELIVERY), silence(stream.place.name), *wrong_addresses(trial)
+        )
         stream.begin(trial)
     began = trial.line.now
     heard = _listen(trial, streams, seconds)
@@ -221,7 +228,7 @@ def _streams(declared: Declaration, signs: bool) -> Iterator[Case]:
 )
 def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line
-    trial.depends_on(*(silence(stream.place.name) for stream in streams))
+    trial.depends_on(*(silence(stream.place.name) for stream in streams), *wrong_addresses(trial))
     first, *others = streams
     first.begin(trial)
     heard: list[Incoming] = line.listen(_ALONE if others else 0)
@@ -231,6 +238,7 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
             f"{first.start.layout.message} to {first.place.name} also started {other.status} "
             f"from {other.place.name}; a message to one bay should not affect another",
             rule="slot-addressed-by-destination",
+            cause=first.shared_start,
             came=raw_of(strays[:1]),
         )
         other.begin(trial)
@@ -239,16 +247,20 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
         trial.reply(request.message, request.place.address)
     heard += line.listen(_SECONDS / 2)
     _judge(trial, streams, heard)
-    _stop(trial, first, others)
+    _stop(trial, first, [other for other in others if other.of_it(heard)])
 
 
 def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -> None:
     """Report what is wrong with the received messages; of several with the same fault, only the first."""
     theirs: list[Incoming] = []
+    lost = _of_no_stream(streams, heard)
     for stream in streams:
         mine = stream.of_it(heard)
         theirs += mine
         place = stream.place
+        if not mine and lost:
+            judge_addresses(trial, place, lost[0])
+            continue
         kinds = {(each.raw[:6], each.channel): each for each in reversed(mine)}
         for each in kinds.values():
             judge_message(trial, place, None, each)
@@ -288,6 +300,13 @@ def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -
             judge_unasked(trial, each, "while status messages were running")
 
 
+def _of_no_stream(streams: Sequence[Stream], heard: Sequence[Incoming]) -> list[Incoming]:
+    """Return the status messages from an address that has no stream, such as that of the motherboard."""
+    mine = [each for stream in streams for each in stream.of_it(heard)]
+    names = {stream.status for stream in streams}
+    return [each for each in heard if each.name in names and each not in mine]
+
+
 def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
     """Stop the first target, and then the others: each must end with its own stop."""
     line = trial.line
@@ -304,6 +323,7 @@ def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
                 f"{first.stop.layout.message} to {first.place.name} also stopped {other.status} "
                 f"from {other.place.name}; a message to one bay should not affect another",
                 rule="slot-addressed-by-destination",
+                because=(first.shared_start,),
             )
             other.end(trial)
     line.listen(LATE)

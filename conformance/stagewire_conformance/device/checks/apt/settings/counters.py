@@ -6,12 +6,12 @@ difference, but write values that differ more from the previous ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from stagewire.errors import StagewireError
-from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set, rule_of_status
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, placed_sets
@@ -60,6 +60,8 @@ KIND = Kind(
         "dc-status-position",
         "status-updates-position",
         "command-without-acknowledgement",
+        "slot-addressed-by-destination",
+        "module-channels",
     ),
 )
 
@@ -91,6 +93,11 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
         because=lambda: (get, *placed.reported(trial)),
     )
     still = not _is_moving(trial, placed)
+    others = [
+        (other, other.read(trial)[field])
+        for other in placed_sets(trial.declared)
+        if other.set.name == placed.set.name and other != placed and not other.set.skip
+    ]
     position = _position(trial, placed) if field != "position" else None
     shift, wide = trial.random.randint(*_SHIFT), trial.random.randint(*_WIDE)
     for value in (before + shift, before - wide, before + wide):
@@ -108,8 +115,13 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
             came=came.raw,
             rule=rule_of_set(placed.set.set),
             cause=get if is_set else Cause(placed.set.set, EFFECT),
+            because=(Cause(placed.set.set, SHARED),),
         ):
+            if field == "position" and not is_set and _is_scaled(trial, placed, value, told):
+                # It is not known where the motor is.
+                trial.causes.report(Cause(_status_name(trial, placed), "position"), trial.check)
             return  # more attempts would not help
+        _judge_others(trial, placed, field, value, others)
         if field == "position":
             _see_in_status(trial, placed, value)
             if value == before + shift:
@@ -118,6 +130,44 @@ def _run(trial: Trial, placed: PlacedSet, field: str) -> None:
                 _see_in_update(trial, placed, value)
         elif position is not None:
             _judge_alone(trial, placed, position, value)
+
+
+def _is_scaled(trial: Trial, placed: PlacedSet, value: int, told: int) -> bool:
+    """Return whether the counter returns a multiple of what is written."""
+    other = value + _SHIFT[0]
+    again: int = placed.values(placed.write_and_ask(trial, {"position": other}))["position"]
+    is_same = abs(again * value - told * other) <= _NOISE * abs(value)
+    return is_same and abs(again - told) > _NOISE
+
+
+def _status_name(trial: Trial, placed: PlacedSet) -> str:
+    """Return the name of the status message; empty if the target has none that can be requested."""
+    came = _status(trial, placed)
+    return "" if came is None else came.name
+
+
+def _judge_others(
+    trial: Trial, placed: PlacedSet, field: str, value: int, others: Sequence[tuple[PlacedSet, int]]
+) -> None:
+    """Report counters of other bays or channels that have also changed.
+
+    :param others: the other counters with their previous values.
+    """
+    for other, was in others:
+        came = other.ask(trial)
+        told = other.values(came)[field]
+        if not trial.must(
+            abs(told - was) <= _NOISE,
+            f"{placed.set.set} wrote {field} = {value} to {placed.text}, but {other.set.get} of {other.text} "
+            f"then returned {told} instead of {was}; it should be unchanged",
+            came=came.raw,
+            rule="slot-addressed-by-destination"
+            if other.place != placed.place
+            else "module-channels",
+            cause=Cause(placed.set.set, SHARED),
+            because=other.reported(trial),
+        ):  # the counters of the others may also be the ones that are wrong
+            trial.causes.report(Cause(placed.set.get, field), trial.check)
 
 
 def _status(trial: Trial, placed: PlacedSet) -> Incoming | None:
