@@ -237,6 +237,13 @@ GROUPS: tuple[Group, ...] = (
                 "of them has a value for it. Device classes then never choose a layout by it.",
                 "state it under `contexts` of a unit, remove it, or give the reason in `unstated`",
             ),
+            "SW094": Code(
+                "an array whose length the packet does not show",
+                "An `array` names a field that is not an unsigned integer before it, other fields or other "
+                "layouts follow it, or its fields allow more bytes than a header can state.",
+                "end the only packet of the message with the array, and let its `rows` and `for_each` name "
+                "fields before it; docs/reference/registry.md describes arrays",
+            ),
         },
     ),
     Group(

@@ -24,9 +24,9 @@ class Format:
     """The encoding of a value on the wire, such as ``word``, ``long`` or ``char[8]``."""
 
     name: str
-    size: int
+    size: int  # in bytes; 0 for an array, whose length depends on other fields
     signed: bool
-    kind: str  # integer | text | bytes
+    kind: str  # integer | text | bytes | array
 
     @property
     def is_odd(self) -> bool:
@@ -108,6 +108,45 @@ class FlagTable:
 
 
 @dataclass(frozen=True, slots=True)
+class Column:
+    """The values at one position of the rows of an array."""
+
+    name: str
+    each: str = ""  # the field with a bit for each of its values in a row; empty if there is one
+    quantity: Quantity | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    """The rows of integers at the end of a packet."""
+
+    item: Format  # of every integer
+    rows: str  # the field with the number of rows
+    columns: tuple[Column, ...]
+
+    @property
+    def masks(self) -> tuple[str, ...]:
+        """The fields whose bits determine the number of values in a row."""
+        return tuple(column.each for column in self.columns if column.each)
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The fields that determine the length."""
+        return tuple(dict.fromkeys((self.rows, *self.masks)))
+
+    @property
+    def single(self) -> int:
+        """The number of values in every row, whatever the masks are."""
+        return sum(not column.each for column in self.columns)
+
+    def count(self, values: Mapping[str, Any]) -> int:
+        """Return the number of integers, from the values of the fields before the array."""
+        bits = sum(int(values[name]).bit_count() for name in self.masks)
+        return int(values[self.rows]) * (self.single + bits)
+
+
+@dataclass(frozen=True, slots=True)
 class Field:
     """One field of a payload, or one parameter byte of a header."""
 
@@ -133,6 +172,7 @@ class Field:
     note: str = ""
     errata: tuple[str, ...] = ()
     overlay: str = ""
+    array: Array | None = None
 
     @property
     def unit(self) -> str | None:
@@ -180,6 +220,20 @@ class Layout:
     def all_fields(self) -> tuple[Field, ...]:
         """Header parameters and payload fields, in wire order."""
         return (*(p for p in (self.param1, self.param2) if p), *self.fields)
+
+    @property
+    def array(self) -> Array | None:
+        """The array at the end of the packet, if there is one; ``length`` does not include it."""
+        return next((field.array for field in self.fields if field.array), None)
+
+    @property
+    def longest(self) -> int:
+        """The length of the longest packet in bytes."""
+        if self.array is None:
+            return self.length
+        most = {field.name: field.maximum for field in self.fields}
+        masks = {name: (1 << most[name].bit_length()) - 1 for name in self.array.masks}
+        return self.length + self.array.item.size * self.array.count({**most, **masks})
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Field, Json, Layout
+from stagewire_generator.model import Array, Column, Field, Format, Json, Layout
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -20,12 +20,36 @@ def resolve_fields(
     """
     made: list[Field] = []
     offset = 0
+    whole = True
     for name, entry in entries.items():
-        field = resolve_field(tables, document, (*path, name), name, entry, offset, page)
-        if field is not None:
-            made.append(field)
-            offset += field.format.size
-    return tuple(made), len(made) == len(entries)
+        for each, spelled in _repeated(tables, name, entry).items():
+            field = resolve_field(tables, document, (*path, name), each, spelled, offset, page)
+            whole = whole and field is not None
+            if field is not None:
+                made.append(field)
+                offset += field.format.size
+    return tuple(made), whole
+
+
+def _repeated(tables: Tables, name: str, entry: Json) -> Json:
+    """Return the fields of an entry: itself, or ``name_1`` to ``name_16`` for the format ``word[16]``."""
+    repeated = tables.repeated(entry["format"])
+    if repeated is None:
+        return {name: entry}
+    format, count = repeated
+    return {f"{name}_{number}": {**entry, "format": format} for number in range(1, count + 1)}
+
+
+def _array(tables: Tables, document: Document, path: KeyPath, entry: Json, item: Format) -> Array:
+    """Return the array of a field."""
+    place = document.place(*path)
+    columns = []
+    for name, column in entry["columns"].items():
+        quantity = column.get("quantity")
+        found = quantity and tables.look_up(tables.quantities, quantity, "quantity", place)
+        each, note = column.get("for_each", ""), column.get("note", "")
+        columns.append(Column(name, each, found or None, note))
+    return Array(item, entry["rows"], tuple(columns))
 
 
 def resolve_field(
@@ -46,6 +70,14 @@ def resolve_field(
     if format is None:
         return None
     facts: Json = {}
+    if "array" in entry:
+        if format.kind != "integer":
+            what = f"{name}: an array contains integers, not {format.name}"
+            tables.diagnostics.add(place, "SW033", what, "use the format of an integer")
+            return None
+        facts["array"] = _array(tables, document, path, entry["array"], format)
+        format = Format(format.name, 0, format.signed, "array")
+    item = facts["array"].item if "array" in facts else format
     for key, table, kind in (
         ("quantity", tables.quantities, "quantity"),
         ("enum", tables.enumerations, "enumeration"),
@@ -67,8 +99,8 @@ def resolve_field(
         offset=offset,
         format=format,
         role=entry.get("role", "value"),
-        minimum=entry.get("minimum", format.minimum if format.kind == "integer" else 0),
-        maximum=entry.get("maximum", format.maximum if format.kind == "integer" else 0),
+        minimum=entry.get("minimum", item.minimum if item.kind == "integer" else 0),
+        maximum=entry.get("maximum", item.maximum if item.kind == "integer" else 0),
         ranged="minimum" in entry or "maximum" in entry,
         open=entry.get("open", False),
         page=entry.get("page", page),

@@ -155,6 +155,7 @@ RULES = Rules(
     id_size=2,
     has_parameters=True,
     has_sub_messages=True,
+    has_arrays=True,
     reports_faults=True,
 )
 WITNESS = Witness(MESSAGE_CHAPTERS, sections=True, tables=compare_tables)

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from stagewire_generator.model import (
+    Array,
     Chapter,
     Enumeration,
     EnumValue,
@@ -335,9 +336,27 @@ def _layout(layout: Layout, class_name: str) -> Json:
         "param1": _field(layout.param1) if layout.param1 else None,
         "param2": _field(layout.param2) if layout.param2 else None,
         "length": layout.length,
+        **({"longest": layout.longest} if layout.array else {}),
         "fields": [_field(field) for field in layout.fields],
         "note": layout.note,
         **({"only_zero": True} if layout.only_zero else {}),
+    }
+
+
+def _array(array: Array) -> Json:
+    return {
+        "item_size": array.item.size,
+        "rows": array.rows,
+        "columns": [
+            {
+                "name": column.name,
+                "each": column.each or None,
+                "quantity": column.quantity.name if column.quantity else None,
+                "unit": (column.quantity.unit or None) if column.quantity else None,
+                "note": column.note,
+            }
+            for column in array.columns
+        ],
     }
 
 
@@ -364,6 +383,8 @@ def _field(field: Field) -> Json:
     }
     if field.format.kind != "integer":
         data["minimum"] = data["maximum"] = None
+    if field.array:
+        data |= {"minimum": field.minimum, "maximum": field.maximum, "array": _array(field.array)}
     if field.enum:
         data["enumeration"] = field.enum.name
         data["enum"] = {value.name: value.value for value in field.enum.values}

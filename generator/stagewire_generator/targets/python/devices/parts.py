@@ -25,7 +25,7 @@ from stagewire_generator.targets.python.devices.plan import (
     device_framing_of,
 )
 
-_TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
+_TYPES = {"integer": "int", "text": "str", "bytes": "bytes", "array": "tuple[int, ...]"}
 _PRIMITIVES = {"get_": "_get", "set_": "_set", "change_": "_change", "start_": "_start"}
 _OF_KIND = {"query": "_ask", "action": "_act", "halt": "_halt", "command": "_tell"}
 _RETURNS = {"set_": "None", "start_": "Motion"}

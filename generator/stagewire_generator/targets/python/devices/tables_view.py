@@ -206,7 +206,7 @@ def _argument(argument: Argument) -> Nested:
     return Nested("Given(", tuple(items), ")")
 
 
-_KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes"}
+_KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes", "array": "RawIntegers"}
 
 
 @dataclass(frozen=True, slots=True)
