@@ -175,6 +175,8 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
     for key in ("summary", "note"):
         if entry.get(key):
             out.print(entry[key])
+    if entry.get("not_sent"):
+        out.print(f"not sent: {entry['not_sent']}")
     _plain(out, {key: entry[key] for key in ("set", "exchange", "errata") if entry.get(key)})
     if not entry["layouts"]:
         out.print("the document gives no layout; received bytes are kept, and it cannot be encoded")

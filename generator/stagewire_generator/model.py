@@ -175,6 +175,13 @@ class Field:
     array: Array | None = None
 
     @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Its quantity, or those of the columns of its array."""
+        columns = self.array.columns if self.array else ()
+        found = (self.quantity, *(column.quantity for column in columns))
+        return tuple(quantity for quantity in found if quantity)
+
+    @property
     def unit(self) -> str | None:
         """The engineering unit, if the field has one."""
         return (self.quantity.unit or None) if self.quantity else None
@@ -278,6 +285,8 @@ class Message:
     later_pages: Mapping[str, int] = field(default_factory=dict)  # overlay -> page in its document
     overlay: str = ""
     sub_message: int | None = None  # selects it among the messages of its id
+    not_sent: str = ""  # why the library must not send it; empty if it may
+    twin_of: str = ""  # the message of which this is another id
 
     @property
     def documented(self) -> bool:

@@ -46,7 +46,7 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
     sets = tuple(_sets(protocol.sets, kept))
     controllers = tuple(_controllers(protocol.controllers, {*wanted, *names}))
     stages = tuple(_stages(protocol.stages, {controller.name for controller in controllers}))
-    quantities = tuple(q for q in protocol.quantities if any(f.quantity == q for f in fields))
+    quantities = tuple(q for q in protocol.quantities if any(q in f.quantities for f in fields))
     scales: set[_ScaleKey] = {(None, None, quantity.name) for quantity in quantities}
     scales |= {
         (stage.name, controller, name)
@@ -97,6 +97,7 @@ def _messages(protocol: Protocol, units: Collection[str]) -> tuple[Message, ...]
         for message in protocol.messages
         if message.name not in listed and message.exchange.get("unsolicited")
     }
+    kept |= {message.name for message in protocol.messages if message.twin_of in kept}
     known = {message.name for message in protocol.messages}
     return tuple(
         replace(

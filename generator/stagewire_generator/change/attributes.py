@@ -322,6 +322,8 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "call": _CALL,
         "overlay": _OVERLAY,
         "sub_message": "message-sub-message",
+        "not_sent": "message-not-sent",
+        "twin_of": Ignored("its name, which is compared, contains that of the other message"),
     },
     model.Firmware: {
         "version": Elsewhere("messages"),
@@ -362,6 +364,18 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "note": "text",
         "errata": _FROM_ERRATA,
         "overlay": Ignored("follows from its message, or from its block of fields"),
+        "array": "field-array",
+    },
+    model.Array: {
+        "item": "field-array",
+        "rows": "field-array",
+        "columns": "field-array",
+    },
+    model.Column: {
+        "name": "field-array",
+        "each": "field-array",
+        "quantity": "field-array",
+        "note": "text",
     },
     model.Format: {
         "name": Elsewhere("fields"),

@@ -90,6 +90,8 @@ def message_paragraphs(
     yield meaning(message)
     yield " ".join(filter(None, [facts, *_exchange_facts(message, layout, markup)]))
     notes = [message.note, layout.note if layout else ""]
+    if message.not_sent:
+        notes.append(f"Stagewire does not send it: {message.not_sent}")
     if message.aliases:
         notes.append(f"Also named {' and '.join(map(markup.name, message.aliases))}")
     for overlay in protocol.overlays:

@@ -55,11 +55,12 @@ class Layout:
     :param unsolicited: a controller may send it without a request.
     :param sub_message: the number that distinguishes it from other messages with the same id; None: no other
         message has this id. A data form begins with it as a word, in a header form it is ``param1``.
+    :param not_sent: the reason why sessions refuse to send the message; empty: they send it.
     """
 
     __slots__ = (
         "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "only_zero", "optional", "signed", "size", "sub_message", "switches_to", "unnamed",
+        "not_sent", "only_zero", "optional", "signed", "size", "sub_message", "switches_to", "unnamed",
         "unsolicited", "when",
     )  # fmt: skip
 
@@ -83,6 +84,7 @@ class Layout:
         switches_to: CommandFormat | None = None,
         unsolicited: bool = False,
         sub_message: int | None = None,
+        not_sent: str = "",
     ) -> None:
         self.message = message
         self.id = id
@@ -102,6 +104,7 @@ class Layout:
         self.switches_to = switches_to
         self.unsolicited = unsolicited
         self.sub_message = sub_message
+        self.not_sent = not_sent
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"

@@ -7,7 +7,14 @@ from collections.abc import Iterator, Sequence
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.documentation import shown_id, where
-from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping, strings
+from stagewire_generator.targets.python.brackets import (
+    Nested,
+    Source,
+    Text,
+    call,
+    mapping,
+    strings,
+)
 from stagewire_generator.targets.python.class_view import (
     ClassView,
     SharedView,
@@ -140,9 +147,13 @@ def _id(message: Message) -> str:
     return f"0x{message.id:04X}"
 
 
-def _of_message(message: Message) -> list[str]:
+def _of_message(message: Message) -> list[Source]:
     """Return the arguments of every Layout of a message."""
-    unsolicited = ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+    unsolicited: list[Source] = (
+        ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+    )
+    if message.not_sent:
+        unsolicited.append(Text("not_sent=", message.not_sent))
     if message.sub_message is None:
         return unsolicited
     return [*unsolicited, f"sub_message={message.sub_message}"]

@@ -97,6 +97,8 @@ def _rows(
         comparison.compared += 1
         printed = formats.get(field.name, NOTHING).lower()
         # A single char is an unsigned byte, and may be a number
+        if field.array and printed.endswith(f"array of {field.format.name}"):
+            continue
         if printed != field.format.name and (printed, field.format.name) != ("char", "byte"):
             comparison.differs(f"{place}/{field.name}/format", path, printed, field.format.name)
 

@@ -308,6 +308,8 @@ def _message(message: Message) -> Json:
         "call": message.call,
         "aliases": list(message.aliases),
         "later_pages": dict(message.later_pages),
+        "not_sent": message.not_sent,
+        "twin_of": message.twin_of,
     }
     data |= {key: value for key, value in optional.items() if value}
     if message.sub_message is not None:
