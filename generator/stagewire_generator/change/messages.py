@@ -26,6 +26,7 @@ def compare_field(comparison: Comparison, where: Where, old: Field, new: Field) 
     _format(comparison, where, old, new)
     _range(comparison, where, old, new)
     _quantity(comparison, where, old, new)
+    _array(comparison, where, old, new)
     _by_unit(comparison, where, "flags", old.flags_by_unit, new.flags_by_unit)
     _by_unit(comparison, where, "enumeration", old.enums_by_unit, new.enums_by_unit)
 
@@ -85,6 +86,36 @@ def _quantity(comparison: Comparison, where: Where, old: Field, new: Field) -> N
         comparison.add(kind, where, before.name, after.name)
     else:
         comparison.add("field-quantity", where, before and before.name, after and after.name)
+
+
+def _array(comparison: Comparison, where: Where, old: Field, new: Field) -> None:
+    """Compare the rows and columns of arrays."""
+    before, after = (_rows(comparison, field, field is old) for field in (old, new))
+    if before != after:
+        comparison.add("field-array", where, before, after)
+    notes = [
+        {c.name: c.note for c in field.array.columns if c.note} if field.array else {}
+        for field in (old, new)
+    ]
+    if before == after and notes[0] != notes[1]:
+        comparison.add("text", where, *notes)
+
+
+def _rows(comparison: Comparison, field: Field, is_old: bool) -> str | None:
+    """Return the facts of an array that are the same on both sides unless something changed."""
+    array = field.array
+    if array is None:
+        return None
+    columns = []
+    for column in array.columns:
+        quantity = column.quantity.name if column.quantity else ""
+        if quantity and is_old:
+            quantity = comparison.renamed("quantity", quantity) or quantity
+        parts = (column.name, column.each and f"for each bit of {column.each}", quantity)
+        columns.append(" ".join(filter(None, parts)))
+    item = array.item
+    sign = "" if item.signed else "un"
+    return f"{array.rows} rows of {', '.join(columns)}; {item.name} ({item.size} bytes, {item.kind}, {sign}signed)"
 
 
 _BYTE = Format("byte", 1, False, "integer")
