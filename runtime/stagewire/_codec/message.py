@@ -29,6 +29,8 @@ TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, ClassVar, Literal, NoReturn, Self, TypeAlias
 
+    from stagewire._codec.protocol import Protocol
+
     CommandFormat: TypeAlias = Literal["low_level", "high_level", "power_on"]
 
 
@@ -60,7 +62,7 @@ class Layout:
 
     __slots__ = (
         "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "not_sent", "only_zero", "optional", "signed", "size", "sub_message", "switches_to", "unnamed",
+        "not_sent", "only_zero", "optional", "protocol", "signed", "size", "sub_message", "switches_to", "unnamed",
         "unsolicited", "when",
     )  # fmt: skip
 
@@ -105,9 +107,25 @@ class Layout:
         self.unsolicited = unsolicited
         self.sub_message = sub_message
         self.not_sent = not_sent
+        self.protocol: Protocol | None = None  # set by the protocol that has the message
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"
+
+    def counts_of(self, field: str) -> str:
+        """Return what the numbers of a field are, for error messages: ``raw counts of mm/s``."""
+        unit = self.protocol.described(self, field)[0] if self.protocol else ""
+        return f"raw counts of {unit}" if unit else "raw counts"
+
+    def source_of(self, field: str, *, named: bool = False) -> str:
+        """Return where a field is described, for the end of error messages: ``; see page 45``.
+
+        :param named: also name the message and the field.
+        """
+        place = self.protocol.described(self, field)[1] if self.protocol else ""
+        if not place:
+            return ""
+        return f"; see {self.message}.{field}, {place}" if named else f"; see {place}"
 
 
 class _Draft:
@@ -228,7 +246,8 @@ def check_integer(layout: Layout, field: str, value: object, minimum: int, maxim
         )
     if not minimum <= value <= maximum:
         raise OutOfRangeError(
-            f"{layout.message}.{field} must be {minimum} to {maximum} (raw counts), not {value}"
+            f"{layout.message}.{field} must be {minimum} to {maximum} ({layout.counts_of(field)}), not {value}"
+            f"{layout.source_of(field)}"
         )
     return int(value)
 
@@ -244,6 +263,7 @@ def check_bytes(layout: Layout, field: str, value: object, size: int) -> bytes:
     if len(value) != size:
         raise OutOfRangeError(
             f"{layout.message}.{field} must be exactly {size} bytes, not {len(value)}"
+            f"{layout.source_of(field)}"
         )
     return bytes(value)
 
@@ -266,6 +286,7 @@ def check_text(layout: Layout, field: str, value: object, size: int) -> str:
     if len(encoded) > size:
         raise OutOfRangeError(
             f"{layout.message}.{field} must have at most {size} characters, not {len(encoded)}"
+            f"{layout.source_of(field)}"
         )
     if encoded.endswith(b"\0"):
         raise BadValueError(f"{layout.message}.{field}: omit trailing NULs, encoding adds them")

@@ -104,12 +104,13 @@ class Counted:
             if not minimum <= number <= maximum:
                 raise OutOfRangeError(
                     f"{where}[{index}] must be {minimum} to {maximum} (raw counts), not {number}"
+                    f"{layout.source_of(self.name)}"
                 )
         rows, width = values[self.rows], self.width(values)
         if len(numbers) != rows * width:
             raise OutOfRangeError(
                 f"{where} must have {rows * width} integers, {self.rows} ({rows}) rows of {width}, "
-                f"not {len(numbers)}"
+                f"not {len(numbers)}{layout.source_of(self.name)}"
             )
         length = self.least + len(numbers) * self.size
         if length > self.most:
