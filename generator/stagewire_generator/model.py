@@ -173,6 +173,13 @@ class Field:
     errata: tuple[str, ...] = ()
     overlay: str = ""
     array: Array | None = None
+    ranges_by_unit: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    other_range: tuple[int, int] | None = None  # of the units without a range of their own
+
+    @property
+    def own_range(self) -> tuple[int, int]:
+        """The range without those of individual units; minimum and maximum include them."""
+        return self.other_range or (self.minimum, self.maximum)
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -132,6 +132,7 @@ def _for_units(field: Field, units: Collection[str]) -> Field:
     return replace(
         field,
         flags_by_unit={u: table for u, table in field.flags_by_unit.items() if u in units},
+        ranges_by_unit={u: limits for u, limits in field.ranges_by_unit.items() if u in units},
         enums_by_unit={u: enum for u, enum in field.enums_by_unit.items() if u in units},
     )
 

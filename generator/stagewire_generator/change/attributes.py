@@ -365,6 +365,8 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "errata": _FROM_ERRATA,
         "overlay": Ignored("follows from its message, or from its block of fields"),
         "array": Elsewhere("fields"),
+        "ranges_by_unit": Elsewhere("fields"),
+        "other_range": Ignored("the range of the other units, which is compared as the range"),
     },
     model.Array: {
         "item": Elsewhere("fields"),

@@ -70,8 +70,15 @@ def _format(comparison: Comparison, where: Where, old: Field, new: Field) -> Non
 def _range(comparison: Comparison, where: Where, old: Field, new: Field) -> None:
     if old.format != new.format and not (old.ranged or new.ranged):
         return  # the range is that of the format
-    if (old.minimum, old.maximum) != (new.minimum, new.maximum):
-        ends = (f"{field.minimum} to {field.maximum}" for field in (old, new))
+    before, after = (
+        {"": field.own_range, **{unit: field.ranges_by_unit[unit] for unit in sorted(field.ranges_by_unit)}}
+        for field in (old, new)
+    )
+    if {comparison.renamed("unit", unit) or unit: r for unit, r in before.items()} != after:
+        ends = (
+            "; ".join(f"{unit} {low} to {high}".strip() for unit, (low, high) in ranges.items())
+            for ranges in (before, after)
+        )
         comparison.add("field-range", where, *ends)
 
 

@@ -94,14 +94,25 @@ def resolve_field(
             for unit, table_name in entry.get(key, {}).items()
         }
         facts[key] = {unit: known for unit, known in found.items() if known}
+    own = (
+        entry.get("minimum", item.minimum if item.kind == "integer" else 0),
+        entry.get("maximum", item.maximum if item.kind == "integer" else 0),
+    )
+    by_unit = {
+        unit: (found["minimum"], found["maximum"])
+        for unit, found in entry.get("ranges_by_unit", {}).items()
+    }
+    lowest, highest = zip(own, *by_unit.values(), strict=True)
     return Field(
         name=name,
         offset=offset,
         format=format,
         role=entry.get("role", "value"),
-        minimum=entry.get("minimum", item.minimum if item.kind == "integer" else 0),
-        maximum=entry.get("maximum", item.maximum if item.kind == "integer" else 0),
-        ranged="minimum" in entry or "maximum" in entry,
+        minimum=min(lowest),
+        maximum=max(highest),
+        ranges_by_unit=by_unit,
+        other_range=own if by_unit else None,
+        ranged=bool({"minimum", "maximum", "ranges_by_unit"} & entry.keys()),
         open=entry.get("open", False),
         page=entry.get("page", page),
         place=place,

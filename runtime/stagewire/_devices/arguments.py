@@ -44,7 +44,7 @@ def fields_of(
     """
     fields: dict[str, Any] = {}
     missing: list[Given] = []
-    for entry in entries:
+    for entry in (entry.on(scales.controllers) for entry in entries):
         used = [keyword for keyword in entry.keywords if given.get(keyword) is not None]
         if len(used) > 1:
             raise BadValueError(

@@ -6,7 +6,8 @@ for asyncio share them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 from stagewire._codec.flags import Enumeration, Flags
@@ -50,6 +51,7 @@ class Given:
     :param choices: class with the names of its values or bits; None if they have no names.
     :param modifiers: mask of the values of an enumeration that can be combined with another value.
     :param open: whether the list of choices may be incomplete; then every number in the range is accepted.
+    :param ranges: controller -> its minimum and maximum, if they differ from those of others.
     """
 
     field: str
@@ -63,6 +65,15 @@ class Given:
     choices: Named | None = None
     modifiers: int = 0
     open: bool = False
+    ranges: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+
+    def on(self, controllers: tuple[str, ...]) -> Given:
+        """Return the argument with the range that all of these controllers accept."""
+        if not self.ranges or self.minimum is None or self.maximum is None:
+            return self
+        own = self.minimum, self.maximum
+        lows, highs = zip(*(self.ranges.get(name, own) for name in controllers), strict=True)
+        return replace(self, minimum=max(lows), maximum=min(highs), ranges={})
 
     @property
     def keywords(self) -> tuple[str, ...]:

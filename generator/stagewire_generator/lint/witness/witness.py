@@ -216,7 +216,7 @@ def _limits(
         comparison.differs(place, path, printed["of"], "no such field")
         return
     fixed = field.constant if field.constant is not None else field.default
-    lowest, highest = field.minimum, field.maximum
+    lowest, highest = field.own_range
     if field.enum and not field.ranged and not field.open:  # the values are the range
         values = [value.value for value in field.enum.values]
         lowest, highest = min(values), max(values)

@@ -401,6 +401,11 @@ def _field(field: Field) -> Json:
         data["open"] = True
     if field.enums_by_unit:
         data["enums_by_unit"] = {unit: table.name for unit, table in field.enums_by_unit.items()}
+    if field.ranges_by_unit:
+        ranges = {"others": field.own_range, **field.ranges_by_unit}
+        data["ranges_by_unit"] = {
+            unit: {"minimum": low, "maximum": high} for unit, (low, high) in ranges.items()
+        }
     if field.flags_by_unit:
         data["flags_by_unit"] = {unit: table.name for unit, table in field.flags_by_unit.items()}
     return data

@@ -197,7 +197,11 @@ def _argument(argument: Argument) -> Nested:
         if not field.lists_all:
             items.append("open=True")
     if field.format.kind == "integer":
-        items += [f"minimum={field.minimum}", f"maximum={field.maximum}"]
+        low, high = field.own_range
+        items += [f"minimum={low}", f"maximum={high}"]
+    if field.ranges_by_unit:
+        ranges = (f"{literal(u)}: {limits}" for u, limits in field.ranges_by_unit.items())
+        items.append(Nested("ranges={", tuple(ranges), "}"))
     if field.target:
         items.append(f"target={literal(field.target)}")
     default = default_value(argument)
