@@ -237,6 +237,9 @@ def _notes(field: Json) -> Iterator[str]:
         yield f"enumeration {name} on {unit}"
     for unit, name in (field.get("flags_by_unit") or {}).items():
         yield f"flags {name} on {unit}"
+    for unit, found in (field.get("ranges_by_unit") or {}).items():
+        on = "other units" if unit == "others" else unit
+        yield f"{found['minimum']} to {found['maximum']} on {on}"
     if field.get("array"):
         yield f"{field['array']['rows']} rows of {columns_text(field)}"
     if field.get("note"):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import importlib
 import json
-import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ import jsonschema
 import pytest
 
 from checkout import SCHEMAS
-from files import write_files
 from stagewire.columns import columns, gather, numpy_columns
 from stagewire.errors import (
     BadLengthError,
@@ -29,37 +27,16 @@ from stagewire.framing import BadLength, End, Garbage, Received, Unknown, Unknow
 from stagewire.links import Link
 from stagewire.sessions import FramedCore
 from stagewire_cli.main import main
-from stagewire_generator import render
 from stagewire_generator.model import Protocol
 
 DEVICE, HOST = 0x50, 0x01
 UNKNOWN = bytes.fromhex("02 08 04 00 81 50 09 00 11 22")
 
 
-@pytest.fixture(scope="module")
-def files(layouts: Protocol) -> dict[str, str]:
+@pytest.fixture
+def files(laser_files: dict[str, str]) -> dict[str, str]:
     """The generated files."""
-    return render([layouts])
-
-
-@pytest.fixture(scope="module")
-def laser(files: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """The generated package, installed."""
-    folder = tmp_path_factory.mktemp("made")
-    write_files(folder, files)
-    info = folder / "python" / "stagewire_laser-1.dist-info"
-    info.mkdir()
-    head = "Metadata-Version: 2.1\nName: stagewire-laser\nVersion: 1\n"
-    (info / "METADATA").write_text(head, encoding="utf-8")
-    points = "[stagewire.protocols]\nlaser = stagewire_laser:PROTOCOL\n"
-    (info / "entry_points.txt").write_text(points, encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(folder / "python")
-        import stagewire_laser  # type: ignore[import-not-found]
-
-        yield stagewire_laser
-    for name in [name for name in sys.modules if name.partition(".")[0] == "stagewire_laser"]:
-        del sys.modules[name]
+    return laser_files
 
 
 @pytest.fixture

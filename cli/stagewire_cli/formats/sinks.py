@@ -25,8 +25,8 @@ class Column:
     """One column of a table.
 
     :param name: its heading.
-    :param type: ``uint8`` to ``int64``, ``string`` or ``binary``, as in Parquet and NumPy; ``integers`` for an
-        array.
+    :param type: ``uint8`` to ``int64``, ``string`` or ``binary``, as in Parquet and NumPy; ``integers`` for
+        an array.
     """
 
     name: str

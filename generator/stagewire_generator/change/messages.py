@@ -71,7 +71,10 @@ def _range(comparison: Comparison, where: Where, old: Field, new: Field) -> None
     if old.format != new.format and not (old.ranged or new.ranged):
         return  # the range is that of the format
     before, after = (
-        {"": field.own_range, **{unit: field.ranges_by_unit[unit] for unit in sorted(field.ranges_by_unit)}}
+        {
+            "": field.own_range,
+            **{unit: field.ranges_by_unit[unit] for unit in sorted(field.ranges_by_unit)},
+        }
         for field in (old, new)
     )
     if {comparison.renamed("unit", unit) or unit: r for unit, r in before.items()} != after:
@@ -105,7 +108,7 @@ def _array(comparison: Comparison, where: Where, old: Field, new: Field) -> None
         for field in (old, new)
     ]
     if before == after and notes[0] != notes[1]:
-        comparison.add("text", where, *notes)
+        comparison.add("text", where, str(notes[0]), str(notes[1]))
 
 
 def _rows(comparison: Comparison, field: Field, is_old: bool) -> str | None:
@@ -121,8 +124,9 @@ def _rows(comparison: Comparison, field: Field, is_old: bool) -> str | None:
         parts = (column.name, column.each and f"for each bit of {column.each}", quantity)
         columns.append(" ".join(filter(None, parts)))
     item = array.item
-    sign = "" if item.signed else "un"
-    return f"{array.rows} rows of {', '.join(columns)}; {item.name} ({item.size} bytes, {item.kind}, {sign}signed)"
+    sign = "signed" if item.signed else "unsigned"
+    rows = f"{array.rows} rows of {', '.join(columns)}"
+    return f"{rows}; {item.name} ({item.size} bytes, {item.kind}, {sign})"
 
 
 _BYTE = Format("byte", 1, False, "integer")

@@ -136,7 +136,9 @@ def _of_message(message: Message, prefix: str) -> Iterator[str]:
         yield from (f"{prefix}_{name}{more}" for more in _OF_A_LAYOUT)
     if any(layout.array for layout in message.layouts):
         for name in layouts:
-            yield from (f"{prefix}_{name}_{more}" for more in ("at", "count", "put", "size", "stated"))
+            yield from (
+                f"{prefix}_{name}_{more}" for more in ("at", "count", "put", "size", "stated")
+            )
             yield f"{prefix.upper()}_{name.upper()}_LONGEST"
     macros = (*_MACROS, "SIZE_SLOT") if message.kind == "command" else _MACROS
     yield f"{prefix.upper()}_{message.name}_ID"

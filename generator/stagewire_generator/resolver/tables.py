@@ -105,7 +105,9 @@ class Tables:
         if count is None:
             return Format(text, entry["size"], entry["signed"], "integer")
         if entry["size"] > 1:
-            what = f"the format {text} is not supported here: only formats of one byte can be repeated"
+            what = (
+                f"the format {text} is not supported here: only formats of one byte can be repeated"
+            )
             hint = f"use the format {match[1]}, or raw bytes"
             self.diagnostics.add(place, "SW033", what, hint)
             return None

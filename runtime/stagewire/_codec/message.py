@@ -62,8 +62,8 @@ class Layout:
 
     __slots__ = (
         "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "not_sent", "only_zero", "optional", "protocol", "signed", "size", "sub_message", "switches_to", "unnamed",
-        "unsolicited", "when",
+        "not_sent", "only_zero", "optional", "protocol", "signed", "size", "sub_message",
+        "switches_to", "unnamed", "unsolicited", "when",
     )  # fmt: skip
 
     def __init__(
@@ -246,8 +246,8 @@ def check_integer(layout: Layout, field: str, value: object, minimum: int, maxim
         )
     if not minimum <= value <= maximum:
         raise OutOfRangeError(
-            f"{layout.message}.{field} must be {minimum} to {maximum} ({layout.counts_of(field)}), not {value}"
-            f"{layout.source_of(field)}"
+            f"{layout.message}.{field} must be {minimum} to {maximum} ({layout.counts_of(field)}), "
+            f"not {value}{layout.source_of(field)}"
         )
     return int(value)
 

@@ -124,8 +124,8 @@ def columns(message: type[Message], raw: Buffer) -> dict[str, Column]:
     """Return the columns of frames of one message class; needs only the standard library.
 
     ``raw`` is a bytes, bytearray, memoryview or mmap that holds whole frames and nothing else. Integers are
-    returned as :class:`array.array`; text (trailing NULs stripped), byte strings and arrays (tuples of integers)
-    as lists.
+    returned as :class:`array.array`; text (trailing NULs stripped), byte strings and arrays (tuples of
+    integers) as lists.
 
     The errors name the offset of the first invalid frame. Raises :class:`~stagewire.errors.DecodeError` for
     another id, :class:`~stagewire.errors.BadLengthError` for another length or form, and
@@ -140,8 +140,8 @@ def numpy_columns(message: type[Message], raw: Buffer) -> dict[str, NDArray[Any]
     """Return the columns of frames of one message class as NumPy arrays that own their data.
 
     Integers are in native byte order, text is ``U`` and byte strings are ``V`` (``S`` would lose trailing
-    zeros). Arrays whose length varies are ``O``, tuples of integers. Raises the errors of :func:`columns`, and :class:`~stagewire.errors.UnsupportedError` if NumPy is
-    not installed.
+    zeros). Arrays whose length varies are ``O``, tuples of integers. Raises the errors of :func:`columns`,
+    and :class:`~stagewire.errors.UnsupportedError` if NumPy is not installed.
     """
     return read_numpy(shape_of(message), raw)
 

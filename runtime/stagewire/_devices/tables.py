@@ -7,7 +7,8 @@ for asyncio share them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from dataclasses import field as field_of
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 from stagewire._codec.flags import Enumeration, Flags
@@ -65,7 +66,7 @@ class Given:
     choices: Named | None = None
     modifiers: int = 0
     open: bool = False
-    ranges: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[int, int]] = field_of(default_factory=dict)
 
     def on(self, controllers: tuple[str, ...]) -> Given:
         """Return the argument with the range that all of these controllers accept."""

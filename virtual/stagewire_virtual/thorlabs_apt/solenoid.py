@@ -50,7 +50,6 @@ class Cycles:
         return (now - self.began) % (self.on + self.off) < self.on
 
 
-
 def _step(unit: Unit) -> int:
     """Return the step of the times in nanoseconds: 250 µs (page 87), or another that the registry has."""
     by_unit = unit.registry["quantities"]["solenoid_time"]["scale"]["units"]

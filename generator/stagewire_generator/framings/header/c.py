@@ -163,9 +163,7 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
     size = f"{layout.length} bytes of data" if layout.length else "header only"
     if array:
         size = f"{layout.length} to {array.longest} bytes of data"
-        head = (
-            f"(uint32_t)({type}_size(message) - {prefix.upper()}_HEADER_SIZE) << 16 | {array.id}"
-        )
+        head = f"(uint32_t)({type}_size(message) - {prefix.upper()}_HEADER_SIZE) << 16 | {array.id}"
     checked = f"{prefix}_check_{kind}(frame, size, {head})"
     if value := _sub_message(message):
         checked = call(f"{prefix}_check_sub_message", [checked, "frame", value], "", 8)

@@ -149,9 +149,7 @@ def _id(message: Message) -> str:
 
 def _of_message(message: Message) -> list[Source]:
     """Return the arguments of every Layout of a message."""
-    unsolicited: list[Source] = (
-        ["unsolicited=True"] if message.exchange.get("unsolicited") else []
-    )
+    unsolicited: list[Source] = ["unsolicited=True"] if message.exchange.get("unsolicited") else []
     if message.not_sent:
         unsolicited.append(Text("not_sent=", message.not_sent))
     if message.sub_message is None:

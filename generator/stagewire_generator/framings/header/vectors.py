@@ -145,7 +145,12 @@ def array_cases(of: Subject, raw: bytes) -> Iterator[Case]:
         ("array.none", "without its array", packet[:least], ""),
         ("array.cut", "without the last byte of its array", packet[:-1], ""),
         ("array.short", "without its last integer", packet[: -array.item.size], ""),
-        ("array.long", "an integer more than its fields state", packet + bytes(array.item.size), ""),
+        (
+            "array.long",
+            "an integer more than its fields state",
+            packet + bytes(array.item.size),
+            "",
+        ),
         ("array.extra", "a byte more than its fields state", packet + b"\xa5", ""),
         ("array.most", "more bytes than any packet", packet + bytes(most + 1 - len(packet)), ""),
     ):

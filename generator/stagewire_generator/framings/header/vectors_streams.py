@@ -194,7 +194,10 @@ def _allows(messages: list[Message], length: int) -> bool:
             continue
         more = length - layout.length
         if more == 0 or (
-            layout.array and more > 0 and length <= layout.longest and more % layout.array.item.size == 0
+            layout.array
+            and more > 0
+            and length <= layout.longest
+            and more % layout.array.item.size == 0
         ):
             return True
     return False
@@ -339,7 +342,12 @@ def _sub_messages(protocol: Protocol, ours: Sequence[Subject], raw: bytes) -> It
 
 def _arrays(of: Subject, array: bytes, raw: bytes) -> Iterator[Scenario]:
     """Yield frames whose length is not the one that their fields state, and long ones."""
-    id, dest, source, name = id_of(of.message), of.asked["dest"], of.asked["source"], of.message.name
+    id, dest, source, name = (
+        id_of(of.message),
+        of.asked["dest"],
+        of.asked["source"],
+        of.message.name,
+    )
     layout, packet = of.layout, array[SIZE:]
     assert layout.array is not None
     size, last = layout.array.item.size, layout.length - 1

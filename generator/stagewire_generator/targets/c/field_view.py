@@ -105,7 +105,9 @@ def integer_type(format: Format) -> str:
 
 def read_integer(names: Names, format: Format, source: str) -> str:
     """Return the expression that reads an integer at a pointer."""
-    taken = f"*({source})" if format.size == 1 else f"{names.prefix}_get_{8 * format.size}({source})"
+    taken = (
+        f"*({source})" if format.size == 1 else f"{names.prefix}_get_{8 * format.size}({source})"
+    )
     if format.signed and format.is_odd:
         return f"{names.prefix}_signed_{8 * format.size}({taken})"
     return f"({integer_type(format)}){taken}" if format.signed else taken

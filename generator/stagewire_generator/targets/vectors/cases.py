@@ -123,7 +123,9 @@ def _refused(of: Subject) -> Iterator[Case]:
     for field in of.fields:
         if field.role == "reserved" and field.name in UNNAMED:
             continue  # most headers have unused parameters, which are all alike
-        refused = [(*case, "out_of_range") for case in unfit_values(field, of.plain.held[field.name])]
+        refused = [
+            (*case, "out_of_range") for case in unfit_values(field, of.plain.held[field.name])
+        ]
         if field.format.kind not in kinds:  # one field of each kind is enough for wrong types
             kinds.add(field.format.kind)
             refused += [(*case, "bad_value") for case in bad_values(field)]

@@ -88,7 +88,9 @@ class Content:
 _ROWS = 3  # of the array in a content whose number of rows is not tested
 
 
-def filled(fields: Sequence[Field], held: Json, number: Callable[[Field], int] | None = None) -> Json:
+def filled(
+    fields: Sequence[Field], held: Json, number: Callable[[Field], int] | None = None
+) -> Json:
     """Return values with an array as long as the other values state; unchanged if there is none.
 
     :param number: returns each integer; by default they count.
@@ -330,7 +332,8 @@ def unfit_values(field: Field, plain_value: Value) -> Iterator[tuple[str, Value]
         if field.maximum == format.maximum:
             yield ".above", field.maximum + 1
         if _is_narrow(field):  # valid low bytes, and a bit above them
-            yield ".beyond", int(plain(field)) + (1 << 8 * format.size)
+            assert isinstance(plain_value, int)
+            yield ".beyond", plain_value + (1 << 8 * format.size)
 
 
 def _unfit_arrays(field: Field, numbers: list[int]) -> Iterator[tuple[str, Value]]:

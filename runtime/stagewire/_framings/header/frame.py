@@ -52,7 +52,9 @@ class Frame(Frozen):
             extra = bytes(extra)
         if extra and isinstance(message, CountedMessage):
             name = message.counted.name
-            raise BadValueError(f"{message.layout.message} ends with {name}; extra bytes cannot follow")
+            raise BadValueError(
+                f"{message.layout.message} ends with {name}; extra bytes cannot follow"
+            )
         if extra and not message.layout.length:
             raise BadValueError(f"{message.layout.message} has no packet to add extra bytes to")
         return make_frame(message, dest, source, extra)
