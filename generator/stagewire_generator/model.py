@@ -229,6 +229,7 @@ class Layout:
     note: str
     place: Place
     only_zero: bool = False  # a header with nonzero parameters is not this message
+    sent_when: Mapping[str, str] = field(default_factory=dict)  # the context in which a SET has it
 
     @property
     def all_fields(self) -> tuple[Field, ...]:

@@ -17,9 +17,11 @@ from stagewire.columns import columns, gather, numpy_columns
 from stagewire.errors import (
     BadLengthError,
     DecodeError,
+    MissingFieldError,
     OutOfRangeError,
     ReplyTimeoutError,
     TruncatedError,
+    UnknownFieldError,
     UnknownMessageError,
     UnknownSubMessageError,
 )
@@ -233,6 +235,7 @@ class Answering(Link):
         self.changed = threading.Condition()
         self.said = bytearray()
         self.info = said(m.LaserGetInfo(model="LS1", software_version=firmware))
+        self.heard: list[bytes] = []
 
     def read(self, timeout: float | None) -> bytes:
         """Return what was said."""
@@ -244,6 +247,7 @@ class Answering(Link):
 
     def write(self, data: bytes) -> None:
         """Answer a request."""
+        self.heard.append(data)
         if data[:2] == b"\x05\x00":
             self.say(self.info)
         if data[:2] == b"\x31\x08":
@@ -292,6 +296,42 @@ def test_a_device_passes_the_contexts_of_its_unit_and_firmware(
     assert type(found.frame.message).__name__ == name
     # The same number has another name on the unit with a shutter.
     assert getattr(shutter.state, "name", 2) == ("SHUTTER_OPEN" if unit == "LS2" else 2)
+
+
+OLD, NEW = b"\x05\x09\x01\0", b"\x00\x00\x02\0"  # 1.9.5 and 2.0.0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "identify", "given", "raw"),
+    [
+        (OLD, True, {"speed": 7}, "50 08 02 00 d0 01 07 00"),
+        (NEW, True, {"speed": 7, "start": 9}, "50 08 04 00 d0 01 07 00 09 00"),
+        (OLD, False, {"speed": 7, "start": 9}, "50 08 04 00 d0 01 07 00 09 00"),  # it is unknown
+    ],
+)
+def test_a_device_sends_the_length_that_its_firmware_has(
+    laser: Any, m: Any, firmware: bytes, identify: bool, given: dict[str, int], raw: str
+) -> None:
+    devices = importlib.import_module("stagewire_laser.devices")
+    link = Answering(firmware, m)
+    with devices.LS1.open(link, identify=identify) as opened:
+        opened.set_fan(**given)
+    assert bytes.fromhex(raw) in link.heard
+
+
+def test_a_value_that_the_length_lacks_is_refused(laser: Any, m: Any) -> None:
+    devices = importlib.import_module("stagewire_laser.devices")
+    link = Answering(OLD, m)
+    with devices.LS1.open(link) as opened:
+        with pytest.raises(UnknownFieldError, match="shorter packet of this set, without start"):
+            opened.set_fan(speed=7, start=9)
+        with pytest.raises(MissingFieldError, match="set_fan requires speed"):
+            opened.set_fan(speed=None)
+    link = Answering(NEW, m)
+    with devices.LS1.open(link) as opened:
+        with pytest.raises(MissingFieldError, match="set_fan requires start"):
+            opened.set_fan(speed=7)
+    assert not any(data[:2] == b"\x50\x08" for data in link.heard)
 
 
 def test_the_registry_states_contexts_and_enumerations_by_unit(files: dict[str, str]) -> None:

@@ -340,6 +340,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "note": "text",
         "place": _PLACE,
         "only_zero": "layout-only-zero",
+        "sent_when": "layout-sent-when",
     },
     model.Field: {
         "name": _PAIRED,

@@ -85,6 +85,7 @@ _WIRE = {
     "layout-added": "packets that were refused or decoded with another layout are now decoded with this one",
     "layout-removed": "packets with this layout are now refused, or decoded with another layout",
     "layout-context": "the layout of the bytes depends on another context",
+    "layout-sent-when": "device classes send the parameters in another length",
     "layout-length": "the packet has another length",
     "layout-only-zero": "the headers that are read as this message have changed",
     "field-added": "these bytes of the frame are a new field, or belonged to another field",

@@ -97,6 +97,7 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
         _undocumented(message, diagnostics)
         if message.kind == "message":  # a command has one layout in each direction
             _distinguishable(message, protocol, diagnostics)
+            _sent(message, protocol, diagnostics)
         for layout in message.layouts:
             longest = protocol.framing["maximum_length"]
             if layout.length > longest:
@@ -241,6 +242,27 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
         diagnostics.add(
             decided[-1][-1].place, "SW032", what, "give all but one length a single form"
         )
+
+
+def _sent(message: Message, protocol: Protocol, diagnostics: Diagnostics) -> None:
+    """Check the contexts in which a SET has a form other than the plain one; a GET may share the layouts."""
+    chosen = [layout for layout in message.layouts if layout.sent_when]
+    for layout in chosen:
+
+        def refuse(what: str, hint: str, at: Layout = layout) -> None:
+            what = f"{message.name} ({at.form}): sent_when {what}"
+            diagnostics.add(at.place, "SW095", what, hint)
+
+        for context, value in layout.sent_when.items():
+            if value not in protocol.contexts.get(context, {}).get("values", []):
+                refuse(f"names the unknown context {context}: {value}", "define it in protocol.yaml")
+        if layout.form == "data" or layout.when or message.set is None:
+            hint = "only a parameter set has it, in a form whose length differs from that of the plain form"
+            refuse("does not belong here", hint)
+        for other in chosen[chosen.index(layout) + 1 :]:
+            both = {*layout.sent_when} & {*other.sent_when}
+            if all(layout.sent_when[name] == other.sent_when[name] for name in both):
+                refuse(f"does not exclude {other.form}", "let one of their contexts differ")
 
 
 def _contradict(one: Layout, other: Layout) -> bool:

@@ -223,4 +223,5 @@ def _data_layout(
         what = f"{message}: the fields take {taken} bytes, but the length is {length}"
         tables.diagnostics.add(place, "SW031", what)
     when, note = entry.get("when", {}), entry.get("note", "")
-    return Layout(form, when, None, None, length or 0, fields, note, place)
+    sent_when = entry.get("sent_when", {})
+    return Layout(form, when, None, None, length or 0, fields, note, place, sent_when=sent_when)

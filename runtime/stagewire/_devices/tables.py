@@ -95,6 +95,7 @@ class ParameterSet(Generic[V]):
     :param asked: arguments of the request, in addition to the channel.
     :param others: replies of other lengths, each with the message that writes the set in that length.
     :param motherboard: whether its messages always go to the motherboard of the rack.
+    :param forms: messages of other lengths that write the set, each with the contexts that require it.
     """
 
     name: str
@@ -106,6 +107,14 @@ class ParameterSet(Generic[V]):
     asked: tuple[Given, ...] = ()
     others: tuple[tuple[type[Message], type[Message] | None], ...] = ()
     motherboard: bool = False
+    forms: tuple[tuple[type[Message], Mapping[str, str]], ...] = ()
+
+    def written_in(self, contexts: Mapping[str, str]) -> type[Message] | None:
+        """Return the message that writes the set on a controller with these contexts."""
+        for message, wanted in self.forms:
+            if wanted.items() <= contexts.items():
+                return message
+        return self.set
 
     def written_with(self, read: Message) -> type[Message] | None:
         """Return the message that writes the set in the length in which a controller reported it."""

@@ -282,6 +282,7 @@ BY_HAND = {
 # Kinds that a framing does not support, or for which the spec has no entries.
 OF_LAYOUTS = {
     "field-array",
+    "layout-sent-when",
     "message-not-sent",
     "message-sub-message",
     "unit-context",

@@ -342,6 +342,7 @@ def _layout(layout: Layout, class_name: str) -> Json:
         "fields": [_field(field) for field in layout.fields],
         "note": layout.note,
         **({"only_zero": True} if layout.only_zero else {}),
+        **({"sent_when": dict(layout.sent_when)} if layout.sent_when else {}),
     }
 
 

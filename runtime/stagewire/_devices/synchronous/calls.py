@@ -140,9 +140,13 @@ def set_all(
 ) -> None:
     """Write all parameters of a set in one message."""
     what = f"{endpoint.name}: set_{table.name}"
-    assert table.set is not None  # otherwise the method would not exist
-    fields = fields_of(what, table.given, given, endpoint.scales(), of=table.set)
-    message = _message(endpoint, what, table, fields)
+    writing = table.written_in(endpoint.connection.contexts)
+    assert writing is not None  # otherwise the method would not exist
+    there = tuple(entry for entry in table.given if entry.field in writing.layout.fields)
+    used = {e.field: e for e in table.given if any(given.get(k) is not None for k in e.keywords)}
+    _check_there(what, table, used, writing.layout.fields)
+    fields = fields_of(what, there, given, endpoint.scales(), of=writing)
+    message = _message(endpoint, what, table, fields, writing)
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
         _write(endpoint, table, message, deadline)
@@ -187,7 +191,7 @@ def _check_there(
     absent = [e.keyword for e in table.given if e.field in new and e.field not in fields]
     if absent:
         raise UnknownFieldError(
-            f"{what}: the controller reports this set in a shorter packet without {', '.join(absent)}; "
+            f"{what}: this controller has a shorter packet of this set, without {', '.join(absent)}; "
             "nothing was written"
         )
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.targets.documentation import sentence, title_of, where
-from stagewire_generator.targets.python.brackets import Nested, Source
+from stagewire_generator.targets.python.brackets import Nested, Source, mapping
 from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.documentation import raw_text, unit_text
 from stagewire_generator.targets.python.devices.plan import (
@@ -101,6 +101,10 @@ class TableWriter:
             others = tuple(_others(call.members["get"], call.members.get("set")))
             if others:
                 yield Nested("others=(", others, ")")
+        if "set" in call.members:
+            forms = tuple(_sent(call.members["set"]))
+            if forms:
+                yield Nested("forms=(", forms, ")")
 
     def _query(self, call: Call) -> Iterator[Source]:
         assert call.values
@@ -160,6 +164,14 @@ def _others(get: Message, set: Message | None) -> Iterator[Source]:
     writing = {layout.form: class_of(set, layout) for layout in other_lengths(set)} if set else {}
     for layout in other_lengths(get):
         yield _tuple("", (class_of(get, layout), writing.get(layout.form, "None")))
+
+
+def _sent(message: Message) -> Iterator[Source]:
+    """Yield the forms that are sent in some contexts, each with its context."""
+    for layout in message.layouts:
+        if layout.sent_when:
+            context = mapping("", [f"{literal(k)}: {literal(v)}" for k, v in layout.sent_when.items()])
+            yield _tuple("", (class_of(message, layout), context))
 
 
 def _given(key: str, arguments: Sequence[Argument]) -> Iterator[Nested]:
