@@ -328,9 +328,11 @@ def test_a_value_that_the_length_lacks_is_refused(laser: Any, m: Any) -> None:
         with pytest.raises(MissingFieldError, match="set_fan requires speed"):
             opened.set_fan(speed=None)
     link = Answering(NEW, m)
-    with devices.LS1.open(link) as opened:
-        with pytest.raises(MissingFieldError, match="set_fan requires start"):
-            opened.set_fan(speed=7)
+    with (
+        devices.LS1.open(link) as opened,
+        pytest.raises(MissingFieldError, match="set_fan requires start"),
+    ):
+        opened.set_fan(speed=7)
     assert not any(data[:2] == b"\x50\x08" for data in link.heard)
 
 

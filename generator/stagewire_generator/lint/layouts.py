@@ -255,7 +255,9 @@ def _sent(message: Message, protocol: Protocol, diagnostics: Diagnostics) -> Non
 
         for context, value in layout.sent_when.items():
             if value not in protocol.contexts.get(context, {}).get("values", []):
-                refuse(f"names the unknown context {context}: {value}", "define it in protocol.yaml")
+                refuse(
+                    f"names the unknown context {context}: {value}", "define it in protocol.yaml"
+                )
         if layout.form == "data" or layout.when or message.set is None:
             hint = "only a parameter set has it, in a form whose length differs from that of the plain form"
             refuse("does not belong here", hint)

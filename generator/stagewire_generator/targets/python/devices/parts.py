@@ -69,7 +69,9 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
     head = f"{'async ' if aio else ''}def {name}("
     items: list[Source] = ["self", *(_parameter(a, False) for a in positional)]
     keywords = [p for a in asked for p in _keywords(a, False)]
-    keywords += [p for a in _without(arguments, positional) for p in _keywords(a, some or a.is_partial)]
+    keywords += [
+        p for a in _without(arguments, positional) for p in _keywords(a, some or a.is_partial)
+    ]
     if timeout:
         keywords.append("timeout: float | None = None")
     if keywords:

@@ -170,7 +170,9 @@ def _sent(message: Message) -> Iterator[Source]:
     """Yield the forms that are sent in some contexts, each with its context."""
     for layout in message.layouts:
         if layout.sent_when:
-            context = mapping("", [f"{literal(k)}: {literal(v)}" for k, v in layout.sent_when.items()])
+            context = mapping(
+                "", [f"{literal(k)}: {literal(v)}" for k, v in layout.sent_when.items()]
+            )
             yield _tuple("", (class_of(message, layout), context))
 
 
