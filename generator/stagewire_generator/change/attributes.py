@@ -325,11 +325,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "not_sent": "message-not-sent",
         "twin_of": Ignored("its name, which is compared, contains that of the other message"),
     },
-    model.Firmware: {
-        "version": Elsewhere("messages"),
-        "note": Elsewhere("messages"),
-        "page": Elsewhere("messages"),
-    },
+    model.Firmware: dict.fromkeys(("version", "note", "page"), Elsewhere("messages")),
     model.Layout: {
         "form": _PAIRED,
         "when": Elsewhere("layouts"),
@@ -369,23 +365,9 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "ranges_by_unit": Elsewhere("fields"),
         "other_range": Ignored("the range of the other units, which is compared as the range"),
     },
-    model.Array: {
-        "item": Elsewhere("fields"),
-        "rows": Elsewhere("fields"),
-        "columns": Elsewhere("fields"),
-    },
-    model.Column: {
-        "name": Elsewhere("fields"),
-        "each": Elsewhere("fields"),
-        "quantity": Elsewhere("fields"),
-        "note": Elsewhere("fields"),
-    },
-    model.Format: {
-        "name": Elsewhere("fields"),
-        "size": Elsewhere("fields"),
-        "signed": Elsewhere("fields"),
-        "kind": Elsewhere("fields"),
-    },
+    model.Array: dict.fromkeys(("item", "rows", "columns"), Elsewhere("fields")),
+    model.Column: dict.fromkeys(("name", "each", "quantity", "note"), Elsewhere("fields")),
+    model.Format: dict.fromkeys(("name", "size", "signed", "kind"), Elsewhere("fields")),
     model.ParameterSet: {
         "name": _PAIRED,
         "words": Ignored("its messages have the same words and more"),

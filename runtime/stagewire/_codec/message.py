@@ -12,7 +12,7 @@ slots but no lock, whose class is then changed to the real one.
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
 
@@ -29,7 +29,9 @@ TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, ClassVar, Literal, NoReturn, Self, TypeAlias
 
-    from stagewire._codec.protocol import Protocol
+    Describe: TypeAlias = (
+        "Callable[[Layout, str], tuple[str, str]]"  # the unit and place of a field
+    )
 
     CommandFormat: TypeAlias = Literal["low_level", "high_level", "power_on"]
 
@@ -61,8 +63,8 @@ class Layout:
     """
 
     __slots__ = (
-        "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "not_sent", "only_zero", "optional", "protocol", "signed", "size", "sub_message",
+        "constants", "describe", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
+        "not_sent", "only_zero", "optional", "signed", "size", "sub_message",
         "switches_to", "unnamed", "unsolicited", "when",
     )  # fmt: skip
 
@@ -107,14 +109,14 @@ class Layout:
         self.unsolicited = unsolicited
         self.sub_message = sub_message
         self.not_sent = not_sent
-        self.protocol: Protocol | None = None  # set by the protocol that has the message
+        self.describe: Describe | None = None  # set by the protocol that has the message
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"
 
     def counts_of(self, field: str) -> str:
         """Return what the numbers of a field are, for error messages: ``raw counts of mm/s``."""
-        unit = self.protocol.described(self, field)[0] if self.protocol else ""
+        unit = self.describe(self, field)[0] if self.describe else ""
         return f"raw counts of {unit}" if unit else "raw counts"
 
     def source_of(self, field: str, *, named: bool = False) -> str:
@@ -122,7 +124,7 @@ class Layout:
 
         :param named: also name the message and the field.
         """
-        place = self.protocol.described(self, field)[1] if self.protocol else ""
+        place = self.describe(self, field)[1] if self.describe else ""
         if not place:
             return ""
         return f"; see {self.message}.{field}, {place}" if named else f"; see {place}"

@@ -60,7 +60,7 @@ class Protocol:
         self._by_name: dict[str, dict[str, type[Message]]] = {}
         self._described: dict[tuple[str, str, str], tuple[str, str]] = {}
         for cls in self.messages:
-            cls.layout.protocol = self
+            cls.layout.describe = self.described
             self._by_name.setdefault(cls.layout.message, {})[cls.layout.form] = cls
 
     def __repr__(self) -> str:
