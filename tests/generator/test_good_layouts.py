@@ -323,7 +323,7 @@ def test_a_value_that_the_length_lacks_is_refused(laser: Any, m: Any) -> None:
     devices = importlib.import_module("stagewire_laser.devices")
     link = Answering(OLD, m)
     with devices.LS1.open(link) as opened:
-        with pytest.raises(UnknownFieldError, match="shorter packet of this set, without start"):
+        with pytest.raises(UnknownFieldError, match="this set in a shorter packet without start"):
             opened.set_fan(speed=7, start=9)
         with pytest.raises(MissingFieldError, match="set_fan requires speed"):
             opened.set_fan(speed=None)

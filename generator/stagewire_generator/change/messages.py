@@ -77,7 +77,7 @@ def _range(comparison: Comparison, where: Where, old: Field, new: Field) -> None
         }
         for field in (old, new)
     )
-    if {comparison.renamed("unit", unit) or unit: r for unit, r in before.items()} != after:
+    if before != after:
         ends = (
             "; ".join(f"{unit} {low} to {high}".strip() for unit, (low, high) in ranges.items())
             for ranges in (before, after)

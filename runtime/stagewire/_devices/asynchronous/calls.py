@@ -191,7 +191,7 @@ def _check_there(
     absent = [e.keyword for e in table.given if e.field in new and e.field not in fields]
     if absent:
         raise UnknownFieldError(
-            f"{what}: this controller has a shorter packet of this set, without {', '.join(absent)}; "
+            f"{what}: this controller has this set in a shorter packet without {', '.join(absent)}; "
             "nothing was written"
         )
 
