@@ -121,8 +121,8 @@ from stagewire.errors import OutOfRangeError, UnsupportedError
 from stagewire.sessions import FramedCore
 from stagewire_apt import PROTOCOL, messages as m
 points = bytes.fromhex(
-    "00 00 00 00 E0 C8 10 00 70 99 14 00 50 00 00 00 E2 C8 10 00 52 94 14 00 50 00 00 00 EB C8 10 00 1B 91 14 00 "
-    "50 00 00 00 F7 C8 10 00 52 90 14 00"
+    "00 00 00 00 E0 C8 10 00 70 99 14 00 50 00 00 00 E2 C8 10 00 52 94 14 00 "
+    "50 00 00 00 EB C8 10 00 1B 91 14 00 50 00 00 00 F7 C8 10 00 52 90 14 00"
 )
 rows = ((0, 1100000, 1350000), (80, 1100002, 1348690), (80, 1100011, 1347867), (80, 1100023, 1347666))
 for first in (b"\\x80\\x09", b"\\x00\\x0a"):
@@ -136,7 +136,8 @@ assert len(longest) == 6 + 4104
 assert event.raw == longest
 core = FramedCore(PROTOCOL)
 sent = [m.MotSetMoveSynchArray(1, 3, 0, 0, ()), m.MotSetMoveSynchArray0a00(1, 3, 0, 0, ())]
-sent += [m.MotMoveSynchStart(1, 3, 1), m.MotMoveSynchStart0a06(1, 3, 1), m.MotSetMoveSynchParams0a03(1, 0, 1, 1, 1, 5)]
+sent += [m.MotMoveSynchStart(1, 3, 1), m.MotMoveSynchStart0a06(1, 3, 1)]
+sent += [m.MotSetMoveSynchParams(1, 0, 1, 1, 1, 5), m.MotSetMoveSynchParams0a03(1, 0, 1, 1, 1, 5)]
 for message in sent:
     try:
         core.send(message, 0x50, 1.0, 0.0)
@@ -148,8 +149,9 @@ assert core.output(0.0) == b""
 try:
     m.MotSetMoveSynchArray(1, 3, 257, 0, ())
 except OutOfRangeError as error:
-    expected = "MOT_SET_MOVESYNCHARRAY.num_points must be 0 to 256 (raw counts), not 257; see page 172 of Issue 37"
-    assert str(error) == expected, error
+    where = "MOT_SET_MOVESYNCHARRAY.num_points"
+    told = "must be 0 to 256 (raw counts), not 257; see page 172 of Issue 37"
+    assert str(error) == f"{where} {told}", error
 """
     python(package, program)
 
