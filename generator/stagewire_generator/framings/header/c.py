@@ -76,6 +76,7 @@ class ArrayView:
 
     :param member: its member of the struct.
     :param item: type of an integer.
+    :param head: the id, and above it the length of the packet without the array.
     :param longest: length of the longest packet.
     :param count: the expression for the number of integers that the struct states.
     :param stated: the expression for the length of the packet that a frame states.
@@ -88,6 +89,7 @@ class ArrayView:
     item: str
     size: int
     id: str
+    head: str
     longest: int
     count: str
     stated: str
@@ -203,6 +205,7 @@ def _array(names: Names, message: Message, layout: Layout) -> ArrayView | None:
         return None
     field, item, size = layout.fields[-1], array.item, array.item.size
     type = integer_type(item)
+    assert message.id is not None
     outside = []
     if field.minimum > item.minimum:
         outside.append(f"value < {integer(field.minimum, size, item.signed)}")
@@ -214,6 +217,7 @@ def _array(names: Names, message: Message, layout: Layout) -> ArrayView | None:
         item=type,
         size=size,
         id=f"0x{message.id:04X}U",
+        head=_head(layout, message.id),
         longest=layout.longest,
         count=_count(names, layout, {name: f"message->{name}" for name in array.fields}),
         stated=_stated(names, layout),
@@ -288,6 +292,14 @@ class HeaderParserView:
     has_several: bool
     arrays: tuple[ArrayView, ...]
     devices: tuple[str, ...]
+
+    def alike(self, *attributes: str) -> list[list[ArrayView]]:
+        """Return the arrays in groups with equal attributes."""
+        groups: dict[tuple[object, ...], list[ArrayView]] = {}
+        for array in self.arrays:
+            key = tuple(getattr(array, attribute) for attribute in attributes)
+            groups.setdefault(key, []).append(array)
+        return list(groups.values())
 
 
 def header_parser_view(protocol: Protocol) -> HeaderParserView:

@@ -160,11 +160,10 @@ static void write_array(
     memcpy(&array, at, sizeof array);
     json_open(writer, '[');
     for (size_t i = 0; i < array.count; ++i) {
-        const uint8_t *const bytes = &array.bytes[i * field->wire_size];
         const uint64_t sign = UINT64_C(1) << (8U * field->wire_size - 1U);
         uint64_t bits = 0;
         for (size_t byte = 0; byte < field->wire_size; ++byte) {
-            bits |= (uint64_t)bytes[byte] << 8 * byte;
+            bits |= (uint64_t)array.bytes[i * field->wire_size + byte] << 8 * byte;
         }
         if (field->kind == STAGEWIRE_SIGNED_ARRAY) {
             json_put_integer(writer, as_signed((bits ^ sign) - sign));
