@@ -355,8 +355,8 @@ static inline apt_status apt_to_counts_int32(
  */
 #define APT_SCALE_SHARE_65535 APT_BRACED(INT64_C(13107), INT64_C(20))
 
-/** On and off times in steps of 250 µs, in ms (page 87): ms_per_count 1/4; printed as “250 μs”. */
-#define APT_SCALE_SOLENOID_TIME APT_BRACED(INT64_C(4), INT64_C(1))
+/** solenoid_time on TSC001, in ms (page 87): ms_per_count 1/4; printed as “250 μs”. */
+#define APT_SCALE_SOLENOID_TIME_TSC001 APT_BRACED(INT64_C(4), INT64_C(1))
 
 /*
  * strain_gauge_reading when display_mode is DISPUNITS_VOLTAGE, in V (page 129): no scale. The full

@@ -307,9 +307,15 @@ static inline apt_status apt_mot_get_sol_operatingmode_decode(
 typedef struct apt_mot_set_sol_cycleparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * 40000000.
+     */
     int32_t on_time;
-    /** Inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * 40000000.
+     */
     int32_t off_time;
     /**
      * 0 for endless cycles. Ignored outside SOLENOID_AUTO, although SOLENOID_TRIGGER uses it
@@ -511,9 +517,15 @@ static inline apt_status apt_mot_req_sol_cycleparams_decode(
 typedef struct apt_mot_get_sol_cycleparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * 40000000.
+     */
     int32_t on_time;
-    /** Inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 400 to
+     * 40000000.
+     */
     int32_t off_time;
     /**
      * 0 for endless cycles. Ignored outside SOLENOID_AUTO, although SOLENOID_TRIGGER uses it

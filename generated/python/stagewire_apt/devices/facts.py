@@ -1158,7 +1158,7 @@ QUANTITIES: dict[str, Rule] = {
     "share_32767": Scale.counts_per("percent", 32767, 100, printed="0 to 32767 (0 to 100%)"),
     "share_65535": Scale.counts_per("percent", 13107, 20, printed="0 is 0% and 65535 is 100%"),
     "slew_rate": BySetting("maximum_volts", 19000, "V/ms"),
-    "solenoid_time": Scale.unit_per("ms", 1, 4, printed="250 μs"),
+    "solenoid_time": ByUnit({"TSC001": Scale.unit_per("ms", 1, 4, printed="250 μs")}, "ms"),
     "status_velocity": ByStage("mm/s", rotary_unit="deg/s"),
     "strain_gauge_reading": ByCase(
         "display_mode",

@@ -259,8 +259,10 @@ class MotSetSolCycleParams(FramedMessage):
     Setting them opens nothing; running cycles may use the new times.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
-    :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
+    :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 400 to 40000000.
+    :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 400 to 40000000.
     :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
         SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
 
@@ -412,8 +414,10 @@ class MotGetSolCycleParams(FramedMessage):
     ``MOT_GET_SOL_CYCLEPARAMS`` (0x04C5), to the host, 14 bytes of data; pages 87, 88.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
-    :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
+    :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 400 to 40000000.
+    :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 400 to 40000000.
     :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
         SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
     """
