@@ -277,3 +277,31 @@ class ForwardSwitchNotReported(ShortTdc001):
 
     def limit_bits(self) -> int:
         return super().limit_bits() & 2
+
+
+@FAULTS.moves("velocity-parameters")
+class ReverseAtHalfSpeed(Tdc001):
+    """Moves in reverse run at half the maximum velocity."""
+
+    def move_to(self, target: float, motion: str, acceleration: float, speed: float) -> None:
+        slower = 0.5 if motion == MOVE and target < self.place() else 1.0
+        super().move_to(target, motion, acceleration, slower * speed)
+
+
+@FAULTS.breaks("dc-status-bits-limits")
+class LimitBitStays(Tdc001):
+    """The status reports a limit switch forever once it was active."""
+
+    touched = 0
+
+    def limit_bits(self) -> int:
+        self.touched |= super().limit_bits()
+        return self.touched
+
+
+@FAULTS.breaks("relative-move-long")
+class RelativeMovesOfSixteenBits(Tdc001):
+    """A relative move uses the lower 16 bits of its distance, as a signed number."""
+
+    def move_relative(self, distance: int) -> None:
+        super().move_relative((distance + 0x8000) % 0x10000 - 0x8000)

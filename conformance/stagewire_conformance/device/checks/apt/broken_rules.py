@@ -190,6 +190,10 @@ _COMMANDS: Final[Mapping[str, str]] = {
 """Command -> the rule about its effect."""
 
 
+_WORD: Final = 0x1_0000
+"""The number of values of two bytes."""
+
+
 COMMON: Final = (
     ANSWERED,
     ADDRESSES,
@@ -218,6 +222,9 @@ COMMON: Final = (
     "move-complete-when-settled",
     "settled-at-rest",
     "jog-single-step",
+    "jog-direction-values",
+    "absolute-move-long",
+    "relative-move-long",
     "motor-single-channel",
     "command-without-acknowledgement",
     *_CHANNELS_OF.values(),
@@ -242,6 +249,24 @@ def rule_of_distance(told: str) -> str:
     """Return the rule that a motion goes as far as commanded, from its description."""
     steps = command_in(told) == "MOT_MOVE_JOG" and " by a step " in told
     return "jog-single-step" if steps else rule_of_command(told)
+
+
+def rule_of_miss(told: str, missed: int, way: int) -> str:
+    """Return the rule that a target which was missed breaks.
+
+    :param told: the description of the motion, which begins with the command.
+    :param missed: the counts from the target to the final position.
+    :param way: the commanded distance.
+    """
+    command = command_in(told)
+    if command == "MOT_MOVE_JOG" and " by a step " in told and abs(missed) > abs(way) > 0:
+        backwards = (missed + way) * way < 0  # it went the other way
+        return "jog-direction-values" if backwards else rule_of_command(told)
+    off = (missed + _WORD // 2) % _WORD - _WORD // 2
+    is_long = " without a " not in told and command in ("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE")
+    if is_long and abs(missed) >= _WORD // 2 and abs(off) <= _WORD // 100:
+        return f"{rule_of_command(told)}-long"  # only two bytes of the number were used
+    return rule_of_command(told)
 
 
 def rule_of_status(place: Target, what: str) -> str:

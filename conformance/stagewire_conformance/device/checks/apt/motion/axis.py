@@ -111,6 +111,8 @@ class Axis:
         self.settle_time: int | None = None
         """The settle time in cycles after a move (page 67); None if it has no such parameter."""
         self.pace = Pace(1.0, 1.0, known=False)
+        self.speeds: list[float] = []
+        """The highest speed of each move of the check, in counts/s."""
         self.clockwise = 0
         """1 if positions rise in the direction forward, -1 if they fall; 0 until a motion has shown it.
 
@@ -209,7 +211,12 @@ class Axis:
     @property
     def doubts(self) -> tuple[Cause, ...]:
         """The reported defects that explain why a motor is not where a move should have brought it."""
-        own = (*self.spoilt, *ENABLING, Cause("MOT_MOVE_COMPLETED", "early"))
+        own = (
+            *self.spoilt,
+            *ENABLING,
+            Cause("MOT_MOVE_COMPLETED", "early"),
+            Cause("MOT_MOVE_HOME", "position"),
+        )
         return (*own, *(cause for cause in self.trial.causes if cause.subject in _OF_MOVES))
 
     @property

@@ -58,7 +58,7 @@ def _agree(axes: Sequence[Axis]) -> None:
         More requests could make a controller fall silent before the next keep-alive message (page 80).
         """
         looks[axis] += status.moving
-        if status.moving and looks[axis] % 2:
+        if status.moving and looks[axis] % 2 == 0:
             encoders[axis].read()
         elif right[axis] and status.moving:
             when = f"on its way after MOT_MOVE_ABSOLUTE to {axis.start + ways[axis]}"

@@ -152,7 +152,7 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
 def _jog_far(axes: Sequence[Axis]) -> None:
     axes[0].trial.depends_on(JOGS, Cause("MOT_SET_JOGPARAMS", "jog_max_velocity"))
     paces = _paces(axes)
-    reach = {axis: axis.step(_SECONDS_FAR, paces[axis]) for axis in axes}
+    reach = {axis: axis.step(_SECONDS_FAR, paces[axis].as_measured()) for axis in axes}
     steps = {axis: _FAR for axis in axes if reach[axis] >= _FAR}
     for axis in reach.keys() - steps.keys():
         axis.trial.info(

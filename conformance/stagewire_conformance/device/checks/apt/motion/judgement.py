@@ -19,6 +19,7 @@ from stagewire_conformance.device.checks.apt.broken_rules import (
     rule_of_command,
     rule_of_distance,
     rule_of_end,
+    rule_of_miss,
     rule_of_status,
 )
 from stagewire_conformance.device.checks.apt.enable_state import ENABLING
@@ -212,6 +213,8 @@ def judge_course(
         rise, but always the same one for motion to higher positions, and the other for motion to lower ones.
     :param jogging: whether the bits must report a jog.
     """
+    if statuses and (statuses[-1].position - start) * (target - start) < 0:
+        return  # it went the other way, which the judgement of its place reports
     low, high = min(start, target), max(start, target)
     edge = max(1, (high - low) // _MIDWAY)
     way, towards = (1, "up") if target > start else (-1, "down")
@@ -390,7 +393,7 @@ def judge_place(
         abs(missed) <= near,
         f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "
         f"gone to {target}{hint}",
-        rule=rule_of_command(told),
+        rule=rule_of_miss(told, missed, target - start),
         cause=axis.cause_of_miss(command_in(told), missed, target - start),
         because=axis.spoilt,
         came=status.heard.raw,

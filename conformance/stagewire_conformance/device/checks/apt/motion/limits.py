@@ -161,6 +161,27 @@ def _run(axes: Sequence[Axis]) -> None:
                 change(axis, _VELPARAMS, at_most="max_velocity", max_velocity=before[axis])
         if not _run_into({axis: each[number] for axis, each in ends.items() if number < len(each)}):
             return
+    for axis in ends:
+        change(axis, _VELPARAMS, at_most="max_velocity", max_velocity=before[axis])
+    if ends and move([absolute(axis, axis.start) for axis in ends]):
+        for axis, each in ends.items():
+            _judge_left(axis, each)
+
+
+def _judge_left(axis: Axis, ends: Sequence[_End]) -> None:
+    """Report a limit switch that is still active although the motor has left it."""
+    status = axis.status()
+    for end in ends:
+        name = end.direction.name.lower()
+        near = abs(status.position - end.place) <= 2 * end.beyond + HELD
+        axis.trial.must(
+            near or not getattr(status.bits, f"{name}_hardware_limit"),
+            f"{axis.text} has left its end at {end.place} and is at {status.position}, but "
+            f"{status.heard.name} still reports its {name} limit switch as active",
+            rule=rule_of_status(axis.place, "bits-limits"),
+            cause=Cause(status.heard.name, "limit switches"),
+            came=status.heard.raw,
+        )
 
 
 def _run_into(ends: Mapping[Axis, _End]) -> bool:

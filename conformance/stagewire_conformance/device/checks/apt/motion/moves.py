@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_miss
 from stagewire_conformance.device.checks.apt.motion.apart import (
     CONFUSED,
     rule_of_apart,
@@ -20,6 +21,7 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
     Axis,
     Status,
 )
+from stagewire_conformance.device.checks.apt.motion.course import points_of, top_speed
 from stagewire_conformance.device.checks.apt.motion.early_ends import judge_early
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
@@ -153,6 +155,7 @@ def move(moves: Sequence[Move]) -> bool:
     for each in moves:
         axis = each.axis
         note_speed(axis, seen[axis].statuses, each.jog or axis.pace)
+        axis.speeds.append(top_speed(points_of(seen[axis].statuses)))
     arrived = [_judge(each, starts[each.axis], seen[each.axis]) for each in moves]
     return all(arrived)
 
@@ -270,7 +273,7 @@ def go_back(axes: Sequence[Axis]) -> None:
                 False,
                 f"not restored: {axis.text} is at {status.position} after MOT_MOVE_ABSOLUTE to "
                 f"{axis.start}; move it there",
-                rule="absolute-move",
+                rule=rule_of_miss("MOT_MOVE_ABSOLUTE", status.position - axis.start, distance),
                 cause=axis.cause_of_miss(
                     "MOT_MOVE_ABSOLUTE", status.position - axis.start, distance
                 ),

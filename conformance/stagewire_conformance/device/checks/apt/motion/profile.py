@@ -404,5 +404,9 @@ def _judge_reported(axis: Axis, courses: Sequence[Course]) -> None:
         f"{axis.text}: at {fast.speed:.0f} and {slow.speed:.0f} counts/s, the highest velocities in "
         f"its statuses were {fast.reported} and {slow.reported}; they should have the same ratio",
         rule="dc-status-velocity",
-        cause=Cause(axis.place.status or "", "velocity"),
+        cause=Cause(axis.status_name, "velocity"),
+        because=tuple(
+            Cause(axis.status_name, aspect)
+            for aspect in ("sign of the velocity", "velocity at rest")
+        ),
     )

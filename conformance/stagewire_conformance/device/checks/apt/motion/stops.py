@@ -12,6 +12,7 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.broken_rules import command_in
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     HELD,
@@ -207,7 +208,7 @@ def _judge(one: Move, start: int, seen: Watched, mode: StopMode) -> int | None:
         f"{start} and {target}",
         rule="stop-any-move",
         cause=Cause("MOT_MOVE_STOP", EFFECT),
-        because=axis.doubts,
+        because=(*axis.doubts, Cause(command_in(one.told), EFFECT)),
     )
     return place
 

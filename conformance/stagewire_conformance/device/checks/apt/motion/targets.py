@@ -169,6 +169,8 @@ def _stored_relative(axes: Sequence[Axis]) -> None:
     move(moves)
 
 
+_ALIKE: Final = 1.3
+"""The ratio of the speeds of two such moves up to which they are the same."""
 _SECONDS_FAR: Final = 3.0
 """The maximum duration of a long move in seconds, approximately."""
 _FAR: Final = 0x1_1000
@@ -178,7 +180,7 @@ _FAR: Final = 0x1_1000
 FAR = Kind(
     name="move-far",
     title="A move covers a long distance, and ends exactly at its target",
-    rules=("absolute-move-long", "relative-move-long", *COMPLETION),
+    rules=("absolute-move-long", "relative-move-long", "velocity-parameters", *COMPLETION),
 )
 
 
@@ -195,4 +197,18 @@ def _far(axes: Sequence[Axis]) -> None:
     out = [absolute(axis, axis.start + way) for axis, way in ways.items()]
     if move([replace(each, accurate=True) for each in out]):
         back = [relative(axis, -way) for axis, way in ways.items()]
-        move([replace(each, accurate=True) for each in back])
+        if move([replace(each, accurate=True) for each in back]):
+            for axis in axes:
+                _judge_directions(axis)
+
+
+def _judge_directions(axis: Axis) -> None:
+    """Report a move back over the same way that was faster or slower than the move before."""
+    out, back = axis.speeds[-2:]
+    axis.trial.must(
+        max(out, back) <= _ALIKE * min(out, back),
+        f"{axis.text}: over the same way, MOT_MOVE_ABSOLUTE reached {out:.0f} counts/s, and "
+        f"MOT_MOVE_RELATIVE back {back:.0f} counts/s; the maximum velocity is the same in both directions",
+        rule="velocity-parameters",
+        cause=Cause("MOT_SET_VELPARAMS", "max_velocity"),
+    )

@@ -87,6 +87,7 @@ def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bo
             Cause(wrong.heard.name, aspect)
             for aspect in ("sign of the velocity", "velocity")[: 1 + is_up]
         ],
+        because=(Cause(wrong.heard.name, "velocity at rest"),),
         came=wrong.heard.raw,
     )
 
