@@ -285,7 +285,7 @@ def wrong_addresses(trial: Trial) -> list[Cause]:
 
 
 def report_lost(trial: Trial, message: str, cause: Cause) -> None:
-    """Record that a message with wrong addresses is no reply to a request."""
+    """Record that a message with wrong addresses does not answer a request."""
     trial.causes.report(Cause(message, DELIVERY), trial.causes.check_of(cause) or trial.check)
 
 

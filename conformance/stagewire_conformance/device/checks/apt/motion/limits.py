@@ -107,6 +107,9 @@ def _lacks(declared: Declaration, allowed: Permissions, motor: Motor) -> str:
     return ""
 
 
+LIMITS: Final = Cause("limits", EFFECT)
+"""The defect that a motor passes its limits."""
+
 KIND = Kind(
     name="limits",
     title="A limit switch stops a motion, and is reported",
@@ -301,6 +304,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> bool:
             f"{axis.text}: after {end.told}, it ran on to {beyond.position} and was stopped; "
             "its limit switch should have stopped it",
             rule="velocity-move-until-limit",
+            cause=LIMITS,
             came=beyond.heard.raw,
         )
         return False

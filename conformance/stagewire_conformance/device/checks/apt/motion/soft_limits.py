@@ -18,6 +18,7 @@ from stagewire_apt.enumerations import SoftwareLimitMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, HELD, Axis
+from stagewire_conformance.device.checks.apt.motion.limits import LIMITS
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import absolute, beyond, move
 from stagewire_conformance.device.checks.apt.motion.parameters import (
@@ -72,7 +73,7 @@ def _stops(axes: Sequence[Axis]) -> None:
             f"MOT_MOVE_ABSOLUTE over {ways[axis]} counts ended at its target; it should end at the limit",
             rule="soft-limit-modes",
             cause=Cause(_SETTING, EFFECT),
-            because=axis.spoilt,
+            because=(LIMITS, *axis.spoilt),
         )
 
 
