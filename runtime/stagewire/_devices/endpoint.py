@@ -105,8 +105,13 @@ class Endpoint(Generic[T]):
         return self.connection.unit.address if table.motherboard else self.address
 
     def message(self, cls: type[Message], fields: Mapping[str, Any]) -> Message:
-        """Return a message for this channel; its constructor checks all fields."""
+        """Return a message for this channel; its constructor checks all fields.
+
+        A controller with one channel gets the default of a channel that may be left out.
+        """
         field = self.connection.channel_field(cls)
+        if field in cls.layout.optional and self.connection.unit.channels == 1:
+            field = None
         if field is not None and field not in fields:
             fields = {field: self.channel, **fields}
         made: Message = cls(**fields)
