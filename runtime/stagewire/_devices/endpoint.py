@@ -124,8 +124,14 @@ class Endpoint(Generic[T]):
             return None
         if halt.message.layout.message not in self.connection.unit.messages:
             return Running(what, b"", self.now())
-        stop = self.message(halt.message, defaults_of(halt))
+        stop = self.message(halt.message, {**self._every_channel(halt), **defaults_of(halt)})
         return Running(what, self._encode(stop), self.now(), stop)
+
+    def _every_channel(self, halt: Action) -> Mapping[str, int]:
+        """Return the channel of the stop of a whole rack: the bits of all its channels."""
+        field = self.connection.channel_field(halt.message)
+        bays = len(self.connection.unit.bays)
+        return {field: (1 << bays) - 1} if field and self.channel is None and bays else {}
 
     def _encode(self, message: Any) -> bytes:
         if isinstance(message, WireCommand):

@@ -6297,9 +6297,9 @@ static inline apt_status apt_mot_move_absolute_decode(
  * MOT_MOVE_VELOCITY (0x0457), to the controller, header only; Issue 37, page 87. Completes with
  * MOT_MOVE_COMPLETED. Stops with MOT_MOVE_STOPPED. Muted by MOT_SUSPEND_ENDOFMOVEMSGS.
  *
- * Whether the position counter rises or falls in the direction FORWARD may depend on the device. In
- * two public drivers it falls on TDC001 and KDC101, so first try a slow move far from both ends of
- * the travel.
+ * No page says whether the position counter rises or falls in the direction FORWARD (erratum
+ * apt-clockwise-without-sign). In two public drivers it falls on TDC001 and KDC101, so first try a
+ * slow move far from both ends of the travel.
  */
 typedef struct apt_mot_move_velocity {
     /** See enum apt_channel; from 0 to 255. */

@@ -19,6 +19,7 @@ from stagewire.support import (
     UnknownScale,
     Unsupported,
 )
+from stagewire_apt import enumerations as e
 from stagewire_apt import messages as m
 from stagewire_apt import quantities
 from stagewire_apt.devices import tables as t
@@ -6153,4 +6154,5 @@ FACTS = Facts(
     identity=t.INFO,
     bay_used=t.RACK_BAY_USED,
     unsupported=UNSUPPORTED,
+    channels=e.Channel,
 )

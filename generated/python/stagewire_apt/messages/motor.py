@@ -6048,9 +6048,9 @@ class MotMoveVelocity(FramedMessage):
     Completes with ``MOT_MOVE_COMPLETED``. Stops with ``MOT_MOVE_STOPPED``. Muted by
     ``MOT_SUSPEND_ENDOFMOVEMSGS``.
 
-    Whether the position counter rises or falls in the direction FORWARD may depend on the device.
-    In two public drivers it falls on TDC001 and KDC101, so first try a slow move far from both ends
-    of the travel.
+    No page says whether the position counter rises or falls in the direction FORWARD (erratum
+    apt-clockwise-without-sign). In two public drivers it falls on TDC001 and KDC101, so first try a
+    slow move far from both ends of the travel.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
     :param direction: The MST602 has the direction of channel 1 in the lower four bits and that of

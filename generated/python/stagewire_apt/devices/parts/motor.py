@@ -2087,9 +2087,9 @@ class CanMoveVelocity(Part):
         Moves in one direction until a stop command or a limit switch, with the settings of
         MOT_SET_VELPARAMS. Waits until the motion has ended.
 
-        Whether the position counter rises or falls in the direction FORWARD may depend on the
-        device. In two public drivers it falls on TDC001 and KDC101, so first try a slow move far
-        from both ends of the travel.
+        No page says whether the position counter rises or falls in the direction FORWARD (erratum
+        apt-clockwise-without-sign). In two public drivers it falls on TDC001 and KDC101, so first
+        try a slow move far from both ends of the travel.
 
         ``MOT_MOVE_VELOCITY``, Issue 37, page 87.
 
@@ -2116,9 +2116,9 @@ class CanMoveVelocity(Part):
         Moves in one direction until a stop command or a limit switch, with the settings of
         MOT_SET_VELPARAMS. Returns a handle for the motion as soon as the message is sent.
 
-        Whether the position counter rises or falls in the direction FORWARD may depend on the
-        device. In two public drivers it falls on TDC001 and KDC101, so first try a slow move far
-        from both ends of the travel.
+        No page says whether the position counter rises or falls in the direction FORWARD (erratum
+        apt-clockwise-without-sign). In two public drivers it falls on TDC001 and KDC101, so first
+        try a slow move far from both ends of the travel.
 
         ``MOT_MOVE_VELOCITY``, Issue 37, page 87.
 
