@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import gc
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -146,6 +147,7 @@ def generate(
         raise CalledWronglyError(f"--package {package}: {why}")
     if templates is not None and not templates.is_dir():
         raise CalledWronglyError(f"{templates} is not a folder; give a folder with templates")
+    gc.disable()  # nearly all objects live until the end, so searching for others is in vain
     rendered = functools.partial(
         _render,
         folders,
