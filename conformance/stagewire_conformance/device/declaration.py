@@ -27,7 +27,7 @@ from stagewire_conformance.device.targets import (
     places_of,
     rack_of,
 )
-from stagewire_conformance.registry import PLAIN, Registry, registry_of
+from stagewire_conformance.registry import Registry, registry_of
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,10 @@ class Declaration:
         """Make a message by its name.
 
         :param channel: the value of its channel field, if it has one.
-        :param form: by default its only form, or the plain one of several, as device classes do.
 
         Raises the same errors as :meth:`.Protocol.build`.
         """
         name = getattr(self.protocol, "channel", None)
-        if form is None and PLAIN in self.registry.forms(message):
-            form = PLAIN
         layout = self.protocol.message_class(message, form).layout
         if channel is not None and name in layout.fields:
             fields = {name: channel, **fields}

@@ -18,7 +18,7 @@ from stagewire.errors import (
     WrongUnitError,
 )
 from stagewire.protocols import available_protocols, load_protocol
-from stagewire_apt import BBD102, TPZ001
+from stagewire_apt import BBD102, TDC001, TPZ001
 from stagewire_virtual import linking
 from stagewire_virtual.linking import SteppedLink
 
