@@ -732,9 +732,9 @@ enum apt_synchronized_trigger {
  * Variable that an analog output follows.
  */
 enum apt_system_variable {
-    /** Position error, with scale and offset. */
+    /** Position error, scaled and offset. */
     APT_SYSTEM_VARIABLE_POSERROR = 1,
-    /** Actual position, with scale and offset. */
+    /** Actual position, scaled and offset. */
     APT_SYSTEM_VARIABLE_POSITION = 2,
     /** Current of phase A, with a fixed scale. */
     APT_SYSTEM_VARIABLE_IPHASEA = 3,

@@ -798,9 +798,9 @@ class SystemVariable(Enumeration):
     """
 
     POSERROR = 0x01
-    """Position error, with scale and offset."""
+    """Position error, scaled and offset."""
     POSITION = 0x02
-    """Actual position, with scale and offset."""
+    """Actual position, scaled and offset."""
     IPHASEA = 0x03
     """Current of phase A, with a fixed scale."""
     IPHASEB = 0x04

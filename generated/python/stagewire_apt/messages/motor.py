@@ -9485,7 +9485,7 @@ class MotSetPmdPositionLoopParams(FramedMessage):
     Also named ``MOT_SET_POSITIONLOOPPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param proportional: proportional gain, Kp Pos in Issue 37; from 0 to 32767.
+    :param proportional: proportional gain; from 0 to 32767.
     :param integral: integral gain; from 0 to 32767.
     :param integral_limit: Cap on the integral sum, ILimPos in Issue 37; 0 switches the integral
         term off; from 0 to 2147483647.
@@ -9763,7 +9763,7 @@ class MotGetPmdPositionLoopParams(FramedMessage):
     Also named ``MOT_GET_POSITIONLOOPPARAMS``.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param proportional: proportional gain, Kp Pos in Issue 37; from 0 to 32767.
+    :param proportional: proportional gain; from 0 to 32767.
     :param integral: integral gain; from 0 to 32767.
     :param integral_limit: Cap on the integral sum, ILimPos in Issue 37; 0 switches the integral
         term off; from 0 to 2147483647.

@@ -3065,7 +3065,7 @@ class WithPmdPositionLoopParams(Part):
         ``MOT_SET_PMDPOSITIONLOOPPARAMS``, Issue 37, page 103. Erratum
         ``apt37-positionloop-example-unit``.
 
-        :param proportional: proportional gain, Kp Pos in Issue 37; from 0 to 32767.
+        :param proportional: proportional gain; from 0 to 32767.
         :param integral: integral gain; from 0 to 32767.
         :param integral_limit: Cap on the integral sum, ILimPos in Issue 37; 0 switches the integral
             term off; from 0 to 2147483647.
@@ -3136,7 +3136,7 @@ class WithPmdPositionLoopParams(Part):
         ``MOT_SET_PMDPOSITIONLOOPPARAMS``, Issue 37, pages 103, 105. Erratum
         ``apt37-positionloop-example-unit``.
 
-        :param proportional: proportional gain, Kp Pos in Issue 37; from 0 to 32767.
+        :param proportional: proportional gain; from 0 to 32767.
         :param integral: integral gain; from 0 to 32767.
         :param integral_limit: Cap on the integral sum, ILimPos in Issue 37; 0 switches the integral
             term off; from 0 to 2147483647.

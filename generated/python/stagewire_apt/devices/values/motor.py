@@ -806,7 +806,7 @@ class PmdPositionLoopParams(Values[m.MotGetPmdPositionLoopParams]):
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     proportional = Raw("proportional")
-    """Proportional gain, Kp Pos in Issue 37; from 0 to 32767."""
+    """Proportional gain; from 0 to 32767."""
     integral = Raw("integral")
     """Integral gain; from 0 to 32767."""
     integral_limit = Raw("integral_limit")
