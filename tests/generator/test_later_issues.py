@@ -41,7 +41,17 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     for side, options in (("without", []), ("with", ["--overlay", NAME])):
         out = tmp_path_factory.mktemp(side)
         assert (
-            main(["generate", "--base", "--spec", str(SPEC / "thorlabs_apt"), "--out", str(out), *options])
+            main(
+                [
+                    "generate",
+                    "--base",
+                    "--spec",
+                    str(SPEC / "thorlabs_apt"),
+                    "--out",
+                    str(out),
+                    *options,
+                ]
+            )
             == 0
         )
         found[side] = out / "python"

@@ -1,4 +1,4 @@
-"""The messages of each unit of Issue 3: its printed list with additions, or that of its family, fully resolved."""
+"""The messages of each unit of Issue 3: its printed list with additions, or that of its family, resolved."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Everything of Issue 3 is still in the package with both issues, with the same bytes.
 
-The base is built in memory. What the later issue may change in it is listed here, with the reason.
+The base is built in memory. The changes that the later issue may make are listed here, with the reasons.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A message without a documented layout, and Thorlabs APT with it; the installed package need not have one."""
+"""A message without a documented layout, and Thorlabs APT with it; the package need not have one."""
 
 from __future__ import annotations
 

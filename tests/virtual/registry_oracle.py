@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from issues import OF_ISSUE_3
-
 from stagewire.protocols import load_protocol
 
 Json = Mapping[str, Any]

@@ -138,7 +138,7 @@ _SOURCE = {
     "layout-renamed": "the form, and perhaps its class, has another name; the bytes are the same",
     "class-renamed": "the class has another name",
     "call": "methods of device classes have another name",
-    "parameter-named": "a parameter byte without a name now has one, and must be given unless it has a default",
+    "parameter-named": "a parameter byte without a name now has one, and must be given without a default",
     "parameter-unnamed": "a parameter byte no longer has a name, and may be left out",
     "field-renamed": "the field has another name; the bytes are the same",
     "field-type": "the same bytes were text and are now bytes, or the reverse",

@@ -194,7 +194,7 @@ def test_no_attribute_can_change_unnoticed(
     }
     # Values that are objects, or missing, in all specs: the objects themselves are tested.
     assert {f"{cls.__name__}.{name}" for cls, name in wanted - tried} == {
-        "Field.enum", "Field.flags", "Field.format", "Field.quantity",
+        "Field.enum", "Field.flags", "Field.format", "Field.omitted", "Field.quantity",
         "FlagTable.format", "Layout.param1", "Layout.param2", "Quantity.factor",
     }  # fmt: skip
 

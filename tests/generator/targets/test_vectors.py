@@ -120,7 +120,8 @@ def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
         return
     if field["kind"] == "integer":
         least, greatest = field["minimum"], field["maximum"]
-        outside = {"out_of_range": (least - 1, greatest + 1), "ok": (least, greatest)}
+        inside = {least, greatest} - ({field["default"]} if may_lack else set())
+        outside = {"out_of_range": (least - 1, greatest + 1), "ok": inside}
         for verdict, values in outside.items():
             for value in values:
                 yield *here, "encode", verdict, name, value

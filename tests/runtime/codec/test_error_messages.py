@@ -6,8 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from undocumented import PROTOCOL as WITH_UNPRINTED
-from undocumented import HwUnprinted
 
 from stagewire import End, Frame, Framer, errors
 from stagewire.errors import (
@@ -28,6 +26,8 @@ from stagewire.protocols import load_protocol
 from stagewire.quantities import Scale, UnknownScale, exact
 from stagewire_apt import PROTOCOL, flags, stages
 from stagewire_apt import messages as m
+from undocumented import PROTOCOL as WITH_UNPRINTED
+from undocumented import HwUnprinted
 
 MOVE = m.MotMoveAbsolute(1, 5)
 RAW = MOVE.pack(0x50, 1)

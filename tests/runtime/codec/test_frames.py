@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from undocumented import PROTOCOL as WITH_UNPRINTED
-from undocumented import HwUnprinted
 
 from stagewire import End, Frame
 from stagewire.framing import Received
 from stagewire.protocols import Direction, FramedProtocol, Layout, UndecidedMessage
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
+from undocumented import PROTOCOL as WITH_UNPRINTED
+from undocumented import HwUnprinted
 
 MOVE = m.MotMoveAbsolute(1, 5)
 FRAME = Frame(MOVE, 0x50, 0x01, b"ab")

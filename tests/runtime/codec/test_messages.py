@@ -8,8 +8,6 @@ import pickle
 from collections.abc import Callable
 
 import pytest
-from undocumented import PROTOCOL as WITH_UNPRINTED
-from undocumented import HwUnprinted
 
 from stagewire import End, Frame
 from stagewire.errors import (
@@ -25,6 +23,8 @@ from stagewire.framing import Received
 from stagewire.protocols import Direction, FramedProtocol, Layout, Message, UndecidedMessage
 from stagewire_apt import PROTOCOL, enumerations, flags
 from stagewire_apt import messages as m
+from undocumented import PROTOCOL as WITH_UNPRINTED
+from undocumented import HwUnprinted
 
 MOVE = bytes.fromhex("5304 0600 d001 0100 400d0300")
 

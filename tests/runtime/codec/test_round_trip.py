@@ -8,8 +8,6 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from undocumented import NAME
-from undocumented import PROTOCOL as WITH_UNPRINTED
 
 from stagewire import Frame
 from stagewire.errors import (
@@ -26,6 +24,8 @@ from stagewire.errors import (
 )
 from stagewire.protocols import Message, UndecidedMessage, UndocumentedMessage
 from stagewire_apt import PROTOCOL
+from undocumented import NAME
+from undocumented import PROTOCOL as WITH_UNPRINTED
 
 CLASSES = {(cls.layout.message, cls.layout.form): cls for cls in PROTOCOL.messages}
 LAYOUTS = [

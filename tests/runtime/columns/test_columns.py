@@ -15,8 +15,6 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from undocumented import PROTOCOL as WITH_UNPRINTED
-from undocumented import HwUnprinted
 
 from stagewire import End
 from stagewire._columns.arrays import read, read_numpy
@@ -52,6 +50,8 @@ from stagewire.protocols import (
 )
 from stagewire_apt import PROTOCOL
 from stagewire_apt import messages as m
+from undocumented import PROTOCOL as WITH_UNPRINTED
+from undocumented import HwUnprinted
 
 WITH_COLUMNS = [cls for cls in PROTOCOL.messages if not issubclass(cls, UndocumentedMessage)]
 STATUS = bytes.fromhex("91040e00 8150 0100 10270000 feff 0000 10000080")

@@ -13,7 +13,7 @@ from recording_link import RecordingLink
 import stagewire_virtual as virtual
 from stagewire import Scale, Stage
 from stagewire.errors import BadValueError, LimitError, UnknownScaleError
-from stagewire.quantities import Limit, UnknownLimit
+from stagewire.quantities import UnknownLimit
 from stagewire_apt import BBD102, PROTOCOL, TDC001, TPZ001, TST001, aio, stages
 from stagewire_ms2000 import MS2000
 

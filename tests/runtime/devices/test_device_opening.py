@@ -110,7 +110,9 @@ def test_a_unit_newer_than_the_document_is_named_in_a_warning(
 
 def test_a_newer_unit_is_refused_as_a_unit_with_other_messages() -> None:
     line = RecordingLink(virtual.TST001(serial_number=27000001))
-    with pytest.raises(WrongUnitError, match=r"the number belongs to KDC101, but the model to TST001"):
+    with pytest.raises(
+        WrongUnitError, match=r"the number belongs to KDC101, but the model to TST001"
+    ):
         TST001.open(line)
     with pytest.raises(
         WrongUnitError, match=r"belongs to BPC103 or BPC203 or BPC303 .*, but the model to BPC201"

@@ -21,9 +21,7 @@ each_side = pytest.mark.parametrize("side", SIDES, ids=repr)
 
 
 def status(position: int, channel: int = 1) -> m.MotGetDcStatusUpdate:
-    return m.MotGetDcStatusUpdate(
-        chan_ident=channel, position=position, velocity=0, status_bits=0
-    )
+    return m.MotGetDcStatusUpdate(chan_ident=channel, position=position, velocity=0, status_bits=0)
 
 
 def at(position: int, channel: int = 1) -> m.MotGetStatusUpdate:

@@ -13,7 +13,6 @@ from stagewire.discovery import device_class
 from stagewire.errors import (
     BadValueError,
     LinkOpenError,
-    UnknownScaleError,
     UnsupportedError,
     WrongUnitError,
 )

@@ -5,14 +5,13 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from undocumented import PROTOCOL
-
 from stagewire._sessions.core import Core
 from stagewire._sessions.exchange import Exchange
 from stagewire.protocols import FramedMessage
 from stagewire.sessions import CommandCore, Ends, FramedCore, SessionOptions
 from stagewire_apt import messages as m
 from stagewire_ms2000 import PROTOCOL as MS2000
+from undocumented import PROTOCOL
 
 HOST = 0x01
 VEL = (m.MotGetVelParams,)

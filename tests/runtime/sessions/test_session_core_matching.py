@@ -6,11 +6,11 @@ import itertools
 
 import pytest
 from stepped_core import HOST, VEL, Framed, dc_status, said, vel_params
-from undocumented import HwUnprinted
 
 from stagewire._sessions.exchange import Exchange
 from stagewire.errors import ReplyTimeoutError
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 BAYS = (0x21, 0x22, 0x23)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from stepped_core import MOVED, Framed, dc_status, said
-from undocumented import HwUnprinted
 
 from stagewire.errors import (
     ControllerFaultError,
@@ -15,6 +14,7 @@ from stagewire.errors import (
 )
 from stagewire.sessions import Ends
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 COMPLETED = said(m.MotMoveCompletedHeader(1))
 STOPPED_HERE = m.MotMoveStoppedHeader(1)

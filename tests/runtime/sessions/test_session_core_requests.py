@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from stepped_core import Framed, dc_status, said, vel_params
-from undocumented import HwUnprinted
 
 from stagewire.errors import MotionTimeoutError, OutOfRangeError, ReplyTimeoutError, StagewireError
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 VEL_REQUEST = m.MotReqVelParams(1)
 JOG = (m.MotReqJogParams(1), (m.MotGetJogParams,))

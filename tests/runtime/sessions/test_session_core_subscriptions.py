@@ -6,11 +6,11 @@ import logging
 
 import pytest
 from stepped_core import Commands, Framed, dc_status, said, vel_params
-from undocumented import HwUnprinted
 
 from stagewire.errors import BadValueError, OutOfRangeError, SessionClosedError, TransportLostError
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
 from stagewire_apt import messages as m
+from undocumented import HwUnprinted
 
 UNKNOWN = bytes.fromhex("fe7f00000150")
 TOO_SHORT = bytes.fromhex("150404008150") + bytes(4)

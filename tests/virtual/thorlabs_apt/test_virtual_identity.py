@@ -164,7 +164,6 @@ def test_every_unit_accepts_an_identity_but_its_bays_keep_their_own(unit: str) -
     own = set(plain) if stand_alone else {MOTHERBOARD}
     assert {address for address in plain if plain[address] != told[address]} == own
     for address in own:
-        notes = f"Stagewire virtual {'RACK' if unit in MODULES else unit}"
         assert told[address] == plain[address].replace(
             model_number="KDC101",
             serial_number=27_000_001,

@@ -11,9 +11,9 @@ import struct
 from collections.abc import Iterator
 
 import pytest
-from issues import OF_ISSUE_3
 
 import stagewire_virtual as virtual
+from issues import OF_ISSUE_3
 from stagewire_virtual.instrument import all_units
 
 MOTORS = sorted(

@@ -8,7 +8,6 @@ from typing import Any
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_evidence import Evidence, EvidenceTable
 
-
 _NESTED = frozenset({dict, list})
 
 
