@@ -71,8 +71,8 @@
 /** Bit 14: excessive position error (bit 15 on page 62). */
 #define APT_BBD30X_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
 /**
- * Bit 16: interlock of controllers with a separate signal that enables the motor; the document does
- * not say which state is 1.
+ * Bit 16: interlock of controllers with an enable signal; the document does not say which state is
+ * 1.
  */
 #define APT_BBD30X_STATUS_BITS_INTERLOCK UINT32_C(0x00010000)
 /** Bit 17: driver or motor is too hot. */
@@ -228,8 +228,8 @@
 /** Bit 15: older controllers: a command could not be executed. */
 #define APT_DC_STATUS_BITS_INSTRUCTION_ERROR UINT32_C(0x00008000)
 /**
- * Bit 16: interlock of controllers with a separate signal that enables the motor; the document does
- * not say which state is 1.
+ * Bit 16: interlock of controllers with an enable signal; the document does not say which state is
+ * 1.
  */
 #define APT_DC_STATUS_BITS_INTERLOCK UINT32_C(0x00010000)
 /** Bit 17: driver or motor is too hot. */
@@ -571,8 +571,8 @@
 /** Bit 15: older controllers: a command could not be executed. */
 #define APT_TBD001_STATUS_BITS_INSTRUCTION_ERROR UINT32_C(0x00008000)
 /**
- * Bit 16: interlock of controllers with a separate signal that enables the motor; the document does
- * not say which state is 1.
+ * Bit 16: interlock of controllers with an enable signal; the document does not say which state is
+ * 1.
  */
 #define APT_TBD001_STATUS_BITS_INTERLOCK UINT32_C(0x00010000)
 /** Bit 17: driver or motor is too hot. */

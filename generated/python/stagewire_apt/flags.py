@@ -85,7 +85,7 @@ class Bbd30xStatusBits(Flags):
     motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
     interlock = Bit(
         0x00010000,
-        "interlock of controllers with a separate signal that enables the motor; the document does not say which state is 1",
+        "interlock of controllers with an enable signal; the document does not say which state is 1",
     )
     over_temperature = Bit(0x00020000, "driver or motor is too hot")
     bus_voltage_fault = Bit(0x00040000, "supply voltage of the motor is too low")
@@ -206,7 +206,7 @@ class DcStatusBits(Flags):
     instruction_error = Bit(0x00008000, "older controllers: a command could not be executed")
     interlock = Bit(
         0x00010000,
-        "interlock of controllers with a separate signal that enables the motor; the document does not say which state is 1",
+        "interlock of controllers with an enable signal; the document does not say which state is 1",
     )
     over_temperature = Bit(0x00020000, "driver or motor is too hot")
     bus_voltage_fault = Bit(0x00040000, "supply voltage of the motor is too low")
@@ -484,7 +484,7 @@ class Tbd001StatusBits(Flags):
     instruction_error = Bit(0x00008000, "older controllers: a command could not be executed")
     interlock = Bit(
         0x00010000,
-        "interlock of controllers with a separate signal that enables the motor; the document does not say which state is 1",
+        "interlock of controllers with an enable signal; the document does not say which state is 1",
     )
     over_temperature = Bit(0x00020000, "driver or motor is too hot")
     bus_voltage_fault = Bit(0x00040000, "supply voltage of the motor is too low")

@@ -70,7 +70,7 @@ _WIRE = {
     "protocol-removed": "frames of this protocol are no longer recognised",
     "overlay-removed": "the messages and layouts of the overlay are no longer available",
     "parameter-omitted": "a parameter that a program leaves out is sent with another value, or is refused",
-    "overlay-default": "the overlay is now part of the default package, or no longer; frames are read differently",
+    "overlay-default": "the overlay is now in the default package, or no longer: frames are read differently",
     "framing": "frames are separated from the stream in a different way",
     "message-removed": "its frames are no longer recognised",
     "message-id": "the message has different header bytes",
