@@ -37,7 +37,7 @@ STATUS = bytes.fromhex("91040e00 8150 0100 10270000 feff 0000 10000080")
 HOMED = bytes.fromhex("4404 0100 0150")
 COMPLETED = bytes.fromhex("64040e00 8150 0100 68aaa001 feff 0100 30000080")
 UNKNOWN = bytes.fromhex("0f0f 0200 8150 abcd")
-UNDOCUMENTED = bytes.fromhex("8100 0200 8150 abcd")
+UNDOCUMENTED = bytes.fromhex("8009 0200 d001 abcd")
 LONGER = STATUS[:2] + b"\x11" + STATUS[3:] + b"xyz"
 NAME = "MOT_GET_DCSTATUSUPDATE"
 GENERAL = [
@@ -205,7 +205,9 @@ def test_one_message_has_typed_columns(
             if type(frame.message) is cls:
                 addresses = {"dest": frame.dest, "source": frame.source}
                 extra = {"extra": frame.extra or None}
-                expected.append({"offset": offset} | addresses | frame.message.values() | extra)
+                values = frame.message.values()
+                named = {f"{key}_value" if key == "offset" else key: values[key] for key in values}
+                expected.append({"offset": offset} | addresses | named | extra)
         offset += len(event.raw)
     assert expected
     chosen = ["--message", f"{layout.message}:{layout.form}", *options(status)]
@@ -505,7 +507,7 @@ def test_a_full_disk_leaves_no_file(
             "data:undecided excludes --status",
         ),
         (
-            ["--message", "HW_RICHRESPONSE", "--format", "csv"],
+            ["--message", "MOT_SET_MOVESYNCHARRAY", "--format", "csv"],
             "no documented layout and therefore no columns",
         ),
     ],
@@ -543,7 +545,7 @@ def test_a_message_without_a_layout_can_be_selected_without_columns(
     stagewire: Stagewire,
 ) -> None:
     result = stagewire(
-        "decode", "-", "--json", "--message", "HW_RICHRESPONSE", input=STATUS + UNDOCUMENTED
+        "decode", "-", "--json", "--message", "MOT_SET_MOVESYNCHARRAY", input=STATUS + UNDOCUMENTED
     )
     (answer,) = [json.loads(line) for line in result.out.splitlines()]
     assert answer == {"offset": 20, "event": "undocumented"} | frame_answer(m.decode(UNDOCUMENTED))

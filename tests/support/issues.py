@@ -1,7 +1,8 @@
 """The units of each issue of the APT document in the installed package.
 
 Tests that follow Issue 3 in every detail cover the units of Issue 3. The tests of Issue 37
-(``tests/generator/test_issue_37*.py``, ``test_virtual_overlays.py``) and the conformance suite cover the others.
+(``tests/generator/test_issue_37*.py``, ``test_virtual_overlays.py``) and the conformance suite cover the
+others.
 """
 
 from __future__ import annotations

@@ -203,6 +203,8 @@ def _overlays(
     was, is_ = old.overlays_of(before), new.overlays_of(after)
     for name in (name for name in was if name not in is_):
         yield change("overlay-removed", after, {"overlay": name}, old=name)
+        if _is_default(old, f"{before}/{name}", name):
+            yield change("overlay-default", after, {"overlay": name}, old="true")
     for name in is_:
         if name not in was:
             yield change("overlay-added", after, {"overlay": name}, new=name)

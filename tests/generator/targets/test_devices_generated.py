@@ -287,7 +287,8 @@ def test_names_that_are_taken(
             "stagewire_apt",
             {
                 "bbd30x_status_bits", "bpc_status_bits", "channel", "dc_status_bits", "hardware_type",
-                "home_direction", "home_limit_switch", "kbd101_status_bits", "kdc101_status_bits", "knob_mode",
+                "home_direction", "home_limit_switch", "kbd101_status_bits", "kdc101_status_bits",
+                "knob_mode",
                 "m30x_status_bits", "output_max_volts_flags", "rack_status_bits", "stage_axis",
                 "stepper_status_bits", "synchronized_trigger", "tbd001_status_bits", "tpz_status_bits",
                 "trigger_output_mode", "trigger_port_mode",
