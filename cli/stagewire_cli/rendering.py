@@ -100,13 +100,17 @@ def _address(registry: Registry, kind: str, value: int) -> str:
     return " ".join([f"{value:#04x}", *names])
 
 
-def _raw_text(value: int | str) -> str:
+def _raw_text(value: int | str | list[int]) -> str:
     """Return a raw value as printable text."""
+    if isinstance(value, list):
+        return " ".join(map(str, value))
     return printable(value) if isinstance(value, str) else str(value)
 
 
-def _meaning(field: Json, value: int | str) -> str:
+def _meaning(field: Json, value: int | str | list[int]) -> str:
     """Return the meaning of a raw value: a name, flag names, engineering units; empty if unknown."""
+    if isinstance(value, list):
+        return f"rows of {columns_text(field)}"
     if isinstance(value, str):
         return ""
     parts = []
@@ -129,6 +133,14 @@ def _meaning(field: Json, value: int | str) -> str:
     if not parts and value >= _HEX_FROM:
         parts.append(f"{value:#x}")
     return "; ".join(part for part in parts if part)
+
+
+def columns_text(field: Json) -> str:
+    """Return the columns of an array."""
+    return ", ".join(
+        f"{column['name']} for each bit of {column['each']}" if column["each"] else column["name"]
+        for column in field["array"]["columns"]
+    )
 
 
 def _flag_names(flags: dict[str, int], value: int) -> str:

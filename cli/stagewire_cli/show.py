@@ -13,7 +13,7 @@ from stagewire_cli.errors import CalledWronglyError
 from stagewire_cli.framings import framing_of
 from stagewire_cli.output import console, table
 from stagewire_cli.protocols import one_or_all
-from stagewire_cli.rendering import spelled_id
+from stagewire_cli.rendering import columns_text, spelled_id
 from stagewire_conformance.registry import Registry, registry_of
 
 if TYPE_CHECKING:
@@ -175,6 +175,8 @@ def _message(out: Console, registry: Registry, entry: Json) -> None:
     for key in ("summary", "note"):
         if entry.get(key):
             out.print(entry[key])
+    if entry.get("not_sent"):
+        out.print(f"not sent: {entry['not_sent']}")
     _plain(out, {key: entry[key] for key in ("set", "exchange", "errata") if entry.get(key)})
     if not entry["layouts"]:
         out.print("the document gives no layout; received bytes are kept, and it cannot be encoded")
@@ -196,7 +198,8 @@ def _evidence(out: Console, registry: Registry, entry: Json) -> None:
 def _layout(out: Console, layout: Json) -> None:
     when = f" when {_text(layout['when'])}" if layout.get("when") else ""
     plural = "s" if layout["length"] > 1 else ""
-    length = f", {layout['length']} byte{plural}" if layout["length"] else ""
+    most = f" to {layout['longest']}" if layout.get("longest") else ""
+    length = f", {layout['length']}{most} byte{plural}" if layout["length"] else ""
     out.print(f"\n{layout['form']}{when}{length}")
     if layout.get("note"):
         out.print(layout["note"])
@@ -234,6 +237,11 @@ def _notes(field: Json) -> Iterator[str]:
         yield f"enumeration {name} on {unit}"
     for unit, name in (field.get("flags_by_unit") or {}).items():
         yield f"flags {name} on {unit}"
+    for unit, found in (field.get("ranges_by_unit") or {}).items():
+        on = "other units" if unit == "others" else unit
+        yield f"{found['minimum']} to {found['maximum']} on {on}"
+    if field.get("array"):
+        yield f"{field['array']['rows']} rows of {columns_text(field)}"
     if field.get("note"):
         yield str(field["note"])
 

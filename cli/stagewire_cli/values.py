@@ -114,9 +114,20 @@ def parse_assignments(words: Iterable[str]) -> dict[str, str]:
     return made
 
 
-def parse_value(name: str, text: str, field: Json) -> int | str:
-    """Return the value of a field: an integer, text, or a byte string in hex."""
+def _integers(name: str, text: str) -> list[int]:
+    """Return the integers of an array, which blanks or commas separate."""
+    numbers = [_integer(part) for part in re.split(r"[\s,;]+", text.strip()) if part]
+    known = [number for number in numbers if number is not None]
+    if len(known) < len(numbers):
+        raise CalledWronglyError(f"{name} must be integers such as '0 -5 0x05', not {text!r}")
+    return known
+
+
+def parse_value(name: str, text: str, field: Json) -> int | str | list[int]:
+    """Return the value of a field: an integer, text, a byte string in hex, or the integers of an array."""
     kind = field.get("kind")
+    if kind == "array":
+        return _integers(name, text)
     if kind == "text":
         return text
     if kind == "bytes":

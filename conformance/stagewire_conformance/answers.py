@@ -152,7 +152,9 @@ def fields_answer(message: Message) -> Json:
     }
 
 
-def _plain(value: Any) -> int | str:
+def _plain(value: Any) -> int | str | list[int]:
     if isinstance(value, bytes):
         return value.hex()
+    if isinstance(value, tuple):
+        return [int(number) for number in value]
     return value if isinstance(value, str) else int(value)

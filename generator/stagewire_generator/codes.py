@@ -237,6 +237,19 @@ GROUPS: tuple[Group, ...] = (
                 "of them has a value for it. Device classes then never choose a layout by it.",
                 "state it under `contexts` of a unit, remove it, or give the reason in `unstated`",
             ),
+            "SW094": Code(
+                "an array whose length the packet does not show",
+                "An `array` names a field that is not an unsigned integer before it, other fields or other "
+                "layouts follow it, or its fields allow more bytes than a header can state.",
+                "end the only packet of the message with the array, and let its `rows` and `for_each` name "
+                "fields before it; docs/reference/registry.md describes arrays",
+            ),
+            "SW095": Code(
+                "a form of a SET that no context, or more than one form, is sent in",
+                "A `sent_when` names a context that does not exist, belongs to a message that no device "
+                "class sends in several lengths, or holds together with that of another form.",
+                "correct the contexts of `sent_when`; docs/reference/registry.md describes it",
+            ),
         },
     ),
     Group(

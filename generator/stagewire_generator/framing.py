@@ -84,6 +84,7 @@ class Rules:
     :param id_size: number of bytes in an id; 0 if ``id`` in ``formats`` determines it.
     :param has_parameters: whether a message without a packet has two parameter bytes.
     :param has_sub_messages: whether several messages may share an id.
+    :param has_arrays: whether a packet may end with an array whose length depends on its fields.
     :param reports_faults: whether a message may report a fault at any time.
     :param polls: whether a host has to poll for the end of a motion, because no message reports it.
     :param same_length: the hint for layouts of equal length if no context can distinguish them.
@@ -100,6 +101,7 @@ class Rules:
     id_size: int = 0
     has_parameters: bool = False
     has_sub_messages: bool = False
+    has_arrays: bool = False
     reports_faults: bool = False
     polls: bool = False
     same_length: str = ""

@@ -24,9 +24,9 @@ class Format:
     """The encoding of a value on the wire, such as ``word``, ``long`` or ``char[8]``."""
 
     name: str
-    size: int
+    size: int  # in bytes; 0 for an array, whose length depends on other fields
     signed: bool
-    kind: str  # integer | text | bytes
+    kind: str  # integer | text | bytes | array
 
     @property
     def is_odd(self) -> bool:
@@ -108,6 +108,45 @@ class FlagTable:
 
 
 @dataclass(frozen=True, slots=True)
+class Column:
+    """The values at one position of the rows of an array."""
+
+    name: str
+    each: str = ""  # the field with a bit for each of its values in a row; empty if there is one
+    quantity: Quantity | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    """The rows of integers at the end of a packet."""
+
+    item: Format  # of every integer
+    rows: str  # the field with the number of rows
+    columns: tuple[Column, ...]
+
+    @property
+    def masks(self) -> tuple[str, ...]:
+        """The fields whose bits determine the number of values in a row."""
+        return tuple(column.each for column in self.columns if column.each)
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The fields that determine the length."""
+        return tuple(dict.fromkeys((self.rows, *self.masks)))
+
+    @property
+    def single(self) -> int:
+        """The number of values in every row, whatever the masks are."""
+        return sum(not column.each for column in self.columns)
+
+    def count(self, values: Mapping[str, Any]) -> int:
+        """Return the number of integers, from the values of the fields before the array."""
+        bits = sum(int(values[name]).bit_count() for name in self.masks)
+        return int(values[self.rows]) * (self.single + bits)
+
+
+@dataclass(frozen=True, slots=True)
 class Field:
     """One field of a payload, or one parameter byte of a header."""
 
@@ -136,6 +175,21 @@ class Field:
     note: str = ""
     errata: tuple[str, ...] = ()
     overlay: str = ""
+    array: Array | None = None
+    ranges_by_unit: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    other_range: tuple[int, int] | None = None  # of the units without a range of their own
+
+    @property
+    def own_range(self) -> tuple[int, int]:
+        """The range without those of individual units; minimum and maximum include them."""
+        return self.other_range or (self.minimum, self.maximum)
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Its quantity, or those of the columns of its array."""
+        columns = self.array.columns if self.array else ()
+        found = (self.quantity, *(column.quantity for column in columns))
+        return tuple(quantity for quantity in found if quantity)
 
     @property
     def unit(self) -> str | None:
@@ -178,11 +232,26 @@ class Layout:
     note: str
     place: Place
     only_zero: bool = False  # a header with nonzero parameters is not this message
+    sent_when: Mapping[str, str] = field(default_factory=dict)  # the context in which a SET has it
 
     @property
     def all_fields(self) -> tuple[Field, ...]:
         """Header parameters and payload fields, in wire order."""
         return (*(p for p in (self.param1, self.param2) if p), *self.fields)
+
+    @property
+    def array(self) -> Array | None:
+        """The array at the end of the packet, if there is one; ``length`` does not include it."""
+        return next((field.array for field in self.fields if field.array), None)
+
+    @property
+    def longest(self) -> int:
+        """The length of the longest packet in bytes."""
+        if self.array is None:
+            return self.length
+        most = {field.name: field.maximum for field in self.fields}
+        masks = {name: (1 << most[name].bit_length()) - 1 for name in self.array.masks}
+        return self.length + self.array.item.size * self.array.count({**most, **masks})
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,6 +296,8 @@ class Message:
     later_pages: Mapping[str, int] = field(default_factory=dict)  # overlay -> page in its document
     overlay: str = ""
     sub_message: int | None = None  # selects it among the messages of its id
+    not_sent: str = ""  # why the library must not send it; empty if it may
+    twin_of: str = ""  # the message of which this is another id
 
     @property
     def documented(self) -> bool:

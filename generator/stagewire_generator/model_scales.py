@@ -51,6 +51,12 @@ class Quantity:
     overlay: str = ""
     rotary_unit: str = ""  # its unit on a rotary stage
 
+    @property
+    def by_unit(self) -> Mapping[str, Factor]:
+        """Unit -> its scale, if the scale depends on the unit."""
+        units = self.rule.get("units", {})
+        return {name: scale for name, scale in units.items() if isinstance(scale, Factor)}
+
     def unit_on(self, stage: Stage) -> str:
         """Return the unit of the quantity on a stage; empty if it has none there."""
         return self.rotary_unit if stage.rotary else self.unit

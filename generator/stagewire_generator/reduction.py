@@ -46,7 +46,7 @@ def reduced(protocol: Protocol, names: Collection[str]) -> Protocol:
     sets = tuple(_sets(protocol.sets, kept))
     controllers = tuple(_controllers(protocol.controllers, {*wanted, *names}))
     stages = tuple(_stages(protocol.stages, {controller.name for controller in controllers}))
-    quantities = tuple(q for q in protocol.quantities if any(f.quantity == q for f in fields))
+    quantities = tuple(q for q in protocol.quantities if any(q in f.quantities for f in fields))
     scales: set[_ScaleKey] = {(None, None, quantity.name) for quantity in quantities}
     scales |= {
         (stage.name, controller, name)
@@ -97,6 +97,7 @@ def _messages(protocol: Protocol, units: Collection[str]) -> tuple[Message, ...]
         for message in protocol.messages
         if message.name not in listed and message.exchange.get("unsolicited")
     }
+    kept |= {message.name for message in protocol.messages if message.twin_of in kept}
     known = {message.name for message in protocol.messages}
     return tuple(
         replace(
@@ -131,6 +132,7 @@ def _for_units(field: Field, units: Collection[str]) -> Field:
     return replace(
         field,
         flags_by_unit={u: table for u, table in field.flags_by_unit.items() if u in units},
+        ranges_by_unit={u: limits for u, limits in field.ranges_by_unit.items() if u in units},
         enums_by_unit={u: enum for u, enum in field.enums_by_unit.items() if u in units},
     )
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         load_protocol,
         usable_protocols,
     )
+    from stagewire._framings.header.counted import Counted, CountedMessage
     from stagewire._framings.header.frame import Frame
     from stagewire._framings.header.message import (
         DATA_FLAG,
@@ -48,6 +49,8 @@ __all__ = [
     "Command",
     "CommandFrame",
     "CommandProtocol",
+    "Counted",
+    "CountedMessage",
     "Crc",
     "Direction",
     "Enumeration",
@@ -84,6 +87,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
                 "DATA_FLAG HEADER_SIZE MAXIMUM_PACKET FramedMessage UndecidedMessage "
                 "UndocumentedMessage"
             ),
+            "_framings.header.counted": "Counted CountedMessage",
             "_framings.header.frame": "Frame",
             "_framings.header.protocol": "FramedProtocol",
             "_framings.slots.command": "SLOTS Command Reply SetupCommand",

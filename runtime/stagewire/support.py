@@ -73,9 +73,11 @@ if TYPE_CHECKING:
         NamedByUnit,
         Raw,
         RawBytes,
+        RawIntegers,
         RawText,
         Values,
     )
+    from stagewire._framings.header.counted import Counted, CountedMessage
     from stagewire._framings.header.message import (
         FramedMessage,
         UndecidedMessage,
@@ -133,6 +135,8 @@ __all__ = [
     "ChannelsDevice",
     "Command",
     "CommandProtocol",
+    "Counted",
+    "CountedMessage",
     "Crc",
     "Device",
     "DeviceCommand",
@@ -166,6 +170,7 @@ __all__ = [
     "RackDevice",
     "Raw",
     "RawBytes",
+    "RawIntegers",
     "RawText",
     "Reply",
     "Rule",
@@ -207,6 +212,7 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_framings.header.message": (
                 "FramedMessage UndecidedMessage UndocumentedMessage check_addresses"
             ),
+            "_framings.header.counted": "Counted CountedMessage",
             "_framings.header.table": "FaultPlaces",
             "_framings.header.protocol": "FramedProtocol",
             "_framings.slots.command": "Command Reply SetupCommand",
@@ -214,7 +220,9 @@ if not TYPE_CHECKING:  # otherwise type checkers would accept any name
             "_framings.packet.shape": "Crc Shape Sum Xor",
             "_framings.packet.packet": "PacketMessage",
             "_framings.packet.protocol": "PacketProtocol",
-            "_devices.values": "Bits BitsByUnit InUnits Named NamedByUnit Raw RawBytes RawText Values",
+            "_devices.values": (
+                "Bits BitsByUnit InUnits Named NamedByUnit Raw RawBytes RawIntegers RawText Values"
+            ),
             "_devices.tables": (
                 "Action Command=DeviceCommand Given MotionEnd ParameterSet Poll Query Stored"
             ),

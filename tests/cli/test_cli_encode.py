@@ -30,7 +30,6 @@ if TYPE_CHECKING:
             "status_bits=settled|channel_enabled --dest 1 --source 0x21",
             "64 04 0E 00 81 21 01 00 00 00 00 00 00 00 00 00 00 20 00 80",
         ),
-        ("MOT_SET_MOVESYNCHARRAY data=01:02", "80 09 02 00 D0 01 01 02"),
         ("MOT_MOVE_JOG chan_ident=chan1 direction=Reverse", "6A 04 01 02 50 01"),
         (
             "MOT_MOVE_JOG chan_ident=1 direction=3",
@@ -89,8 +88,6 @@ def test_an_encoded_message_can_be_decoded(stagewire: Stagewire) -> None:
         ("MOT_MOVE_HOME chan_ident=1 --source bay", "--source must be an address such as 0x50"),
         ("MOT_MOVE_HOME chan_ident=1 data=00", "takes fields, not data"),
         ("MOT_SET_MOVEVELPARAMS", "cannot be used"),
-        ("MOT_SET_MOVESYNCHARRAY", "has no documented layout"),
-        ("MOT_SET_MOVESYNCHARRAY data=0", "'0' is not a sequence of two-digit hex bytes"),
     ],
 )
 def test_wrong_arguments_are_refused(stagewire: Stagewire, arguments: str, said: str) -> None:

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
         ("MOT_MOVE_VELOCITY", "Issue 37, page 87"),
         ("move_direction", "whether the position counter rises or falls"),
         ("apt-clockwise-without-sign", "AlexShkarin/pyLabLib"),
-        ("MOT_SET_MOVESYNCHARRAY", "the document gives no layout"),
         ("MOT_SET_MOVEVELPARAMS", "without an id"),
         ("k10cr2", "alias K10CR2 (thorlabs_apt)"),
         ("MOT_MOVE_HOME", "evidence: vendor program: Thorlabs/Motion_Control_Examples/Python/"),

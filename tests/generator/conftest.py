@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from files import write_files
 from quick_specs import quick_specs
 from stagewire_generator import check, render
 from stagewire_generator.model import Protocol
@@ -83,6 +84,30 @@ def command_files(commands: Protocol) -> dict[str, str]:
 def layouts() -> Protocol:
     """The small good spec of messages that share an id, and of layouts that depend on the unit."""
     return check(HERE / "good_layouts")[0]
+
+
+@pytest.fixture(scope="session")
+def laser_files(layouts: Protocol) -> dict[str, str]:
+    """The files generated from the small good spec of messages that share an id."""
+    return render([layouts])
+
+
+@pytest.fixture(scope="module")
+def laser(laser_files: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """The package of this spec, installed."""
+    folder = tmp_path_factory.mktemp("made")
+    write_files(folder, laser_files)
+    info = folder / "python" / "stagewire_laser-1.dist-info"
+    info.mkdir()
+    head = "Metadata-Version: 2.1\nName: stagewire-laser\nVersion: 1\n"
+    (info / "METADATA").write_text(head, encoding="utf-8")
+    points = "[stagewire.protocols]\nlaser = stagewire_laser:PROTOCOL\n"
+    (info / "entry_points.txt").write_text(points, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder / "python")
+        yield importlib.import_module("stagewire_laser")
+    for name in [name for name in sys.modules if name.partition(".")[0] == "stagewire_laser"]:
+        del sys.modules[name]
 
 
 @pytest.fixture(scope="session")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import importlib
 import json
-import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +13,15 @@ import jsonschema
 import pytest
 
 from checkout import SCHEMAS
-from files import write_files
 from stagewire.columns import columns, gather, numpy_columns
 from stagewire.errors import (
     BadLengthError,
     DecodeError,
+    MissingFieldError,
     OutOfRangeError,
     ReplyTimeoutError,
     TruncatedError,
+    UnknownFieldError,
     UnknownMessageError,
     UnknownSubMessageError,
 )
@@ -29,37 +29,16 @@ from stagewire.framing import BadLength, End, Garbage, Received, Unknown, Unknow
 from stagewire.links import Link
 from stagewire.sessions import FramedCore
 from stagewire_cli.main import main
-from stagewire_generator import render
 from stagewire_generator.model import Protocol
 
 DEVICE, HOST = 0x50, 0x01
 UNKNOWN = bytes.fromhex("02 08 04 00 81 50 09 00 11 22")
 
 
-@pytest.fixture(scope="module")
-def files(layouts: Protocol) -> dict[str, str]:
+@pytest.fixture
+def files(laser_files: dict[str, str]) -> dict[str, str]:
     """The generated files."""
-    return render([layouts])
-
-
-@pytest.fixture(scope="module")
-def laser(files: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """The generated package, installed."""
-    folder = tmp_path_factory.mktemp("made")
-    write_files(folder, files)
-    info = folder / "python" / "stagewire_laser-1.dist-info"
-    info.mkdir()
-    head = "Metadata-Version: 2.1\nName: stagewire-laser\nVersion: 1\n"
-    (info / "METADATA").write_text(head, encoding="utf-8")
-    points = "[stagewire.protocols]\nlaser = stagewire_laser:PROTOCOL\n"
-    (info / "entry_points.txt").write_text(points, encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(folder / "python")
-        import stagewire_laser  # type: ignore[import-not-found]
-
-        yield stagewire_laser
-    for name in [name for name in sys.modules if name.partition(".")[0] == "stagewire_laser"]:
-        del sys.modules[name]
+    return laser_files
 
 
 @pytest.fixture
@@ -256,6 +235,7 @@ class Answering(Link):
         self.changed = threading.Condition()
         self.said = bytearray()
         self.info = said(m.LaserGetInfo(model="LS1", software_version=firmware))
+        self.heard: list[bytes] = []
 
     def read(self, timeout: float | None) -> bytes:
         """Return what was said."""
@@ -267,6 +247,7 @@ class Answering(Link):
 
     def write(self, data: bytes) -> None:
         """Answer a request."""
+        self.heard.append(data)
         if data[:2] == b"\x05\x00":
             self.say(self.info)
         if data[:2] == b"\x31\x08":
@@ -315,6 +296,44 @@ def test_a_device_passes_the_contexts_of_its_unit_and_firmware(
     assert type(found.frame.message).__name__ == name
     # The same number has another name on the unit with a shutter.
     assert getattr(shutter.state, "name", 2) == ("SHUTTER_OPEN" if unit == "LS2" else 2)
+
+
+OLD, NEW = b"\x05\x09\x01\0", b"\x00\x00\x02\0"  # 1.9.5 and 2.0.0
+
+
+@pytest.mark.parametrize(
+    ("firmware", "identify", "given", "raw"),
+    [
+        (OLD, True, {"speed": 7}, "50 08 02 00 d0 01 07 00"),
+        (NEW, True, {"speed": 7, "start": 9}, "50 08 04 00 d0 01 07 00 09 00"),
+        (OLD, False, {"speed": 7, "start": 9}, "50 08 04 00 d0 01 07 00 09 00"),  # it is unknown
+    ],
+)
+def test_a_device_sends_the_length_that_its_firmware_has(
+    laser: Any, m: Any, firmware: bytes, identify: bool, given: dict[str, int], raw: str
+) -> None:
+    devices = importlib.import_module("stagewire_laser.devices")
+    link = Answering(firmware, m)
+    with devices.LS1.open(link, identify=identify) as opened:
+        opened.set_fan(**given)
+    assert bytes.fromhex(raw) in link.heard
+
+
+def test_a_value_that_the_length_lacks_is_refused(laser: Any, m: Any) -> None:
+    devices = importlib.import_module("stagewire_laser.devices")
+    link = Answering(OLD, m)
+    with devices.LS1.open(link) as opened:
+        with pytest.raises(UnknownFieldError, match="this set in a shorter packet without start"):
+            opened.set_fan(speed=7, start=9)
+        with pytest.raises(MissingFieldError, match="set_fan requires speed"):
+            opened.set_fan(speed=None)
+    link = Answering(NEW, m)
+    with (
+        devices.LS1.open(link) as opened,
+        pytest.raises(MissingFieldError, match="set_fan requires start"),
+    ):
+        opened.set_fan(speed=7)
+    assert not any(data[:2] == b"\x50\x08" for data in link.heard)
 
 
 def test_the_registry_states_contexts_and_enumerations_by_unit(files: dict[str, str]) -> None:

@@ -77,6 +77,8 @@ def test_nothing_of_issue_3_changes_on_the_wire_unnoticed() -> None:
         "MOT_GET_DCSTATUSUPDATE",
         "MOT_MOVE_COMPLETED",
         "MOT_MOVE_STOPPED",
+        "MOT_GET_SOL_CYCLEPARAMS",  # the KSC101 has another range
+        "MOT_SET_SOL_CYCLEPARAMS",
     }
 
 
@@ -108,6 +110,48 @@ from stagewire_apt import messages
 for raw in {frames!r}:
     frame = messages.decode(raw)
     assert frame.message.layout.message == {name!r} and not frame.extra, frame
+"""
+    python(package, program)
+
+
+def test_synchronized_moves_are_decoded_with_both_ids_and_sent_with_neither(package: Path) -> None:
+    """Page 172 prints the first 4 of 100 points; here they are all."""
+    program = """\
+from stagewire.errors import OutOfRangeError, UnsupportedError
+from stagewire.sessions import FramedCore
+from stagewire_apt import PROTOCOL, messages as m
+points = bytes.fromhex(
+    "00 00 00 00 E0 C8 10 00 70 99 14 00 50 00 00 00 E2 C8 10 00 52 94 14 00 "
+    "50 00 00 00 EB C8 10 00 1B 91 14 00 50 00 00 00 F7 C8 10 00 52 90 14 00"
+)
+rows = ((0, 1100000, 1350000), (80, 1100002, 1348690), (80, 1100011, 1347867), (80, 1100023, 1347666))
+for first in (b"\\x80\\x09", b"\\x00\\x0a"):
+    raw = first + bytes.fromhex("38 00 D0 01 01 00 03 00 04 00 00 00") + points
+    message = PROTOCOL.decode(raw).message
+    assert message.rows == rows, message
+    assert (message.channels_flags.channel_2, message.pack(0x50, 1)) == (True, raw)
+longest = m.MotSetMoveSynchArray(1, 7, 256, 0, range(1024)).pack(0x50, 1)
+assert len(longest) == 6 + 4104
+[event] = PROTOCOL.framer().feed(longest)
+assert event.raw == longest
+core = FramedCore(PROTOCOL)
+sent = [m.MotSetMoveSynchArray(1, 3, 0, 0, ()), m.MotSetMoveSynchArray0a00(1, 3, 0, 0, ())]
+sent += [m.MotMoveSynchStart(1, 3, 1), m.MotMoveSynchStart0a06(1, 3, 1)]
+sent += [m.MotSetMoveSynchParams(1, 0, 1, 1, 1, 5), m.MotSetMoveSynchParams0a03(1, 0, 1, 1, 1, 5)]
+for message in sent:
+    try:
+        core.send(message, 0x50, 1.0, 0.0)
+    except UnsupportedError as error:
+        assert "see the erratum apt37-synch-ids" in str(error), error
+    else:
+        raise AssertionError(message)
+assert core.output(0.0) == b""
+try:
+    m.MotSetMoveSynchArray(1, 3, 257, 0, ())
+except OutOfRangeError as error:
+    where = "MOT_SET_MOVESYNCHARRAY.num_points"
+    told = "must be 0 to 256 (raw counts), not 257; see page 172 of Issue 37"
+    assert str(error) == f"{where} {told}", error
 """
     python(package, program)
 

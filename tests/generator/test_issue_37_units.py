@@ -226,7 +226,7 @@ def test_every_motor_unit_has_a_class(package: Path, protocol: Protocol) -> None
         ("MFF101", {"MOT_MOVE_JOG", "MOT_GET_STATUSBITS"}, {"MOT_MOVE_STOP", "MOT_MOVE_HOME"}),
         ("BBD303", {"MOT_MOVE_SYNCHSTART", "MOT_SET_IOCONFIG"}, {"MOT_SET_KCUBEMMIPARAMS"}),
         ("MST602", {"MOT_SET_POWERPARAMS"}, {"MOT_MOVE_VELOCITY"}),
-        ("KSC101", {"MOT_SET_SOL_STATE"}, {"MOT_SET_SOL_CYCLEPARAMS", "MOT_MOVE_HOME"}),
+        ("KSC101", {"MOT_SET_SOL_STATE", "MOT_SET_SOL_CYCLEPARAMS"}, {"MOT_MOVE_HOME"}),
     ],
 )
 def test_messages_are_those_of_the_printed_lists(

@@ -25,7 +25,8 @@ class Column:
     """One column of a table.
 
     :param name: its heading.
-    :param type: ``uint8`` to ``int64``, ``string`` or ``binary``, as in Parquet and NumPy.
+    :param type: ``uint8`` to ``int64``, ``string`` or ``binary``, as in Parquet and NumPy; ``integers`` for
+        an array.
     """
 
     name: str
@@ -71,7 +72,7 @@ class CsvSink(Sink):
             out.reconfigure(newline="")  # lines end as RFC 4180 says, on every system
         self._rows = csv.writer(out)
         self._rows.writerow([column.name for column in columns])
-        shown: dict[str, Callable[[Any], str]] = {"binary": _hex}
+        shown: dict[str, Callable[[Any], str]] = {"binary": _hex, "integers": _spaced}
         if out.isatty():
             shown["string"] = _safely
         self._shown = [shown.get(column.type) for column in columns]
@@ -100,6 +101,10 @@ def _hex(raw: bytes | None) -> str:
     return "" if raw is None else raw.hex()
 
 
+def _spaced(numbers: Sequence[int] | None) -> str:
+    return "" if numbers is None else " ".join(map(str, numbers))
+
+
 def _safely(text: str | None) -> str:
     return "" if text is None else printable(text)
 
@@ -124,7 +129,7 @@ class ParquetSink(Sink):
         require_pyarrow()
         self._arrow = importlib.import_module("pyarrow")
         parquet = importlib.import_module("pyarrow.parquet")
-        self._types = [getattr(self._arrow, column.type)() for column in columns]
+        self._types = [self._type(column.type) for column in columns]
         names = [column.name for column in columns]
         self._schema = self._arrow.schema(list(zip(names, self._types, strict=True)))
         self._file = parquet.ParquetWriter(out, self._schema)
@@ -135,6 +140,11 @@ class ParquetSink(Sink):
             self._array(column, type) for column, type in zip(values, self._types, strict=True)
         ]
         self._file.write_table(self._arrow.Table.from_arrays(arrays, schema=self._schema))
+
+    def _type(self, name: str) -> Any:
+        if name == "integers":
+            return self._arrow.list_(self._arrow.int64())
+        return getattr(self._arrow, name)()
 
     def _array(self, column: Sequence[Any], type: Any) -> Any:
         if isinstance(

@@ -32,7 +32,7 @@ from stagewire_conformance.registry import Json, registry_of
 if TYPE_CHECKING:
     from stagewire import columns
 
-_STRINGS: Final = {"text": "string", "bytes": "binary"}
+_STRINGS: Final = {"text": "string", "bytes": "binary", "integers": "integers"}
 
 
 class TypedRows(abc.ABC):

@@ -22,6 +22,8 @@ UNSOLICITED: Final = "unsolicited"
 """It was sent without a request."""
 ENDED: Final = "end"
 """The message comes periodically, but ends before it is stopped."""
+SHARED: Final = "another bay or channel"
+"""A SET also sets another bay or channel, or a command also acts there."""
 EFFECT: Final = "effect"
 """The command does not have its effect."""
 MOTION_AT_REST: Final = "motion bits at rest"
@@ -85,13 +87,8 @@ def silence(place: str) -> Cause:
     return Cause(place, "silence")
 
 
-def addresses(place: str, dest: int | None, source: int | None) -> Cause:
-    """Return the cause for messages of a target with wrong addresses."""
-    return Cause(place, f"addresses {_hex(source)} to {_hex(dest)}")
-
-
-def _hex(address: int | None) -> str:
-    return "unknown" if address is None else f"{address:#04x}"
+ADDRESSES: Final = "addresses"
+"""The subject of the causes for messages with wrong addresses: all targets address their messages alike."""
 
 
 class Causes:

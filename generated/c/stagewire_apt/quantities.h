@@ -380,11 +380,11 @@ static inline apt_status apt_to_counts_int32(
  */
 #define APT_SCALE_SHARE_65535 APT_BRACED(INT64_C(13107), INT64_C(20))
 
-/**
- * On and off times in steps of 250 µs, in ms (Issue 3, page 87): ms_per_count 1/4; printed as “250
- * μs”.
- */
-#define APT_SCALE_SOLENOID_TIME APT_BRACED(INT64_C(4), INT64_C(1))
+/** solenoid_time on TSC001, in ms (Issue 3, page 87): ms_per_count 1/4; printed as “250 μs”. */
+#define APT_SCALE_SOLENOID_TIME_TSC001 APT_BRACED(INT64_C(4), INT64_C(1))
+
+/** solenoid_time on KSC101, in ms (Issue 3, page 87): ms_per_count 1; printed as “1 ms”. */
+#define APT_SCALE_SOLENOID_TIME_KSC101 APT_BRACED(INT64_C(1), INT64_C(1))
 
 /*
  * strain_gauge_reading when display_mode is DISPUNITS_VOLTAGE, in V (Issue 3, page 129): no scale.

@@ -27,8 +27,12 @@
 #define LIKELY (0x08U | (unsigned)APT_EVENT_MESSAGE)
 /** A message whose extra bytes have room for a header: search them first (2). */
 #define DOUBTFUL (0x10U | (unsigned)APT_EVENT_MESSAGE)
+/** A packet whose fields state another length: search it first (3). */
+#define MISCOUNTED (0x10U | (unsigned)APT_EVENT_BAD_LENGTH)
 /** Never accepted. */
 #define GARBAGE (0x20U | (unsigned)APT_EVENT_GARBAGE)
+/** Added to the verdict on a header that the content of its packet may change. */
+#define BY_HEADER 0x80U
 
 #ifndef APT_NO_TABLE
 
@@ -267,10 +271,14 @@ const apt_entry apt_table[] = {
     {0x07DCU, 14U, APT_ENTRY_TO_HOST},
     {0x07DDU, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x07DEU, 6U, APT_ENTRY_TO_HOST},
-    {0x0980U, 0U, APT_ENTRY_UNDOCUMENTED},
+    {0x0980U, 8U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_ARRAY},
     {0x0983U, 20U, APT_ENTRY_TO_CONTROLLER},
     {0x0983U, 38U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
     {0x0986U, 6U, APT_ENTRY_TO_CONTROLLER},
+    {0x0A00U, 8U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_ARRAY},
+    {0x0A03U, 20U, APT_ENTRY_TO_CONTROLLER},
+    {0x0A03U, 38U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_SHORTER},
+    {0x0A06U, 6U, APT_ENTRY_TO_CONTROLLER},
     {0x0A10U, 36U, APT_ENTRY_TO_CONTROLLER},
     {0x0A11U, 0U, APT_ENTRY_TO_CONTROLLER | APT_ENTRY_HEADER},
     {0x0A12U, 36U, APT_ENTRY_TO_HOST},
@@ -521,6 +529,10 @@ static const char *const entry_names[] = {
     "MOT_SET_MOVESYNCHPARAMS",
     "MOT_SET_MOVESYNCHPARAMS",
     "MOT_MOVE_SYNCHSTART",
+    "MOT_SET_MOVESYNCHARRAY_0A00",
+    "MOT_SET_MOVESYNCHPARAMS_0A03",
+    "MOT_SET_MOVESYNCHPARAMS_0A03",
+    "MOT_MOVE_SYNCHSTART_0A06",
     "MOT_SET_RASTERMOVEPARAMS",
     "MOT_REQ_RASTERMOVEPARAMS",
     "MOT_GET_RASTERMOVEPARAMS",
@@ -550,6 +562,35 @@ const apt_entry *apt_entry_of(uint16_t id)
     return (apt_table_count != 0U && first->id == id) ? first : NULL;
 }
 
+/** Return the length of the longest packet with an array, and the size of its integers. */
+static unsigned longest_of(uint16_t id, unsigned *item_size)
+{
+    unsigned longest = 0U;
+    *item_size = 1U;
+    switch (id) {
+    case 0x0980U:
+    case 0x0A00U:
+        longest = 4104U;
+        *item_size = 4U;
+        break;
+    default:
+        break;
+    }
+    return longest < APT_LONGEST_PACKET ? longest : APT_LONGEST_PACKET;
+}
+
+/** Return the length of a packet with an array that the fields before it state. */
+static size_t stated_by(const uint8_t *frame)
+{
+    switch (apt_id_of(frame)) {
+    case 0x0980U:
+    case 0x0A00U:
+        return 8U + (size_t)apt_get_16(&frame[10]) * (1U + apt_bits(apt_get_16(&frame[8]))) * 4U;
+    default:
+        return 0U;
+    }
+}
+
 /** Return whether an address belongs to a device. */
 static bool is_device(unsigned address)
 {
@@ -558,8 +599,13 @@ static bool is_device(unsigned address)
         || address == 0x50U;
 }
 
-/** Return the verdict on a header (1 to 5). */
-static unsigned judge(unsigned receives, const uint8_t *header)
+/**
+ * Return the verdict on a header (1 to 5).
+ *
+ * A packet with an array depends on the fields before it. As long as that is not complete
+ * (whole is false), the verdict is that of its header, with the bit BY_HEADER.
+ */
+static unsigned judge(unsigned receives, const uint8_t *header, bool whole)
 {
     const unsigned dest = header[4] & APT_HIGHEST_ADDRESS;
     const unsigned source = header[5];
@@ -584,10 +630,11 @@ static unsigned judge(unsigned receives, const uint8_t *header)
             return GARBAGE;
         }
     }
-    if (has_packet && word > APT_MAXIMUM_LENGTH) {
+    entry = apt_entry_of(apt_id_of(header));
+    if (has_packet && word > APT_MAXIMUM_LENGTH
+        && (entry == NULL || (entry->forms & APT_ENTRY_ARRAY) == 0U)) {
         return GARBAGE;
     }
-    entry = apt_entry_of(apt_id_of(header));
     points &= receives;
     if (entry == NULL) {
         return points != 0U ? UNKNOWN : GARBAGE;
@@ -602,6 +649,24 @@ static unsigned judge(unsigned receives, const uint8_t *header)
     length = entry->length;
     if ((forms & receives) == 0U) {
         return GARBAGE;
+    }
+    if ((forms & APT_ENTRY_ARRAY) != 0U) {
+        unsigned item_size;
+        const unsigned longest = longest_of(entry->id, &item_size);
+        const bool fits = word >= length && word <= longest && (word - length) % item_size == 0U;
+        if (has_packet && word > longest) {
+            return GARBAGE;
+        }
+        if (has_packet && word < length) {
+            return BAD_LENGTH;
+        }
+        if (has_packet && !whole) {
+            return BY_HEADER | (fits ? SURE : LIKELY);
+        }
+        if (has_packet) {
+            return stated_by(header) == word ? SURE : MISCOUNTED;
+        }
+        length = fits ? word : 0U; /* a header form with these parameters lost its data flag */
     }
     if (!has_packet) {
         if ((forms & APT_ENTRY_HEADER) == 0U) {
@@ -674,23 +739,33 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
     size_t size = event->size;
     size_t position = 0U;
     unsigned verdict = GARBAGE;
+    bool by_header = false;
 
     event->kind = APT_EVENT_NONE;
     if (size < parser->needed) {
         return APT_EVENT_NONE;
     }
     if (size >= APT_HEADER_SIZE) {
-        verdict = judge(parser->receives, event->bytes);
+        verdict = judge(parser->receives, event->bytes, false);
+        by_header = (verdict & BY_HEADER) != 0U;
+        verdict &= ~BY_HEADER;
     }
     if (verdict > parser->accepts) {
         verdict = GARBAGE;
     } else {
         size_t whole = APT_HEADER_SIZE;
         if (event->bytes[4] >= APT_DATA_FLAG) {
-            whole += event->bytes[2];
+            whole += apt_get_16(&event->bytes[2]);
         }
         if (size >= whole) {
-            size = whole;
+            if (by_header) {
+                verdict = judge(parser->receives, event->bytes, true);
+            }
+            if (verdict > parser->accepts) {
+                verdict = GARBAGE;
+            } else {
+                size = whole;
+            }
         } else if (parser->needed >= APT_HEADER_SIZE) {
             parser->needed = whole;
             return APT_EVENT_NONE;
@@ -706,17 +781,17 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
         do {
             ++position;
         } while (size - position >= APT_HEADER_SIZE
-            && judge(parser->receives, &event->bytes[position]) != SURE);
+            && (judge(parser->receives, &event->bytes[position], false) & ~BY_HEADER) != SURE);
         if (verdict == GARBAGE || size - position >= APT_HEADER_SIZE) {
             verdict = GARBAGE;
             size = position;
         }
     }
-    parser->accepts = verdict == GARBAGE ? SURE : DOUBTFUL;
+    parser->accepts = verdict == GARBAGE ? SURE : MISCOUNTED;
     parser->needed = APT_HEADER_SIZE;
     event->kind = (apt_event_kind)(verdict & KIND);
     event->size = size;
-    if (verdict == SURE || verdict == LIKELY) {
+    if (!by_header && (verdict == SURE || verdict == LIKELY)) {
         remember(parser, event);
     }
     return event->kind;
@@ -728,7 +803,7 @@ void apt_parser_init(apt_parser *parser, apt_end end)
     parser->count = 0U;
     parser->needed = APT_HEADER_SIZE;
     parser->receives = (uint8_t)end;
-    parser->accepts = DOUBTFUL;
+    parser->accepts = MISCOUNTED;
     forget(parser);
     settle(parser);
 }

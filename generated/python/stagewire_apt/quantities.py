@@ -18,7 +18,6 @@ __all__ = [
     "SERVO_CYCLES",
     "SHARE_32767",
     "SHARE_65535",
-    "SOLENOID_TIME",
     "TRAVEL",
 ]
 
@@ -57,9 +56,6 @@ SHARE_32767 = Scale.counts_per("percent", 32767, 100, printed="0 to 32767 (0 to 
 
 SHARE_65535 = Scale.counts_per("percent", 13107, 20, printed="0 is 0% and 65535 is 100%")
 """Share of a full scale of 65535 (Issue 3, page 62)."""
-
-SOLENOID_TIME = Scale.unit_per("ms", 1, 4, printed="250 μs")
-"""On and off times in steps of 250 µs (Issue 3, page 87)."""
 
 TRAVEL = Scale.unit_per("um", 1, 10, printed="steps of 100nm")
 """Maximum travel of a piezo actuator in steps of 100 nm (Issue 3, page 118)."""

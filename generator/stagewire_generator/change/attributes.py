@@ -322,12 +322,10 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "call": _CALL,
         "overlay": _OVERLAY,
         "sub_message": "message-sub-message",
+        "not_sent": "message-not-sent",
+        "twin_of": Ignored("its name, which is compared, contains that of the other message"),
     },
-    model.Firmware: {
-        "version": Elsewhere("messages"),
-        "note": Elsewhere("messages"),
-        "page": Elsewhere("messages"),
-    },
+    model.Firmware: dict.fromkeys(("version", "note", "page"), Elsewhere("messages")),
     model.Layout: {
         "form": _PAIRED,
         "when": Elsewhere("layouts"),
@@ -338,6 +336,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "note": "text",
         "place": _PLACE,
         "only_zero": "layout-only-zero",
+        "sent_when": "layout-sent-when",
     },
     model.Field: {
         "name": _PAIRED,
@@ -363,13 +362,13 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "note": "text",
         "errata": _FROM_ERRATA,
         "overlay": Ignored("follows from its message, or from its block of fields"),
+        "array": Elsewhere("fields"),
+        "ranges_by_unit": Elsewhere("fields"),
+        "other_range": Ignored("the range of the other units, which is compared as the range"),
     },
-    model.Format: {
-        "name": Elsewhere("fields"),
-        "size": Elsewhere("fields"),
-        "signed": Elsewhere("fields"),
-        "kind": Elsewhere("fields"),
-    },
+    model.Array: dict.fromkeys(("item", "rows", "columns"), Elsewhere("fields")),
+    model.Column: dict.fromkeys(("name", "each", "quantity", "note"), Elsewhere("fields")),
+    model.Format: dict.fromkeys(("name", "size", "signed", "kind"), Elsewhere("fields")),
     model.ParameterSet: {
         "name": _PAIRED,
         "words": Ignored("its messages have the same words and more"),

@@ -26,6 +26,7 @@ def compare_field(comparison: Comparison, where: Where, old: Field, new: Field) 
     _format(comparison, where, old, new)
     _range(comparison, where, old, new)
     _quantity(comparison, where, old, new)
+    _array(comparison, where, old, new)
     _by_unit(comparison, where, "flags", old.flags_by_unit, new.flags_by_unit)
     _by_unit(comparison, where, "enumeration", old.enums_by_unit, new.enums_by_unit)
 
@@ -69,8 +70,18 @@ def _format(comparison: Comparison, where: Where, old: Field, new: Field) -> Non
 def _range(comparison: Comparison, where: Where, old: Field, new: Field) -> None:
     if old.format != new.format and not (old.ranged or new.ranged):
         return  # the range is that of the format
-    if (old.minimum, old.maximum) != (new.minimum, new.maximum):
-        ends = (f"{field.minimum} to {field.maximum}" for field in (old, new))
+    before, after = (
+        {
+            "": field.own_range,
+            **{unit: field.ranges_by_unit[unit] for unit in sorted(field.ranges_by_unit)},
+        }
+        for field in (old, new)
+    )
+    if before != after:
+        ends = (
+            "; ".join(f"{unit} {low} to {high}".strip() for unit, (low, high) in ranges.items())
+            for ranges in (before, after)
+        )
         comparison.add("field-range", where, *ends)
 
 
@@ -85,6 +96,37 @@ def _quantity(comparison: Comparison, where: Where, old: Field, new: Field) -> N
         comparison.add(kind, where, before.name, after.name)
     else:
         comparison.add("field-quantity", where, before and before.name, after and after.name)
+
+
+def _array(comparison: Comparison, where: Where, old: Field, new: Field) -> None:
+    """Compare the rows and columns of arrays."""
+    before, after = (_rows(comparison, field, field is old) for field in (old, new))
+    if before != after:
+        comparison.add("field-array", where, before, after)
+    notes = [
+        {c.name: c.note for c in field.array.columns if c.note} if field.array else {}
+        for field in (old, new)
+    ]
+    if before == after and notes[0] != notes[1]:
+        comparison.add("text", where, str(notes[0]), str(notes[1]))
+
+
+def _rows(comparison: Comparison, field: Field, is_old: bool) -> str | None:
+    """Return the facts of an array that are the same on both sides unless something changed."""
+    array = field.array
+    if array is None:
+        return None
+    columns = []
+    for column in array.columns:
+        quantity = column.quantity.name if column.quantity else ""
+        if quantity and is_old:
+            quantity = comparison.renamed("quantity", quantity) or quantity
+        parts = (column.name, column.each and f"for each bit of {column.each}", quantity)
+        columns.append(" ".join(filter(None, parts)))
+    item = array.item
+    sign = "signed" if item.signed else "unsigned"
+    rows = f"{array.rows} rows of {', '.join(columns)}"
+    return f"{rows}; {item.name} ({item.size} bytes, {item.kind}, {sign})"
 
 
 _BYTE = Format("byte", 1, False, "integer")

@@ -55,7 +55,7 @@ _MACROS = ("LENGTH", "SIZE", "INIT")
 # Macros that every package defines, without the prefix.
 OUR_MACROS = frozenset({
     "ALLOW_DUMMIES", "BRACED", "DAMAGED", "DATA_FLAG", "DUMMY", "END_DEVICE", "END_HOST",
-    "END_NONE", "ENTRY_HEADER", "ENTRY_ONLY_ZERO", "ENTRY_SHARED", "ENTRY_SHORTER",
+    "END_NONE", "ENTRY_ARRAY", "ENTRY_HEADER", "ENTRY_ONLY_ZERO", "ENTRY_SHARED", "ENTRY_SHORTER",
     "ENTRY_TO_BOTH", "ENTRY_TO_CONTROLLER", "ENTRY_TO_HOST", "ENTRY_UNDOCUMENTED",
     "EVENT_BAD_LENGTH", "EVENT_GARBAGE", "EVENT_MESSAGE", "EVENT_NONE", "EVENT_UNDOCUMENTED",
     "EVENT_UNKNOWN", "HEADER_SIZE", "HIGHEST_ADDRESS", "HOST", "HOST_INDEX", "KIND_COMMAND",
@@ -134,6 +134,12 @@ def _of_message(message: Message, prefix: str) -> Iterator[str]:
     layouts = c_layouts(message).values()
     for name in layouts:
         yield from (f"{prefix}_{name}{more}" for more in _OF_A_LAYOUT)
+    if any(layout.array for layout in message.layouts):
+        for name in layouts:
+            yield from (
+                f"{prefix}_{name}_{more}" for more in ("at", "count", "put", "size", "stated")
+            )
+            yield f"{prefix.upper()}_{name.upper()}_LONGEST"
     macros = (*_MACROS, "SIZE_SLOT") if message.kind == "command" else _MACROS
     yield f"{prefix.upper()}_{message.name}_ID"
     if message.sub_message is not None:

@@ -96,8 +96,9 @@ def check_errata(
         hint = "remove it: with this framing it cannot be compared with anything"
         diagnostics.add(at, "SW038", part, hint)
     for message in protocol.messages if witness else ():
-        if message.overlay == overlay and message.name not in comparison.witnessed:
-            what = f"{message.name} does not occur in printed/"
+        name = message.twin_of or message.name
+        if message.overlay == overlay and name not in comparison.witnessed:
+            what = f"{name} does not occur in printed/"
             diagnostics.add(message.place, "SW043", what, "" if printed else _NOT_PRINTED)
     return comparison
 

@@ -97,6 +97,7 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
         _undocumented(message, diagnostics)
         if message.kind == "message":  # a command has one layout in each direction
             _distinguishable(message, protocol, diagnostics)
+            _sent(message, protocol, diagnostics)
         for layout in message.layouts:
             longest = protocol.framing["maximum_length"]
             if layout.length > longest:
@@ -105,6 +106,8 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 diagnostics.add(layout.place, "SW033", what, hint)
             for field in layout.all_fields:
                 _field(message, field, diagnostics)
+                if field.array:
+                    _array(message, layout, field, protocol, diagnostics)
             for param in (layout.param1, layout.param2):
                 if param and param.format.size != 1:
                     what = (
@@ -138,6 +141,46 @@ def check_layouts(protocol: Protocol, diagnostics: Diagnostics) -> None:
                     "SW033",
                     f"{table.name}.{bit.name}: the format {table.format.name} has no bit {bit.bit}",
                 )
+
+
+_LONGEST = 0xFFFF  # length that fits into a header
+
+
+def _array(
+    message: Message, layout: Layout, field: Field, protocol: Protocol, diagnostics: Diagnostics
+) -> None:
+    """Check that the fields before an array determine its length, which the parser must know."""
+    where = f"{message.name}.{field.name}"
+
+    def refuse(what: str, hint: str = "") -> None:
+        diagnostics.add(field.place, "SW094", f"{where}: {what}", hint)
+
+    array = field.array
+    assert array is not None
+    kind = protocol.framing["kind"]
+    if not rules_of(kind).has_arrays or message.kind != "message":
+        refuse(f"{kind} framing does not support arrays", "write a layout for each length")
+        return
+    if field is not layout.fields[-1]:
+        refuse("fields follow the array", "an array is the last field of a packet")
+    packets = [each for each in message.layouts if each.form != "header"]
+    if len(packets) > 1 or message.sub_message is not None:
+        refuse(
+            "the message has other layouts or a sub-message, so its length does not show the array",
+            "a message with an array has one layout with data, and an id of its own",
+        )
+    if field.role != "value" or field.enum or field.flags or field.quantity or field.target:
+        refuse("the array has a role, table or quantity", "quantities belong to its columns")
+    before = {each.name: each for each in layout.fields[:-1]}
+    for name in (array.rows, *array.masks):
+        other = before.get(name)
+        if other is None or other.format.kind != "integer" or other.format.signed:
+            hint = "name an unsigned integer before the array in the same packet"
+            refuse(f"{name} is not a field that can be counted", hint)
+            return
+    if layout.longest > _LONGEST:
+        what = f"up to {layout.longest} bytes; a header can state {_LONGEST}"
+        refuse(what, f"add the `maximum` of {array.rows}, and of the fields with bits")
 
 
 def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
@@ -201,6 +244,29 @@ def _distinguishable(message: Message, protocol: Protocol, diagnostics: Diagnost
         )
 
 
+def _sent(message: Message, protocol: Protocol, diagnostics: Diagnostics) -> None:
+    """Check the contexts in which a SET has a form other than the plain one; a GET may share the layouts."""
+    chosen = [layout for layout in message.layouts if layout.sent_when]
+    for layout in chosen:
+
+        def refuse(what: str, hint: str, at: Layout = layout) -> None:
+            what = f"{message.name} ({at.form}): sent_when {what}"
+            diagnostics.add(at.place, "SW095", what, hint)
+
+        for context, value in layout.sent_when.items():
+            if value not in protocol.contexts.get(context, {}).get("values", []):
+                refuse(
+                    f"names the unknown context {context}: {value}", "define it in protocol.yaml"
+                )
+        if layout.form == "data" or layout.when or message.set is None:
+            hint = "only a parameter set has it, in a form whose length differs from that of the plain form"
+            refuse("does not belong here", hint)
+        for other in chosen[chosen.index(layout) + 1 :]:
+            both = {*layout.sent_when} & {*other.sent_when}
+            if all(layout.sent_when[name] == other.sent_when[name] for name in both):
+                refuse(f"does not exclude {other.form}", "let one of their contexts differ")
+
+
 def _contradict(one: Layout, other: Layout) -> bool:
     """Whether no context selects both layouts."""
     return any(other.when.get(name, value) != value for name, value in one.when.items())
@@ -208,7 +274,7 @@ def _contradict(one: Layout, other: Layout) -> bool:
 
 def _field(message: Message, field: Field, diagnostics: Diagnostics) -> None:
     where = f"{message.name}.{field.name}"
-    format = field.format
+    format = field.array.item if field.array else field.format
     if format.kind != "integer":
         if field.ranged or field.enum or field.flags or field.quantity:
             diagnostics.add(

@@ -284,7 +284,9 @@ def _units_of_fields(protocol: Protocol, diagnostics: Diagnostics) -> None:
         for field in layout.all_fields
     }
     for place, field in fields.items():
-        for unit in dict.fromkeys([*field.flags_by_unit, *field.enums_by_unit]):
+        for unit in dict.fromkeys(
+            [*field.flags_by_unit, *field.enums_by_unit, *field.ranges_by_unit]
+        ):
             if unit not in known:
                 diagnostics.add(place, "SW021", f"{field.name}: unknown unit {unit}")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Field, Json, Layout
+from stagewire_generator.model import Array, Column, Field, Format, Json, Layout
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document, KeyPath
 
@@ -20,12 +20,36 @@ def resolve_fields(
     """
     made: list[Field] = []
     offset = 0
+    whole = True
     for name, entry in entries.items():
-        field = resolve_field(tables, document, (*path, name), name, entry, offset, page)
-        if field is not None:
-            made.append(field)
-            offset += field.format.size
-    return tuple(made), len(made) == len(entries)
+        for each, spelled in _repeated(tables, name, entry).items():
+            field = resolve_field(tables, document, (*path, name), each, spelled, offset, page)
+            whole = whole and field is not None
+            if field is not None:
+                made.append(field)
+                offset += field.format.size
+    return tuple(made), whole
+
+
+def _repeated(tables: Tables, name: str, entry: Json) -> Json:
+    """Return the fields of an entry: itself, or ``name_1`` to ``name_16`` for the format ``word[16]``."""
+    repeated = tables.repeated(entry["format"])
+    if repeated is None:
+        return {name: entry}
+    format, count = repeated
+    return {f"{name}_{number}": {**entry, "format": format} for number in range(1, count + 1)}
+
+
+def _array(tables: Tables, document: Document, path: KeyPath, entry: Json, item: Format) -> Array:
+    """Return the array of a field."""
+    place = document.place(*path)
+    columns = []
+    for name, column in entry["columns"].items():
+        quantity = column.get("quantity")
+        found = quantity and tables.look_up(tables.quantities, quantity, "quantity", place)
+        each, note = column.get("for_each", ""), column.get("note", "")
+        columns.append(Column(name, each, found or None, note))
+    return Array(item, entry["rows"], tuple(columns))
 
 
 def resolve_field(
@@ -46,6 +70,14 @@ def resolve_field(
     if format is None:
         return None
     facts: Json = {}
+    if "array" in entry:
+        if format.kind != "integer":
+            what = f"{name}: an array contains integers, not {format.name}"
+            tables.diagnostics.add(place, "SW033", what, "use the format of an integer")
+            return None
+        facts["array"] = _array(tables, document, path, entry["array"], format)
+        format = Format(format.name, 0, format.signed, "array")
+    item = facts["array"].item if "array" in facts else format
     for key, table, kind in (
         ("quantity", tables.quantities, "quantity"),
         ("enum", tables.enumerations, "enumeration"),
@@ -62,14 +94,25 @@ def resolve_field(
             for unit, table_name in entry.get(key, {}).items()
         }
         facts[key] = {unit: known for unit, known in found.items() if known}
+    own = (
+        entry.get("minimum", item.minimum if item.kind == "integer" else 0),
+        entry.get("maximum", item.maximum if item.kind == "integer" else 0),
+    )
+    by_unit = {
+        unit: (found["minimum"], found["maximum"])
+        for unit, found in entry.get("ranges_by_unit", {}).items()
+    }
+    lowest, highest = zip(own, *by_unit.values(), strict=True)
     return Field(
         name=name,
         offset=offset,
         format=format,
         role=entry.get("role", "value"),
-        minimum=entry.get("minimum", format.minimum if format.kind == "integer" else 0),
-        maximum=entry.get("maximum", format.maximum if format.kind == "integer" else 0),
-        ranged="minimum" in entry or "maximum" in entry,
+        minimum=min(lowest),
+        maximum=max(highest),
+        ranges_by_unit=by_unit,
+        other_range=own if by_unit else None,
+        ranged=bool({"minimum", "maximum", "ranges_by_unit"} & entry.keys()),
         open=entry.get("open", False),
         page=entry.get("page", page),
         place=place,
@@ -181,4 +224,5 @@ def _data_layout(
         what = f"{message}: the fields take {taken} bytes, but the length is {length}"
         tables.diagnostics.add(place, "SW031", what)
     when, note = entry.get("when", {}), entry.get("note", "")
-    return Layout(form, when, None, None, length or 0, fields, note, place)
+    sent_when = entry.get("sent_when", {})
+    return Layout(form, when, None, None, length or 0, fields, note, place, sent_when=sent_when)

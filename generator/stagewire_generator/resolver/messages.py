@@ -43,7 +43,8 @@ def with_errata(tables: Tables, message: Message) -> Message:
 
     Errata of the protocol do not apply to a message of an overlay that replaces theirs.
     """
-    owners = {message.name} | ({message.set[0]} if message.set else set())
+    named = message.twin_of or message.name
+    owners = {named} | ({message.set[0]} if message.set else set())
 
     def of(*names: str) -> tuple[str, ...]:
         found = {id for name in names for id in tables.errata_of.get(name, ())}
@@ -55,7 +56,7 @@ def with_errata(tables: Tables, message: Message) -> Message:
         return replace(field, errata=found) if found else field
 
     layouts = tuple(_with_fields(layout, marked) for layout in message.layouts)
-    return replace(message, layouts=layouts, errata=of(message.name))
+    return replace(message, layouts=layouts, errata=of(named))
 
 
 def _with_fields(layout: Layout, marked: Callable[[Field], Field]) -> Layout:
@@ -139,8 +140,27 @@ def _define_message(tables: Tables, document: Document, name: str, entry: Json) 
         later_pages=entry.get("later_pages", {}),
         overlay=document.overlay,
         sub_message=sub_message,
+        not_sent=entry.get("not_sent", ""),
     )
     add_message(tables, message)
+    if "also_id" in entry:
+        add_message(tables, _twin(message, entry["also_id"]))
+
+
+def _twin(message: Message, id: int) -> Message:
+    """Return the message with another id, which its sources also give; its name ends with the id."""
+    digits = f"{id:04X}"
+    return replace(
+        message,
+        name=f"{message.name}_{digits}",
+        id=id,
+        words=(*message.words, digits.lower()),
+        note=f"{message.name} with the other id that the sources give.",
+        set=None,
+        title="",
+        aliases={},
+        twin_of=message.name,
+    )
 
 
 _ROLES = ("set", "req", "get")
@@ -225,8 +245,12 @@ def _define_member(
         later_pages=entry.get("later_pages", {}),
         overlay=document.overlay,
         sub_message=sub_message,
+        not_sent=entry.get("not_sent", "") if role != "get" else "",
     )
     add_message(tables, message)
+    other = entry.get("also_ids", {}).get(role)
+    if other is not None:
+        add_message(tables, _twin(message, other))
 
 
 _KINDS = {"commands": "command", "setup_commands": "setup"}  # section -> kind

@@ -85,6 +85,14 @@ class Tables:
             self.diagnostics.add(place, "SW021", f"unknown {kind} {name}", hint)
         return found
 
+    def repeated(self, text: str) -> tuple[str, int] | None:
+        """Return the format and the number of integers in ``word[16]``; None for other formats."""
+        match = _FORMAT.match(text)
+        entry = self.formats.get(match[1]) if match else None
+        if match is None or entry is None or not match[2] or entry["size"] == 1:
+            return None
+        return match[1], int(match[2])
+
     def format(self, text: str, place: Place) -> Format | None:
         """Return the format written as ``word`` or ``char[8]``, or None if it is unknown."""
         match = _FORMAT.match(text)
@@ -97,9 +105,10 @@ class Tables:
         if count is None:
             return Format(text, entry["size"], entry["signed"], "integer")
         if entry["size"] > 1:
-            what = f"the format {text} is not supported: only formats of one byte can be repeated"
-            size = count * entry["size"]
-            hint = f"write {count} fields of the format {match[1]}, or one of {size} raw bytes"
+            what = (
+                f"the format {text} is not supported here: only formats of one byte can be repeated"
+            )
+            hint = f"use the format {match[1]}, or raw bytes"
             self.diagnostics.add(place, "SW033", what, hint)
             return None
         kind = "text" if match[1] == "char" else "bytes"

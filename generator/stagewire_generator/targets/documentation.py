@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from stagewire_generator.model import (
+    Array,
     Chapter,
     Enumeration,
     EnumValue,
@@ -21,6 +22,7 @@ from stagewire_generator.model import (
     Protocol,
 )
 from stagewire_generator.model_evidence import spelled
+from stagewire_generator.model_scales import Quantity
 
 DIRECTIONS = {
     "to_controller": "to the controller",
@@ -88,6 +90,8 @@ def message_paragraphs(
     yield meaning(message)
     yield " ".join(filter(None, [facts, *_exchange_facts(message, layout, markup)]))
     notes = [message.note, layout.note if layout else ""]
+    if message.not_sent:
+        notes.append(f"Stagewire does not send it: {message.not_sent}")
     if message.aliases:
         notes.append(f"Also named {' and '.join(map(markup.name, message.aliases))}")
     for overlay in protocol.overlays:
@@ -234,7 +238,7 @@ def _facts(field: Field, markup: Markup, given: bool) -> Iterator[str]:
     if field.constant is not None:
         yield f"always {field.constant:#04x}"
     if field.quantity:
-        yield _unit(field)
+        yield _unit(field.quantity)
     for table in (field.enum, field.flags):
         if table:
             yield markup.table(table) + (f": {_choices(table, markup)}" if given else "")
@@ -242,10 +246,24 @@ def _facts(field: Field, markup: Markup, given: bool) -> Iterator[str]:
         yield f"text of at most {field.format.size} characters"
     elif field.format.kind == "bytes":
         yield f"{field.format.size} bytes"
+    elif field.array:
+        yield _rows(field.array, markup)
+        yield f"each from {field.minimum} to {field.maximum}"
     elif field.role == "value" and not (given and field.lists_all):
         yield f"from {field.minimum} to {field.maximum}"
     if field.default is not None:
         yield f"default {field.default}"
+
+
+def _rows(array: Array, markup: Markup) -> str:
+    """Return the description of an array: its rows and columns."""
+    columns = []
+    for column in array.columns:
+        each = f" for each bit of {markup.name(column.each)}" if column.each else ""
+        unit = f" ({_unit(column.quantity)})" if column.quantity else ""
+        note = f", {column.note.rstrip('.')}" if column.note else ""
+        columns.append(f"{markup.name(column.name)}{each}{unit}{note}")
+    return f"{markup.name(array.rows)} rows of {', '.join(columns)}"
 
 
 def _choices(table: Enumeration | FlagTable, markup: Markup) -> str:
@@ -264,9 +282,7 @@ def _numbered(value: EnumValue) -> str:
     return f"{value.name} ({number if 0 <= number < 10 else hex(number)})"
 
 
-def _unit(field: Field) -> str:
-    quantity = field.quantity
-    assert quantity
+def _unit(quantity: Quantity) -> str:
     unit = quantity.unit
     if quantity.factor:
         key, value = quantity.factor.key, quantity.factor.value

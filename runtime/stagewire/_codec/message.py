@@ -12,7 +12,7 @@ slots but no lock, whose class is then changed to the real one.
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from stagewire.errors import BadValueError, OutOfRangeError, UnknownFieldError
 
@@ -28,6 +28,10 @@ class Direction(enum.Flag):
 TYPE_CHECKING = False  # importing typing would double the import time
 if TYPE_CHECKING:
     from typing import Any, ClassVar, Literal, NoReturn, Self, TypeAlias
+
+    Describe: TypeAlias = (
+        "Callable[[Layout, str], tuple[str, str]]"  # the unit and place of a field
+    )
 
     CommandFormat: TypeAlias = Literal["low_level", "high_level", "power_on"]
 
@@ -55,12 +59,13 @@ class Layout:
     :param unsolicited: a controller may send it without a request.
     :param sub_message: the number that distinguishes it from other messages with the same id; None: no other
         message has this id. A data form begins with it as a word, in a header form it is ``param1``.
+    :param not_sent: the reason why sessions refuse to send the message; empty: they send it.
     """
 
     __slots__ = (
-        "constants", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
-        "only_zero", "optional", "signed", "size", "sub_message", "switches_to", "unnamed",
-        "unsolicited", "when",
+        "constants", "describe", "direction", "dummy", "fields", "form", "id", "kind", "length", "message",
+        "not_sent", "only_zero", "optional", "signed", "size", "sub_message",
+        "switches_to", "unnamed", "unsolicited", "when",
     )  # fmt: skip
 
     def __init__(
@@ -83,6 +88,7 @@ class Layout:
         switches_to: CommandFormat | None = None,
         unsolicited: bool = False,
         sub_message: int | None = None,
+        not_sent: str = "",
     ) -> None:
         self.message = message
         self.id = id
@@ -102,9 +108,26 @@ class Layout:
         self.switches_to = switches_to
         self.unsolicited = unsolicited
         self.sub_message = sub_message
+        self.not_sent = not_sent
+        self.describe: Describe | None = None  # set by the protocol that has the message
 
     def __repr__(self) -> str:
         return f"<Layout {self.message} {self.form}>"
+
+    def counts_of(self, field: str) -> str:
+        """Return what the numbers of a field are, for error messages: ``raw counts of mm/s``."""
+        unit = self.describe(self, field)[0] if self.describe else ""
+        return f"raw counts of {unit}" if unit else "raw counts"
+
+    def source_of(self, field: str, *, named: bool = False) -> str:
+        """Return where a field is described, for the end of error messages: ``; see page 45``.
+
+        :param named: also name the message and the field.
+        """
+        place = self.describe(self, field)[1] if self.describe else ""
+        if not place:
+            return ""
+        return f"; see {self.message}.{field}, {place}" if named else f"; see {place}"
 
 
 class _Draft:
@@ -225,7 +248,8 @@ def check_integer(layout: Layout, field: str, value: object, minimum: int, maxim
         )
     if not minimum <= value <= maximum:
         raise OutOfRangeError(
-            f"{layout.message}.{field} must be {minimum} to {maximum} (raw counts), not {value}"
+            f"{layout.message}.{field} must be {minimum} to {maximum} ({layout.counts_of(field)}), "
+            f"not {value}{layout.source_of(field)}"
         )
     return int(value)
 
@@ -241,6 +265,7 @@ def check_bytes(layout: Layout, field: str, value: object, size: int) -> bytes:
     if len(value) != size:
         raise OutOfRangeError(
             f"{layout.message}.{field} must be exactly {size} bytes, not {len(value)}"
+            f"{layout.source_of(field)}"
         )
     return bytes(value)
 
@@ -263,6 +288,7 @@ def check_text(layout: Layout, field: str, value: object, size: int) -> str:
     if len(encoded) > size:
         raise OutOfRangeError(
             f"{layout.message}.{field} must have at most {size} characters, not {len(encoded)}"
+            f"{layout.source_of(field)}"
         )
     if encoded.endswith(b"\0"):
         raise BadValueError(f"{layout.message}.{field}: omit trailing NULs, encoding adds them")

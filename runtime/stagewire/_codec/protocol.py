@@ -58,7 +58,9 @@ class Protocol:
         self.aliases = aliases
         self._loaded: dict[str, dict[str, Any]] = {}  # files of the package that were read
         self._by_name: dict[str, dict[str, type[Message]]] = {}
+        self._described: dict[tuple[str, str, str], tuple[str, str]] = {}
         for cls in self.messages:
+            cls.layout.describe = self.described
             self._by_name.setdefault(cls.layout.message, {})[cls.layout.form] = cls
 
     def __repr__(self) -> str:
@@ -133,6 +135,34 @@ class Protocol:
         They are read once and shared. Do not modify them.
         """
         return self._json("vectors.json")
+
+    def described(self, layout: Layout, field: str) -> tuple[str, str]:
+        """Return the unit of a field and the place that describes it; both are empty if unknown.
+
+        The place is a page or a section, with the document if there are several: ``page 58 of Issue 37``.
+        """
+        if not self._described:
+            self._described = dict(self._describe())
+        return self._described.get((layout.message, layout.form, field), ("", ""))
+
+    def _describe(self) -> Iterator[tuple[tuple[str, str, str], tuple[str, str]]]:
+        """Yield message, form and field -> its unit and its place."""
+        try:
+            registry = self.registry()
+        except (ImportError, OSError, ValueError):
+            return  # a protocol that is not a package has no registry
+        sections = registry["document"].get("sections")
+        for message in registry["messages"]:
+            for layout in message["layouts"]:
+                fields = [layout.get("param1"), layout.get("param2"), *layout["fields"]]
+                for field in filter(None, fields):
+                    place = f"page {field['page']}"
+                    if sections and not field.get("overlay", message.get("overlay")):
+                        place = f"section {sections[field['page'] - 1]}"
+                    if "document" in field:
+                        place += f" of {field['document']}"
+                    key = message["name"], layout["form"], field["name"]
+                    yield key, (field.get("unit") or "", place)
 
     def _json(self, name: str) -> dict[str, Any]:
         if name not in self._loaded:

@@ -13,6 +13,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeAlias
 
 from stagewire._codec.message import Message
+from stagewire._columns.counted import read_counted
 from stagewire._columns.shape import Field, Kind, Shape, shape_of
 from stagewire._framings.header.message import DATA_FLAG
 from stagewire.errors import (
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Buffer: TypeAlias = "bytes | bytearray | memoryview | mmap"
-Column: TypeAlias = "array[int] | list[str] | list[bytes]"
-"""Integers, text or byte strings, one per frame."""
+Column: TypeAlias = "array[int] | list[str] | list[bytes] | list[tuple[int, ...]]"
+"""Integers, text, byte strings or arrays of integers, one per frame."""
 
 _BLOCK: Final = 8192
 """Frames that are read together; few enough to keep temporary copies small."""
@@ -123,7 +124,8 @@ def columns(message: type[Message], raw: Buffer) -> dict[str, Column]:
     """Return the columns of frames of one message class; needs only the standard library.
 
     ``raw`` is a bytes, bytearray, memoryview or mmap that holds whole frames and nothing else. Integers are
-    returned as :class:`array.array`; text (trailing NULs stripped) and byte strings as lists.
+    returned as :class:`array.array`; text (trailing NULs stripped), byte strings and arrays (tuples of
+    integers) as lists.
 
     The errors name the offset of the first invalid frame. Raises :class:`~stagewire.errors.DecodeError` for
     another id, :class:`~stagewire.errors.BadLengthError` for another length or form, and
@@ -138,8 +140,8 @@ def numpy_columns(message: type[Message], raw: Buffer) -> dict[str, NDArray[Any]
     """Return the columns of frames of one message class as NumPy arrays that own their data.
 
     Integers are in native byte order, text is ``U`` and byte strings are ``V`` (``S`` would lose trailing
-    zeros). Raises the errors of :func:`columns`, and :class:`~stagewire.errors.UnsupportedError` if NumPy is
-    not installed.
+    zeros). Arrays whose length varies are ``O``, tuples of integers. Raises the errors of :func:`columns`,
+    and :class:`~stagewire.errors.UnsupportedError` if NumPy is not installed.
     """
     return read_numpy(shape_of(message), raw)
 
@@ -147,6 +149,8 @@ def numpy_columns(message: type[Message], raw: Buffer) -> dict[str, NDArray[Any]
 def read(shape: Shape, raw: Buffer) -> dict[str, Column]:
     """Implement :func:`columns` for any shape of frames."""
     with bytes_of(raw) as view:
+        if shape.counted is not None:
+            return read_counted(shape, view)
         found, wrong = _read_standard(shape, view)
         if wrong is not None:
             _refuse(shape, view, wrong)
@@ -156,12 +160,15 @@ def read(shape: Shape, raw: Buffer) -> dict[str, Column]:
 def read_numpy(shape: Shape, raw: Buffer) -> dict[str, NDArray[Any]]:
     """Implement :func:`numpy_columns` for any shape of frames."""
     try:
+        from stagewire._columns.vectors import from_columns
         from stagewire._columns.vectors import read as read_vectors
     except ImportError:
         raise UnsupportedError(
             "NumPy is not installed: run pip install 'stagewire[numpy]', or use columns()"
         ) from None
     with bytes_of(raw) as view:
+        if shape.counted is not None:
+            return from_columns(shape, read_counted(shape, view))
         found, wrong = read_vectors(shape, view)
         if wrong is not None:
             _refuse(shape, view, wrong)

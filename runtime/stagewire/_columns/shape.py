@@ -8,6 +8,7 @@ import struct
 from dataclasses import dataclass
 
 from stagewire._codec.message import Layout, Message
+from stagewire._framings.header.counted import Counted, CountedMessage
 from stagewire._framings.header.message import (
     HEADER_SIZE,
     FramedMessage,
@@ -27,6 +28,8 @@ class Kind(enum.Enum):
     SIGNED = "signed integer"
     TEXT = "text"
     BYTES = "bytes"
+    INTEGERS = "integers"
+    """The integers of an array, as many as other fields state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,8 @@ class Field:
 
     :param name: name of the field.
     :param offset: its first byte, counted from the beginning of the frame.
-    :param size: its size in bytes; integers are low byte first and have 1 to 8.
+    :param size: its size in bytes; integers are low byte first and have 1 to 8. Of an array, the size of one
+        integer.
     :param kind: how its bytes are interpreted.
     """
 
@@ -60,6 +64,7 @@ class Shape:
     :param size: bytes of a frame, including the header.
     :param fields: the fields in wire order.
     :param sub_message: the sub-message as bytes; empty if no other message has this id.
+    :param counted: the array at the end of the frames, which are then at least ``size`` bytes long.
     """
 
     name: str
@@ -68,6 +73,7 @@ class Shape:
     size: int
     fields: tuple[Field, ...]
     sub_message: bytes = b""
+    counted: Counted | None = None
 
     @property
     def sub_message_at(self) -> int:
@@ -100,6 +106,17 @@ def shape_of(message: type[Message]) -> Shape:
     layout = message.layout
     has_packet = layout.form != "header"
     head = layout.id.to_bytes(2, "little")
+    if issubclass(message, CountedMessage):
+        counted = message.counted
+        last = Field(counted.name, HEADER_SIZE + counted.least, counted.size, Kind.INTEGERS)
+        return Shape(
+            name=f"{layout.message} ({layout.form})",
+            head=head,
+            has_packet=True,
+            size=HEADER_SIZE + layout.length,
+            fields=(*_fields(message), last),
+            counted=counted,
+        )
     return Shape(
         name=f"{layout.message} ({layout.form})",
         head=head + layout.length.to_bytes(2, "little") if has_packet else head,

@@ -49,7 +49,7 @@ class Frames:
     def append(self, offset: int, raw: bytes) -> None:
         """Add a frame of this class from position ``offset``, without checking it."""
         shape = self.shape
-        if len(raw) != shape.size:
+        if len(raw) != shape.size and shape.counted is None:
             self.extra[len(self.offsets)] = raw[shape.size :]
             raw = shape.head + raw[len(shape.head) : shape.size]
         self.raw += raw

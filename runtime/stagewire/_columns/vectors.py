@@ -46,6 +46,22 @@ def read(shape: Shape, view: memoryview) -> tuple[dict[str, Column], int | None]
     return columns, end if rest else None
 
 
+def from_columns(shape: Shape, columns: dict[str, Any]) -> dict[str, Column]:
+    """Return columns of the standard library as arrays; tuples stay objects."""
+    made: dict[str, Column] = {}
+    for place in (None, None, *shape.fields):
+        name = place.name if place else ("dest", "source")[len(made)]
+        values = columns[name]
+        if place is None or place.kind in _INTEGERS:
+            made[name] = numpy.array(values)
+        elif place.kind is Kind.INTEGERS:
+            made[name] = numpy.fromiter(values, dtype=object, count=len(values))
+        else:
+            format = "U" if place.kind is Kind.TEXT else "V"
+            made[name] = numpy.array(values, dtype=f"{format}{place.size}")
+    return made
+
+
 def _format(place: Field) -> str:
     """Return the format of one field in a frame; single bytes for a field that NumPy has no type for."""
     if place.kind in _INTEGERS and place.size == place.width:

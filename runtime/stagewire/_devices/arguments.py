@@ -16,6 +16,7 @@ from functools import reduce
 from typing import Any, NoReturn
 
 from stagewire._codec.flags import Enumeration, Flags
+from stagewire._codec.message import Layout, Message
 from stagewire._devices.scales import Scales
 from stagewire._devices.tables import Given, Named
 from stagewire.errors import BadValueError, MissingFieldError, OutOfRangeError
@@ -28,11 +29,13 @@ def fields_of(
     given: Mapping[str, object],
     scales: Scales,
     *,
+    of: type[Message],
     some: bool = False,
 ) -> dict[str, Any]:
     """Return the fields that a user gave, in counts.
 
     :param what: name of the call, for messages.
+    :param of: class of the message with the fields.
     :param given: keyword -> value; None means missing.
     :param some: whether one value is enough.
 
@@ -41,7 +44,7 @@ def fields_of(
     """
     fields: dict[str, Any] = {}
     missing: list[Given] = []
-    for entry in entries:
+    for entry in (entry.on(scales.controllers) for entry in entries):
         used = [keyword for keyword in entry.keywords if given.get(keyword) is not None]
         if len(used) > 1:
             raise BadValueError(
@@ -50,9 +53,11 @@ def fields_of(
         if not used:
             missing.append(entry)
         elif used[0] == entry.keyword:
-            fields[entry.field] = _checked(what, entry, given[used[0]])
+            fields[entry.field] = _checked(what, entry, given[used[0]], of.layout)
         else:
-            fields[entry.field] = _converted(what, entry, used[0], given[used[0]], scales)
+            fields[entry.field] = _converted(
+                what, entry, used[0], given[used[0]], scales, of.layout
+            )
     if missing and not (some and fields):
         lacking = ", ".join(" or ".join(entry.keywords) for entry in missing)
         raise MissingFieldError(f"{what} requires {'at least one of ' if some else ''}{lacking}")
@@ -114,7 +119,7 @@ def check_held(entry: Given, value: object) -> None:
         raise OutOfRangeError(_not_listed(entry.keyword, entry, table, value))
 
 
-def _checked(what: str, entry: Given, value: object) -> object:
+def _checked(what: str, entry: Given, value: object, layout: Layout) -> object:
     """Return a raw value; check the range of a number before anything is sent."""
     if entry.minimum is None or entry.maximum is None:
         return value
@@ -132,7 +137,8 @@ def _checked(what: str, entry: Given, value: object) -> object:
         )
     if not entry.minimum <= number <= entry.maximum:
         raise OutOfRangeError(
-            f"{what}: {entry.keyword} must be {entry.minimum} to {entry.maximum} (raw counts), not {number}"
+            f"{what}: {entry.keyword} must be {entry.minimum} to {entry.maximum} "
+            f"({layout.counts_of(entry.field)}), not {number}{layout.source_of(entry.field, named=True)}"
         )
     return number
 
@@ -182,22 +188,31 @@ def _not_listed(name: str, entry: Given, table: Named, value: object) -> str:
     return f"{name} {given} is not one of {text}"
 
 
-def _converted(what: str, entry: Given, keyword: str, value: object, scales: Scales) -> int:
+def _converted(
+    what: str, entry: Given, keyword: str, value: object, scales: Scales, layout: Layout
+) -> int:
     [(unit, case)] = [(unit, case) for name, unit, case in entry.ways if name == keyword]
     number = in_unit(value, unit, f"{what}: {keyword}")
     scale = scales.of(entry.quantity, unit, case)
     counts = scale.to_counts(number)
     minimum, maximum = entry.minimum, entry.maximum
     if minimum is not None and maximum is not None and not minimum <= counts <= maximum:
-        _refuse(f"{what}: {keyword}", number, counts, scale, minimum, maximum)
+        source = layout.source_of(entry.field, named=True)
+        _refuse(f"{what}: {keyword}", number, counts, scale, minimum, maximum, source)
     return counts
 
 
 def _refuse(
-    name: str, number: Number, counts: int, scale: Scale, minimum: int, maximum: int
+    name: str,
+    number: Number,
+    counts: int,
+    scale: Scale,
+    minimum: int,
+    maximum: int,
+    source: str,
 ) -> NoReturn:
     low, high = (float(scale.from_counts(end)) for end in (minimum, maximum))
     raise OutOfRangeError(
         f"{name} must be {low:.10g} to {high:.10g} {scale.unit}, not {number} "
-        f"({counts} counts; the field holds {minimum} to {maximum})"
+        f"({counts} counts; the field holds {minimum} to {maximum}){source}"
     )

@@ -91,6 +91,7 @@ class Connection(Generic[T]):
         self.places = places
         self.addresses = addresses
         self.motions = Motions()
+        self.contexts: dict[str, str] = {}  # those that select layouts, as far as they are known
         self._learning = threading.Lock()
         self._logs = 0
         self._silenced: dict[int, set[type[Message]]] = {}

@@ -114,9 +114,14 @@ class Scales:
     source_of_scales: str | None = None
 
     @property
+    def controllers(self) -> tuple[str, ...]:
+        """The names that the controller may have."""
+        return self.names or (self.unit,)
+
+    @property
     def controller(self) -> str:
         """The names that the controller may have, for messages."""
-        return " or ".join(self.names or (self.unit,))
+        return " or ".join(self.controllers)
 
     def told(self, setting: str, value: ToldValue) -> Scales:
         """Return the scales with a new value of a setting."""

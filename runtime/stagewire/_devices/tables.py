@@ -6,7 +6,9 @@ for asyncio share them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from dataclasses import field as field_of
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 from stagewire._codec.flags import Enumeration, Flags
@@ -50,6 +52,7 @@ class Given:
     :param choices: class with the names of its values or bits; None if they have no names.
     :param modifiers: mask of the values of an enumeration that can be combined with another value.
     :param open: whether the list of choices may be incomplete; then every number in the range is accepted.
+    :param ranges: controller -> its minimum and maximum, if they differ from those of others.
     """
 
     field: str
@@ -63,6 +66,15 @@ class Given:
     choices: Named | None = None
     modifiers: int = 0
     open: bool = False
+    ranges: Mapping[str, tuple[int, int]] = field_of(default_factory=dict)
+
+    def on(self, controllers: tuple[str, ...]) -> Given:
+        """Return the argument with the range that all of these controllers accept."""
+        if not self.ranges or self.minimum is None or self.maximum is None:
+            return self
+        own = self.minimum, self.maximum
+        lows, highs = zip(*(self.ranges.get(name, own) for name in controllers), strict=True)
+        return replace(self, minimum=max(lows), maximum=min(highs), ranges={})
 
     @property
     def keywords(self) -> tuple[str, ...]:
@@ -83,6 +95,7 @@ class ParameterSet(Generic[V]):
     :param asked: arguments of the request, in addition to the channel.
     :param others: replies of other lengths, each with the message that writes the set in that length.
     :param motherboard: whether its messages always go to the motherboard of the rack.
+    :param forms: messages of other lengths that write the set, each with the contexts that require it.
     """
 
     name: str
@@ -94,6 +107,14 @@ class ParameterSet(Generic[V]):
     asked: tuple[Given, ...] = ()
     others: tuple[tuple[type[Message], type[Message] | None], ...] = ()
     motherboard: bool = False
+    forms: tuple[tuple[type[Message], Mapping[str, str]], ...] = ()
+
+    def written_in(self, contexts: Mapping[str, str]) -> type[Message] | None:
+        """Return the message that writes the set on a controller with these contexts."""
+        for message, wanted in self.forms:
+            if wanted.items() <= contexts.items():
+                return message
+        return self.set
 
     def written_with(self, read: Message) -> type[Message] | None:
         """Return the message that writes the set in the length in which a controller reported it."""

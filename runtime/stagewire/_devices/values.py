@@ -20,6 +20,7 @@ __all__ = [
     "NamedByUnit",
     "Raw",
     "RawBytes",
+    "RawIntegers",
     "RawText",
     "Values",
 ]
@@ -169,6 +170,12 @@ class RawText(_Value[str]):
 
 class RawBytes(_Value[bytes]):
     """Bytes."""
+
+    __slots__ = ()
+
+
+class RawIntegers(_Value["tuple[int, ...]"]):
+    """The integers of an array."""
 
     __slots__ = ()
 

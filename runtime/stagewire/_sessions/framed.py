@@ -35,7 +35,7 @@ from stagewire._sessions.options import Ends, SessionOptions
 from stagewire._sessions.receiver import Receiver
 from stagewire._sessions.requests import Requests
 from stagewire._sessions.send_queue import KeepAlive, SendQueue
-from stagewire.errors import MotionStoppedError, StagewireError
+from stagewire.errors import MotionStoppedError, StagewireError, UnsupportedError
 
 
 class FramedCore(Core):
@@ -65,6 +65,13 @@ class FramedCore(Core):
         self._halts: list[Halt] = []  # written before everything else
         self._dispatcher = Dispatcher(self.statistics, self._matching.source_of)
 
+    def _packed(self, message: FramedMessage, dest: int) -> bytes:
+        """Return the frame of a message to send."""
+        layout = message.layout
+        if layout.not_sent:
+            raise UnsupportedError(f"{layout.message} is not sent: {layout.not_sent}")
+        return message.pack(dest, self._host)
+
     # Calls of users
 
     def ask(
@@ -77,9 +84,10 @@ class FramedCore(Core):
     ) -> Exchange:
         """Send a request that one of ``replies`` answers. It ends with the frame of the reply, or a timeout.
 
-        Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid address or timeout.
+        Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid address or timeout, and
+        :class:`~stagewire.errors.UnsupportedError` for a message that must not be sent.
         """
-        raw = message.pack(dest, self._host)
+        raw = self._packed(message, dest)
         matching = self._matching
         ids, selected = matching.ids_of(replies), matching.selected(message, replies)
         ask = Ask(message, raw, timeout, deadline_of(timeout, now), dest, ids, selected)
@@ -91,7 +99,7 @@ class FramedCore(Core):
 
         Raises the errors of :meth:`ask`.
         """
-        raw = message.pack(dest, self._host)
+        raw = self._packed(message, dest)
         send = Send(message, raw, timeout, deadline_of(timeout, now), dest, frozenset())
         self._queue(send)
         return send
@@ -104,7 +112,7 @@ class FramedCore(Core):
         Raises :class:`~stagewire.errors.MotionUnderWayError` if a motion on that channel is or may be in
         progress, and the errors of :meth:`ask`.
         """
-        raw = message.pack(dest, self._host)
+        raw = self._packed(message, dest)
         channel = self._matching.channel_of(message)
         completed, stopped = map(self._matching.ids_of, (ends.completed, ends.stopped))
         deadline = deadline_of(timeout, now)
@@ -126,7 +134,7 @@ class FramedCore(Core):
 
         Raises the errors of :meth:`ask`.
         """
-        raw = message.pack(dest, self._host)
+        raw = self._packed(message, dest)
         ends = ends or Ends()
         channel, ids = self._matching.channel_of(message), self._matching.ids_of(ends.completed)
         halt = Halt(message, raw, timeout, deadline_of(timeout, now), dest, ids, channel)
@@ -156,9 +164,8 @@ class FramedCore(Core):
 
         Raises :class:`~stagewire.errors.OutOfRangeError` for an invalid address or period.
         """
-        host = self._host
         self._alive.set(
-            {dest: message.pack(dest, host) if message else b"" for dest in addresses}, period
+            {dest: self._packed(message, dest) if message else b"" for dest in addresses}, period
         )
         if self._failure is None:
             self._at(self._alive.next)

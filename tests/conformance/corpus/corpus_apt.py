@@ -23,6 +23,7 @@ class AptUnit:
     """
 
     KEEP_ALIVE = False
+    address = UNIT
     commands: Mapping[tuple[int, int], Command]
     """The commands by id and size of the data packet."""
 
@@ -65,7 +66,7 @@ class AptUnit:
 
     def receive(self, frame: bytes) -> None:
         """Carry out a message for this unit; ignore any other."""
-        if frame[4] & 0x7F != UNIT:
+        if frame[4] & 0x7F != self.address:
             return
         id = int.from_bytes(frame[:2], "little")
         command = self.commands.get((id, len(frame) - 6))
@@ -84,10 +85,10 @@ class AptUnit:
         return frame[2] if len(frame) == 6 else int.from_bytes(frame[6:8], "little")
 
     def send_header(self, id: int, param1: int = 0, param2: int = 0, dest: int = HOST) -> None:
-        self.leaving += struct.pack("<HBBBB", id, param1, param2, dest, UNIT)
+        self.leaving += struct.pack("<HBBBB", id, param1, param2, dest, self.address)
 
     def send_packet(self, id: int, packet: bytes, dest: int = HOST) -> None:
-        self.leaving += struct.pack("<HHBB", id, len(packet), dest | 0x80, UNIT) + packet
+        self.leaving += struct.pack("<HHBB", id, len(packet), dest | 0x80, self.address) + packet
 
     def send_status(self, id: int, packet: bytes, dest: int = HOST) -> None:
         """Send a message of the status update kind, unless the host seems to be gone."""

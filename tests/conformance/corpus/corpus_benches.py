@@ -8,8 +8,9 @@ from fractions import Fraction
 
 from corpus_lines import CorpusLink, Maker, SteppedCorpusLink
 from corpus_ms2000 import Ms2000
+from corpus_rack import Rack
 from corpus_stepper import Stepper
-from corpus_tdc001 import Tdc001
+from corpus_tdc001 import ShortTdc001, Tdc001
 from corpus_z8 import Z8Tdc001
 
 from declared_benches import DeclaredBench
@@ -54,6 +55,22 @@ BENCHES = {
         "-10291..171520counts",
         Tdc001,
     ),
+    "short": CorpusBench(
+        Pics(
+            unit="TDC001",
+            line="usb",
+            channels=(
+                ChannelPics(
+                    number=1,
+                    counts_per_mm=Fraction(34304),
+                    travel=Range.parse("-10291..171520counts"),
+                ),
+            ),
+            timing=_TIMING,
+        ),
+        "-10291..171520counts",
+        ShortTdc001,
+    ),
     "z8": CorpusBench(
         Pics(
             unit="TDC001",
@@ -79,6 +96,24 @@ BENCHES = {
         ),
         "-7680..128000counts",
         Stepper,
+    ),
+    "rack": CorpusBench(
+        Pics(
+            unit="BSC102",
+            line="rs232",
+            channels=tuple(
+                ChannelPics(
+                    number=1,
+                    bay=bay,
+                    stage="APT_STEPPER",
+                    travel=Range.parse("-7680..320000counts"),
+                )
+                for bay in (1, 2)
+            ),
+            timing=_TIMING,
+        ),
+        "-7680..128000counts",
+        Rack,
     ),
     "ms2000": CorpusBench(
         Pics(

@@ -276,3 +276,70 @@ class PositionOfTheTarget(Ms2000):
         if self.moving(axis) and axis.runs is None:
             return axis.target
         return super().position(axis)
+
+
+@FAULTS.moves("axis-identifiers", "stop-disables")
+class StopStopsBothAxes(Ms2000):
+    """STOP_MOTOR stops and disables both axes."""
+
+    def stop(self, axis: Axis) -> None:
+        for each in self.axes.values():
+            super().stop(each)
+
+
+@FAULTS.moves("axis-identifiers", "stop-disables")
+class StopHaltsBothAxes(Ms2000):
+    """STOP_MOTOR also ends the motion of the other axis, which stays enabled."""
+
+    def stop(self, axis: Axis) -> None:
+        super().stop(axis)
+        for each in self.axes.values():
+            each.path = resting(self.place(each))
+
+
+@FAULTS.moves("axis-identifiers", "stop-disables")
+class StopOfTheFirstAxis(Ms2000):
+    """STOP_MOTOR always stops the first axis."""
+
+    def stop(self, axis: Axis) -> None:
+        super().stop(self.axes[24])
+
+
+@FAULTS.moves("vector-speed-runs")
+class SecondVectorIgnored(Ms2000):
+    """During a vector move, another vector speed is ignored."""
+
+    def set_vector(self, axis: Axis, um_s: int) -> None:
+        if not (axis.runs and um_s and self.moving(axis)):
+            super().set_vector(axis, um_s)
+
+
+@FAULTS.moves("vector-speed-runs")
+class VectorsAdded(Ms2000):
+    """During a vector move, another vector speed is added to the first one."""
+
+    def set_vector(self, axis: Axis, um_s: int) -> None:
+        before = round((axis.runs or 0) / 10) if self.moving(axis) and um_s else 0
+        super().set_vector(axis, before + um_s)
+
+
+@FAULTS.moves("vector-speed-runs", "axis-identifiers")
+class VectorOfBothAxes(Ms2000):
+    """A vector speed also applies to the other axis while that makes a vector move."""
+
+    def set_vector(self, axis: Axis, um_s: int) -> None:
+        super().set_vector(axis, um_s)
+        for each in self.axes.values():
+            if each is not axis and each.runs and um_s:
+                super().set_vector(each, um_s)
+
+
+@FAULTS.moves("vector-speed-runs")
+class VectorAlongThePath(Ms2000):
+    """While both axes make vector moves, each is slower by the square root of two."""
+
+    def set_vector(self, axis: Axis, um_s: int) -> None:
+        others = [each for each in self.axes.values() if each is not axis and each.runs]
+        super().set_vector(axis, round(um_s / math.sqrt(2)) if others else um_s)
+        for each in others if um_s else ():
+            super().set_vector(each, round((each.runs or 0) / 10 / math.sqrt(2)))

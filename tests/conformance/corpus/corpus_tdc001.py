@@ -65,10 +65,14 @@ class Tdc001(MotorController):
     def reported_velocity(self) -> int:
         return round(self.speed() / COUNTS_PER_MM * REPORTED_PER_MM_S)
 
+    def position_in_status(self) -> int:
+        return self.position()
+
     def status_packet(self) -> bytes:
         """Return the packet of a DC status update."""
         velocity = max(-32768, min(32767, self.reported_velocity()))
-        return struct.pack("<HihHI", 1, self.position(), velocity, 0, self.status_bits())
+        position = self.position_in_status()
+        return struct.pack("<HihHI", 1, position, velocity, 0, self.status_bits())
 
     def status_bits(self) -> int:
         """Return the status bits. Jogging and homing have bits of their own."""
@@ -82,3 +86,9 @@ class Tdc001(MotorController):
         if self.axis.enabled:
             bits |= 0x80001000 | (0 if motion else 0x2000)
         return bits
+
+
+class ShortTdc001(Tdc001):
+    """The controller with an actuator so short that both of its ends are within the allowed range."""
+
+    SPAN = 10291 + 5.0 * COUNTS_PER_MM

@@ -17,6 +17,7 @@ from corpus_lines import Maker, SteppedCorpusLink
 from corpus_motion import Path
 from corpus_motor import MotorController
 from corpus_ms2000 import Ms2000
+from corpus_rack import Rack
 
 from interruptions import Rig, interrupt_kinds
 from parts import PROOF
@@ -43,11 +44,13 @@ def rig_of(make: Maker) -> Rig:
     """Return a rig of a controller of the corpus."""
     link = SteppedCorpusLink(make)
     firmware = link.firmware
-    assert isinstance(firmware, MotorController | Ms2000)
+    assert isinstance(firmware, MotorController | Ms2000 | Rack)
 
     def commanded() -> dict[str, float]:
         if isinstance(firmware, MotorController):
             return {"1": peak(firmware.axis.path, link.now)}
+        if isinstance(firmware, Rack):
+            return {str(card.bay): peak(card.axis.path, link.now) for card in firmware.cards}
         return {axis.name: peak(axis.path, link.now) for axis in firmware.axes.values()}
 
     def advance(seconds: float) -> None:

@@ -280,7 +280,13 @@ BY_HAND = {
     "chapter-renamed", "protocol-added", "protocol-removed", "protocol-renamed", "unclassified",
 }  # fmt: skip
 # Kinds that a framing does not support, or for which the spec has no entries.
-OF_LAYOUTS = {"message-sub-message", "unit-context"}  # only in the spec of such layouts
+OF_LAYOUTS = {
+    "field-array",
+    "layout-sent-when",
+    "message-not-sent",
+    "message-sub-message",
+    "unit-context",
+}  # only in the spec of such layouts
 NOT_IN = {
     "good_spec": {"command-dummy", "command-size", "message-kind", "setup-switch"},
     "good_commands": {

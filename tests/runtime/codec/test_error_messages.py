@@ -37,7 +37,12 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.MotMoveAbsolute(65536, 5),
         OutOfRangeError,
-        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536",
+        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536; see page 45",
+    ),
+    (
+        lambda: m.MotSetSolCycleParams(1, 399, 400, 0),
+        OutOfRangeError,
+        "MOT_SET_SOL_CYCLEPARAMS.on_time must be 400 to 40000000 (raw counts of ms), not 399; see page 87",
     ),
     (
         lambda: m.MotMoveAbsolute(1, True),
@@ -58,7 +63,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwGetInfo(1, "123456789", 44, bytes(4), "", 1, 0, 1),
         OutOfRangeError,
-        "HW_GET_INFO.model_number must have at most 8 characters, not 9",
+        "HW_GET_INFO.model_number must have at most 8 characters, not 9; see page 22",
     ),
     (
         lambda: m.HwGetInfo(1, "a\0", 44, bytes(4), "", 1, 0, 1),
@@ -73,7 +78,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwGetInfo(1, "a", 44, bytes(5), "", 1, 0, 1),
         OutOfRangeError,
-        "HW_GET_INFO.software_version must be exactly 4 bytes, not 5",
+        "HW_GET_INFO.software_version must be exactly 4 bytes, not 5; see page 22",
     ),
     (
         lambda: m.MotMoveStoppedUndecided(bytes(13)),

@@ -198,18 +198,38 @@ with controller, flipper:
     run(package, START + program)
 
 
-def test_a_solenoid_without_cycle_times_switches_in_manual_mode_only(package: Path) -> None:
+def test_a_solenoid_counts_its_times_in_milliseconds(package: Path) -> None:
+    """The TSC001 counts in steps of 250 us: the same counts are four times as long here."""
     program = """\
+from stagewire.errors import OutOfRangeError
 controller, solenoid = opened("KSC101")
-refused = []
-controller.instrument.on_refusal = refused.append
 with controller, solenoid:
-    solenoid.set_sol_state(state="SOLENOID_ON")
-    assert solenoid.get_sol_state().state == 1
+    solenoid.set_sol_cycle_params(on_time_ms=100, off_time_ms=200, num_cycles=2)
+    assert solenoid.get_sol_cycle_params().message.on_time == 100
     solenoid.set_sol_operating_mode(operating_mode="SOLENOID_AUTO")
     solenoid.set_sol_state(state="SOLENOID_ON")
-    assert solenoid.get_sol_state().state == 2
-assert refused == ["KSC101 at 0x50: cycles of the KSC101 are not simulated"], refused
+    seen = []
+    for _ in range(7):
+        seen.append(solenoid.get_sol_state().state)
+        controller.advance(0.1)
+    assert seen == [1, 2, 2, 1, 2, 2, 2], seen
+    for given in ({"on_time": 99}, {"on_time": 10_000_001}, {"on_time_ms": 99}):
+        try:
+            solenoid.set_sol_cycle_params(off_time=100, num_cycles=1, **given)
+        except OutOfRangeError as error:
+            assert "MOT_SET_SOL_CYCLEPARAMS.on_time, page 87 of Issue 3" in str(error), error
+        else:
+            raise AssertionError(given)
+controller, solenoid = opened("TSC001")
+with controller, solenoid:
+    solenoid.set_sol_cycle_params(on_time_ms=100, off_time_ms=200, num_cycles=2)
+    assert solenoid.get_sol_cycle_params().message.on_time == 400
+    try:
+        solenoid.set_sol_cycle_params(on_time=399, off_time=400, num_cycles=1)
+    except OutOfRangeError as error:
+        assert "must be 400 to 40000000 (raw counts of ms), not 399" in str(error), error
+    else:
+        raise AssertionError("399 counts are less than 100 ms")
 """
     run(package, START + program)
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Final
 
 from stagewire import Frame
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import SolenoidInterlockMode, SolenoidOperatingMode, SolenoidState
 from stagewire_apt.flags import LedMode, StepperStatusBits
-from stagewire_apt.quantities import SOLENOID_TIME
 from stagewire_virtual.clock import Timer
 from stagewire_virtual.errors import BadOptionError
+from stagewire_virtual.instrument import Unit
 from stagewire_virtual.options import Settings
 from stagewire_virtual.thorlabs_apt.channel import (
     Behaviour,
@@ -49,7 +50,12 @@ class Cycles:
         return (now - self.began) % (self.on + self.off) < self.on
 
 
-_STEP: Final = round(1_000_000 / SOLENOID_TIME.counts_per_unit)  # 250 µs in nanoseconds
+def _step(unit: Unit) -> int:
+    """Return the step of the times in nanoseconds: 250 µs (page 87), or another that the registry has."""
+    by_unit = unit.registry["quantities"]["solenoid_time"]["scale"]["units"]
+    step = by_unit.get(unit.name, by_unit["TSC001"])["ms_per_count"]
+    return round(Fraction(step["numerator"], step["denominator"]) * 1_000_000)
+
 
 _OUTPUT_ON: Final = StepperStatusBits.forward_hardware_limit
 # Page 77 assigns this bit to a limit switch, which a solenoid does not have. According to
@@ -73,7 +79,6 @@ class Solenoid(Behaviour):
     * Cycle parameters take effect at the next start. Another operating mode switches off.
     * The output is switched off when a required interlock is opened and when the channel is disabled. It is
       not switched on again automatically.
-    * Without ``MOT_SOL_CYCLEPARAMS`` (``KSC101``) only the manual mode switches on.
     * ``MOT_MOVE_ABSOLUTE`` is in the list of page 138 without an explanation. The short form acts as
       ``SOLENOID_ON``. The long form does so for any position except 0, and acts as ``SOLENOID_OFF`` for 0.
       ``MOT_MOVE_COMPLETED`` is sent when the cycles are over, or immediately if no cycles are started.
@@ -104,12 +109,13 @@ class Solenoid(Behaviour):
     def defaults(cls, channel: Channel) -> Mapping[str, Mapping[str, int]]:
         """Return the parameters of a new driver.
 
-        Times and cycles are those of page 87; all modes of the LED are enabled (page 53).
+        Times (1 s) and cycles are those of page 87; all modes of the LED are enabled (page 53).
         """
+        second = 1_000_000_000 // _step(channel.unit)
         return {
             "MOT_AVMODES": {"mode_bits": sum(LedMode.bits.values())},
             "MOT_SOL_OPERATINGMODE": {"operating_mode": SolenoidOperatingMode.SOLENOID_MANUAL},
-            "MOT_SOL_CYCLEPARAMS": {"on_time": 4000, "off_time": 4000, "num_cycles": 20},
+            "MOT_SOL_CYCLEPARAMS": {"on_time": second, "off_time": second, "num_cycles": 20},
             "MOT_SOL_INTERLOCKMODE": {"interlock_mode": SolenoidInterlockMode.SOLENOID_ENABLED},
             "MOT_SOL_STATE": {"state": SolenoidState.SOLENOID_OFF},
         }
@@ -242,11 +248,11 @@ class Solenoid(Behaviour):
         self._mode_in_force = self._mode
 
     def _begin(self, number: int | None) -> None:
-        ask = self.channel.parameter
+        ask, step = self.channel.parameter, _step(self.channel.unit)
         self._cycles = Cycles(
             self.channel.clock.now,
-            ask("MOT_SOL_CYCLEPARAMS", "on_time") * _STEP,
-            ask("MOT_SOL_CYCLEPARAMS", "off_time") * _STEP,
+            ask("MOT_SOL_CYCLEPARAMS", "on_time") * step,
+            ask("MOT_SOL_CYCLEPARAMS", "off_time") * step,
             number,
         )
         if self._cycles.end is not None:
@@ -276,10 +282,6 @@ class Solenoid(Behaviour):
         return self.channel.parameter("MOT_SOL_CYCLEPARAMS", "num_cycles") or None
 
     @property
-    def _knows_cycles(self) -> bool:
-        return "MOT_SOL_CYCLEPARAMS" in self.channel.parameters
-
-    @property
     def _busy(self) -> bool:
         return self._held or self._primed or self._cycles is not None
 
@@ -295,6 +297,4 @@ class Solenoid(Behaviour):
             return "the channel is disabled"
         if not self._may_work:
             return "the interlock is open (page 89)"
-        if self._mode != SolenoidOperatingMode.SOLENOID_MANUAL and not self._knows_cycles:
-            return f"cycles of the {self.channel.unit.name} are not simulated"
         return None

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from stagewire.protocols import HEADER_SIZE
+from stagewire.protocols import DATA_FLAG, HEADER_SIZE
 from stagewire_conformance.device.causes import (
+    ADDRESSES,
     CHANNEL,
     DELIVERY,
     UNSOLICITED,
     Cause,
-    addresses,
 )
 from stagewire_conformance.device.declaration import Declaration
 from stagewire_conformance.device.lines.dialogue import Incoming
@@ -36,8 +36,12 @@ def subject_of(declared: Declaration, heard: Incoming) -> str:
 def wrong_length(declared: Declaration, heard: Incoming) -> Cause | None:
     """Return the cause that all packets with the fields of this one have its length; None if it is right.
 
-    Messages with the same fields are made by the same code. So they have one defect.
+    Messages with the same fields are made by the same code. So they have one defect. The same is true if the
+    flag of the packet is missing.
     """
+    raw = heard.raw
+    if heard.kind == "garbage" and len(raw) > HEADER_SIZE and not raw[4] & DATA_FLAG:
+        return Cause("packets", "without a flag") if subject_of(declared, heard) else None
     if heard.kind != "bad_length":
         return None
     entry = declared.registry.messages.get(subject_of(declared, heard), {"layouts": ()})
@@ -67,6 +71,43 @@ def cause_of_stray(declared: Declaration, heard: Incoming) -> Cause:
     return Cause(subject_of(declared, heard) or _STRAY, DELIVERY)
 
 
+def addresses(declared: Declaration, place: int, dest: int | None, source: int | None) -> Cause:
+    """Return the cause that messages have other addresses than those of a target and of the host.
+
+    It is the same for all bays that use the same ones, or those of another bay.
+
+    :param place: the address of the target.
+    """
+    roles = {declared.framed.host: "the host", place: "the target", None: "unknown"}
+
+    def role(address: int | None) -> str:
+        other = None if address is None else declared.place_at(address)
+        is_bay = other is not None and other.bay is not None
+        return roles.get(address) or ("another bay" if is_bay else f"{address:#04x}")
+
+    return Cause(ADDRESSES, f"from {role(source)} to {role(dest)}")
+
+
+def wrong_addresses(
+    declared: Declaration, heard: Incoming, names: Sequence[str], place: int
+) -> Cause | None:
+    """Return the cause that bytes are not a message because of their addresses; None if they are right.
+
+    :param names: the messages that may have arrived.
+    :param place: the address of the target that sent them.
+    """
+    raw, protocol = heard.raw, declared.framed
+    if heard.kind == "message" or len(raw) < HEADER_SIZE:
+        return None
+    ids = [declared.registry.messages[name]["id"] for name in names]
+    if int.from_bytes(raw[:2], "little") not in ids:
+        return None
+    dest, source = raw[4] & ~DATA_FLAG, raw[5]
+    if dest == protocol.host and source in protocol.devices:
+        return None
+    return addresses(declared, place, dest, source)
+
+
 def cause_of_silence(
     declared: Declaration, heard: Iterable[Incoming], names: Sequence[str], dest: int
 ) -> Cause:
@@ -76,10 +117,11 @@ def cause_of_silence(
     :param names: the messages that answer it.
     :param dest: the address of the target.
     """
-    place = declared.place_at(dest)
     for each in heard:
         if each.name in names and each.source != dest:
-            return addresses(place.name if place else f"{dest:#04x}", each.dest, each.source)
+            return addresses(declared, dest, each.dest, each.source)
+        if (wrong := wrong_addresses(declared, each, names, dest)) is not None:
+            return wrong
         if each.name in names and each.channel is not None:
             return Cause(each.name, CHANNEL)
     return Cause(names[0], DELIVERY)

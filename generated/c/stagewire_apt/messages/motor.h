@@ -17288,22 +17288,176 @@ static inline apt_status apt_mot_get_lcdmoveparams_short_decode(
     return status;
 }
 
+/** Id of MOT_SET_MOVESYNCHARRAY. */
+#define APT_MOT_SET_MOVESYNCHARRAY_ID 0x0980U
+
 /**
  * Times and positions of a synchronized move, for up to three motor channels of a BBD30x. A message
  * has at most 256 points, an array 60000.
  *
- * MOT_SET_MOVESYNCHARRAY (0x0980), to the controller, layout not documented; Issue 37, pages 171,
+ * MOT_SET_MOVESYNCHARRAY (0x0980), to the controller, 8 to 4104 bytes of data; Issue 37, pages 171,
  * 172, 173.
  *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
+ *
  * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-synch-headers: printed D; encoded d.
  *
  * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
  *
  * Erratum apt37-syncharray-example-cut: printed 56 of 1208 declared bytes; encoded nothing.
- *
- * Erratum apt37-syncharray-layout: printed word; encoded nothing.
  */
-#define APT_MOT_SET_MOVESYNCHARRAY_ID 0x0980U
+typedef struct apt_mot_set_movesyncharray {
+    /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
+    uint16_t array_id;
+    /** Motor channels whose positions follow; bits APT_SYNCHRONIZED_CHANNELS_...; from 0 to 7. */
+    uint16_t channels;
+    /** Number of points in this message; from 0 to 256. */
+    uint16_t num_points;
+    /** Index of the first point of this message, counted from zero; from 0 to 65535. */
+    uint16_t start_ix;
+    /**
+     * Num_points rows of time, since the point before, in a unit that the document does not name,
+     * position for each bit of channels (in counts; scale to mm depends on the stage); each from
+     * -2147483648 to 2147483647.
+     */
+    apt_array time_pos;
+} apt_mot_set_movesyncharray;
+
+/** Length of the packet in bytes, without the array. */
+#define APT_MOT_SET_MOVESYNCHARRAY_LENGTH 8U
+/** Length of the longest packet in bytes. */
+#define APT_MOT_SET_MOVESYNCHARRAY_LONGEST 4104U
+/** Length of the frame in bytes, without the array. */
+#define APT_MOT_SET_MOVESYNCHARRAY_SIZE 14U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOT_SET_MOVESYNCHARRAY_INIT APT_BRACED(0, 0, 0, 0, {0})
+
+APT_STATIC_ASSERT(
+    sizeof(apt_mot_set_movesyncharray) >= 8U, apt_mot_set_movesyncharray_holds_its_packet);
+
+/** Return the number of integers that the other fields state. */
+static inline size_t apt_mot_set_movesyncharray_count(const apt_mot_set_movesyncharray *message)
+{
+    return (size_t)message->num_points * (1U + apt_bits(message->channels));
+}
+
+/** Return the length of the frame in bytes. */
+static inline size_t apt_mot_set_movesyncharray_size(const apt_mot_set_movesyncharray *message)
+{
+    return APT_MOT_SET_MOVESYNCHARRAY_SIZE + message->time_pos.count * 4U;
+}
+
+/** Return the length of the packet that the fields of a frame with 14 bytes or more state. */
+static inline size_t apt_mot_set_movesyncharray_stated(const uint8_t *frame)
+{
+    return 8U + (size_t)apt_get_16(&frame[10]) * (1U + apt_bits(apt_get_16(&frame[8]))) * 4U;
+}
+
+/** Return an integer of an array. */
+static inline int32_t apt_mot_set_movesyncharray_at(const apt_array *array, size_t index)
+{
+    return (int32_t)apt_get_32(&array->bytes[index * 4U]);
+}
+
+/** Write an integer of an array to its bytes. */
+static inline void apt_mot_set_movesyncharray_put(uint8_t *bytes, size_t index, int32_t value)
+{
+    (void)apt_put_32(&bytes[index * 4U], (uint32_t)value);
+}
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mot_set_movesyncharray_write_fields(
+    const apt_mot_set_movesyncharray *message, uint8_t *out)
+{
+    uint8_t *at = apt_put_16(out, message->array_id);
+    at = apt_put_16(at, message->channels);
+    at = apt_put_16(at, message->num_points);
+    at = apt_put_16(at, message->start_ix);
+    (void)apt_put_bytes(at, message->time_pos.count * 4U, message->time_pos.bytes);
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, apt_mot_set_movesyncharray_size() bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesyncharray_encode_unchecked(
+    const apt_mot_set_movesyncharray *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < apt_mot_set_movesyncharray_size(message)) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesyncharray_write_fields(
+        message,
+        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_size(message) - APT_HEADER_SIZE) << 16 | 0x0980U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, apt_mot_set_movesyncharray_size() bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesyncharray_encode(
+    const apt_mot_set_movesyncharray *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(message->time_pos.count != apt_mot_set_movesyncharray_count(message)
+            || apt_mot_set_movesyncharray_size(message) > APT_HEADER_SIZE + APT_MOT_SET_MOVESYNCHARRAY_LONGEST)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
+            || message->channels > 7U
+            || message->num_points > 256U)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < apt_mot_set_movesyncharray_size(message)) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesyncharray_write_fields(
+        message,
+        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_size(message) - APT_HEADER_SIZE) << 16 | 0x0980U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mot_set_movesyncharray_decode(
+    const uint8_t *frame, size_t size, apt_mot_set_movesyncharray *message)
+{
+    apt_status status = apt_check_array(frame, size, UINT32_C(0x00080980));
+    const size_t length = size - APT_HEADER_SIZE;
+    if (status == APT_OK
+        && (length > APT_MOT_SET_MOVESYNCHARRAY_LONGEST || apt_mot_set_movesyncharray_stated(frame) != length)) {
+        status = APT_WRONG_LENGTH;
+    }
+    if (status == APT_OK) {
+        message->array_id = apt_get_16(&frame[6]);
+        message->channels = apt_get_16(&frame[8]);
+        message->num_points = apt_get_16(&frame[10]);
+        message->start_ix = apt_get_16(&frame[12]);
+        message->time_pos.bytes = &frame[14];
+        message->time_pos.count = (size - 14U) / 4U;
+    }
+    return status;
+}
 
 /** Id of MOT_SET_MOVESYNCHPARAMS. */
 #define APT_MOT_SET_MOVESYNCHPARAMS_ID 0x0983U
@@ -17316,6 +17470,10 @@ static inline apt_status apt_mot_get_lcdmoveparams_short_decode(
  *
  * 38 bytes, as in the example on page 175. The document does not name the reserved bytes after the
  * first three words.
+ *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
  *
  * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
  *
@@ -17449,6 +17607,10 @@ static inline apt_status apt_mot_set_movesynchparams_decode(
  * MOT_SET_MOVESYNCHPARAMS (0x0983), to the controller, 20 bytes of data; Issue 37, page 174.
  *
  * 20 bytes, as the byte table and the field table have them.
+ *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
  *
  * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
  *
@@ -17602,6 +17764,10 @@ static inline apt_status apt_mot_set_movesynchparams_short_decode(
  * First move each axis to the first position of the array, or it jumps there. MOT_MOVE_STOP with
  * the bits of the channels stops the move.
  *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
+ *
  * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
  *
  * Erratum apt37-synch-headers: printed D; encoded d.
@@ -17690,6 +17856,602 @@ static inline apt_status apt_mot_move_synchstart_decode(
     const uint8_t *frame, size_t size, apt_mot_move_synchstart *message)
 {
     const apt_status status = apt_check_packet(frame, size, UINT32_C(0x00060986));
+    if (status == APT_OK) {
+        message->array_id = apt_get_16(&frame[6]);
+        message->channels = apt_get_16(&frame[8]);
+        message->trigger = apt_get_16(&frame[10]);
+    }
+    return status;
+}
+
+/** Id of MOT_SET_MOVESYNCHARRAY_0A00. */
+#define APT_MOT_SET_MOVESYNCHARRAY_0A00_ID 0x0A00U
+
+/**
+ * Times and positions of a synchronized move, for up to three motor channels of a BBD30x. A message
+ * has at most 256 points, an array 60000.
+ *
+ * MOT_SET_MOVESYNCHARRAY_0A00 (0x0A00), to the controller, 8 to 4104 bytes of data; Issue 37, pages
+ * 171, 172, 173.
+ *
+ * MOT_SET_MOVESYNCHARRAY with the other id that the sources give.
+ *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
+ *
+ * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-synch-headers: printed D; encoded d.
+ *
+ * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-syncharray-example-cut: printed 56 of 1208 declared bytes; encoded nothing.
+ */
+typedef struct apt_mot_set_movesyncharray_0a00 {
+    /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
+    uint16_t array_id;
+    /** Motor channels whose positions follow; bits APT_SYNCHRONIZED_CHANNELS_...; from 0 to 7. */
+    uint16_t channels;
+    /** Number of points in this message; from 0 to 256. */
+    uint16_t num_points;
+    /** Index of the first point of this message, counted from zero; from 0 to 65535. */
+    uint16_t start_ix;
+    /**
+     * Num_points rows of time, since the point before, in a unit that the document does not name,
+     * position for each bit of channels (in counts; scale to mm depends on the stage); each from
+     * -2147483648 to 2147483647.
+     */
+    apt_array time_pos;
+} apt_mot_set_movesyncharray_0a00;
+
+/** Length of the packet in bytes, without the array. */
+#define APT_MOT_SET_MOVESYNCHARRAY_0A00_LENGTH 8U
+/** Length of the longest packet in bytes. */
+#define APT_MOT_SET_MOVESYNCHARRAY_0A00_LONGEST 4104U
+/** Length of the frame in bytes, without the array. */
+#define APT_MOT_SET_MOVESYNCHARRAY_0A00_SIZE 14U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOT_SET_MOVESYNCHARRAY_0A00_INIT APT_BRACED(0, 0, 0, 0, {0})
+
+APT_STATIC_ASSERT(
+    sizeof(apt_mot_set_movesyncharray_0a00) >= 8U,
+    apt_mot_set_movesyncharray_0a00_holds_its_packet);
+
+/** Return the number of integers that the other fields state. */
+static inline size_t apt_mot_set_movesyncharray_0a00_count(const apt_mot_set_movesyncharray_0a00 *message)
+{
+    return (size_t)message->num_points * (1U + apt_bits(message->channels));
+}
+
+/** Return the length of the frame in bytes. */
+static inline size_t apt_mot_set_movesyncharray_0a00_size(const apt_mot_set_movesyncharray_0a00 *message)
+{
+    return APT_MOT_SET_MOVESYNCHARRAY_0A00_SIZE + message->time_pos.count * 4U;
+}
+
+/** Return the length of the packet that the fields of a frame with 14 bytes or more state. */
+static inline size_t apt_mot_set_movesyncharray_0a00_stated(const uint8_t *frame)
+{
+    return 8U + (size_t)apt_get_16(&frame[10]) * (1U + apt_bits(apt_get_16(&frame[8]))) * 4U;
+}
+
+/** Return an integer of an array. */
+static inline int32_t apt_mot_set_movesyncharray_0a00_at(const apt_array *array, size_t index)
+{
+    return (int32_t)apt_get_32(&array->bytes[index * 4U]);
+}
+
+/** Write an integer of an array to its bytes. */
+static inline void apt_mot_set_movesyncharray_0a00_put(uint8_t *bytes, size_t index, int32_t value)
+{
+    (void)apt_put_32(&bytes[index * 4U], (uint32_t)value);
+}
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mot_set_movesyncharray_0a00_write_fields(
+    const apt_mot_set_movesyncharray_0a00 *message, uint8_t *out)
+{
+    uint8_t *at = apt_put_16(out, message->array_id);
+    at = apt_put_16(at, message->channels);
+    at = apt_put_16(at, message->num_points);
+    at = apt_put_16(at, message->start_ix);
+    (void)apt_put_bytes(at, message->time_pos.count * 4U, message->time_pos.bytes);
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, apt_mot_set_movesyncharray_0a00_size() bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesyncharray_0a00_encode_unchecked(
+    const apt_mot_set_movesyncharray_0a00 *message,
+    apt_addresses addresses,
+    uint8_t *out,
+    size_t cap)
+{
+    if (cap < apt_mot_set_movesyncharray_0a00_size(message)) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesyncharray_0a00_write_fields(
+        message,
+        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_0a00_size(message) - APT_HEADER_SIZE) << 16 | 0x0A00U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, apt_mot_set_movesyncharray_0a00_size() bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesyncharray_0a00_encode(
+    const apt_mot_set_movesyncharray_0a00 *message,
+    apt_addresses addresses,
+    uint8_t *out,
+    size_t cap)
+{
+    if (apt_refused(message->time_pos.count != apt_mot_set_movesyncharray_0a00_count(message)
+            || apt_mot_set_movesyncharray_0a00_size(message) > APT_HEADER_SIZE + APT_MOT_SET_MOVESYNCHARRAY_0A00_LONGEST)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
+            || message->channels > 7U
+            || message->num_points > 256U)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < apt_mot_set_movesyncharray_0a00_size(message)) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesyncharray_0a00_write_fields(
+        message,
+        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_0a00_size(message) - APT_HEADER_SIZE) << 16 | 0x0A00U, addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mot_set_movesyncharray_0a00_decode(
+    const uint8_t *frame, size_t size, apt_mot_set_movesyncharray_0a00 *message)
+{
+    apt_status status = apt_check_array(frame, size, UINT32_C(0x00080A00));
+    const size_t length = size - APT_HEADER_SIZE;
+    if (status == APT_OK
+        && (length > APT_MOT_SET_MOVESYNCHARRAY_0A00_LONGEST || apt_mot_set_movesyncharray_0a00_stated(frame) != length)) {
+        status = APT_WRONG_LENGTH;
+    }
+    if (status == APT_OK) {
+        message->array_id = apt_get_16(&frame[6]);
+        message->channels = apt_get_16(&frame[8]);
+        message->num_points = apt_get_16(&frame[10]);
+        message->start_ix = apt_get_16(&frame[12]);
+        message->time_pos.bytes = &frame[14];
+        message->time_pos.count = (size - 14U) / 4U;
+    }
+    return status;
+}
+
+/** Id of MOT_SET_MOVESYNCHPARAMS_0A03. */
+#define APT_MOT_SET_MOVESYNCHPARAMS_0A03_ID 0x0A03U
+
+/**
+ * Part of the array of positions that a synchronized move repeats, and its end. Only for the
+ * BBD30x.
+ *
+ * MOT_SET_MOVESYNCHPARAMS_0A03 (0x0A03), to the controller, 38 bytes of data; Issue 37, page 174.
+ *
+ * MOT_SET_MOVESYNCHPARAMS with the other id that the sources give.
+ *
+ * 38 bytes, as in the example on page 175. The document does not name the reserved bytes after the
+ * first three words.
+ *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
+ *
+ * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-synch-headers: printed D; encoded d.
+ *
+ * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-synchparams-example-length: printed 38 bytes, the tables have 20; encoded both
+ * lengths are decoded.
+ *
+ * Erratum apt37-synchparams-length: printed 25; encoded 43.
+ */
+typedef struct apt_mot_set_movesynchparams_0a03 {
+    /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
+    uint16_t array_id;
+    /** Index of the first point that is repeated, counted from zero; from 0 to 65535. */
+    uint16_t cycle_start_ix;
+    /** Index of the last point that is repeated, counted from zero; from 0 to 65535. */
+    uint16_t cycle_end_ix;
+    /** Number of repetitions; from 0 to 65535. */
+    uint16_t num_cycles;
+    /**
+     * Index of the last point of the move, counted from zero; the BBD30x holds 60000 points; from 0
+     * to 60000.
+     */
+    uint16_t end_ix;
+    /**
+     * Time of the deceleration if the move is stopped, in servo intervals of the controller; from
+     * -2147483648 to 2147483647.
+     */
+    int32_t deceleration;
+    /** Reserved, sent as zero; 24 bytes. */
+    uint8_t reserved[24];
+} apt_mot_set_movesynchparams_0a03;
+
+/** Length of the packet in bytes. */
+#define APT_MOT_SET_MOVESYNCHPARAMS_0A03_LENGTH 38U
+/** Length of the frame in bytes. */
+#define APT_MOT_SET_MOVESYNCHPARAMS_0A03_SIZE 44U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOT_SET_MOVESYNCHPARAMS_0A03_INIT APT_BRACED(0, 0, 0, 0, 0, 0, {0})
+
+APT_STATIC_ASSERT(
+    sizeof(apt_mot_set_movesynchparams_0a03) >= 38U,
+    apt_mot_set_movesynchparams_0a03_holds_its_packet);
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mot_set_movesynchparams_0a03_write_fields(
+    const apt_mot_set_movesynchparams_0a03 *message, uint8_t *out)
+{
+    uint8_t *at = apt_put_16(out, message->array_id);
+    at = apt_put_16(at, message->cycle_start_ix);
+    at = apt_put_16(at, message->cycle_end_ix);
+    at = apt_put_16(at, message->num_cycles);
+    at = apt_put_16(at, message->end_ix);
+    at = apt_put_32(at, (uint32_t)message->deceleration);
+    (void)apt_put_bytes(at, 24U, message->reserved);
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOT_SET_MOVESYNCHPARAMS_0A03_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesynchparams_0a03_encode_unchecked(
+    const apt_mot_set_movesynchparams_0a03 *message,
+    apt_addresses addresses,
+    uint8_t *out,
+    size_t cap)
+{
+    if (cap < APT_MOT_SET_MOVESYNCHPARAMS_0A03_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesynchparams_0a03_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00260A03), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOT_SET_MOVESYNCHPARAMS_0A03_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesynchparams_0a03_encode(
+    const apt_mot_set_movesynchparams_0a03 *message,
+    apt_addresses addresses,
+    uint8_t *out,
+    size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
+            || message->end_ix > 60000U)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_MOT_SET_MOVESYNCHPARAMS_0A03_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesynchparams_0a03_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00260A03), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame; the extra bytes of a longer packet are ignored.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mot_set_movesynchparams_0a03_decode(
+    const uint8_t *frame, size_t size, apt_mot_set_movesynchparams_0a03 *message)
+{
+    const apt_status status = apt_check_packet(frame, size, UINT32_C(0x00260A03));
+    if (status == APT_OK) {
+        message->array_id = apt_get_16(&frame[6]);
+        message->cycle_start_ix = apt_get_16(&frame[8]);
+        message->cycle_end_ix = apt_get_16(&frame[10]);
+        message->num_cycles = apt_get_16(&frame[12]);
+        message->end_ix = apt_get_16(&frame[14]);
+        message->deceleration = (int32_t)apt_get_32(&frame[16]);
+        apt_copy(message->reserved, 24U, &frame[20]);
+    }
+    return status;
+}
+
+/**
+ * Part of the array of positions that a synchronized move repeats, and its end. Only for the
+ * BBD30x.
+ *
+ * MOT_SET_MOVESYNCHPARAMS_0A03 (0x0A03), to the controller, 20 bytes of data; Issue 37, page 174.
+ *
+ * MOT_SET_MOVESYNCHPARAMS with the other id that the sources give.
+ *
+ * 20 bytes, as the byte table and the field table have them.
+ *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
+ *
+ * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-synch-headers: printed D; encoded d.
+ *
+ * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-synchparams-example-length: printed 38 bytes, the tables have 20; encoded both
+ * lengths are decoded.
+ *
+ * Erratum apt37-synchparams-length: printed 25; encoded 43.
+ */
+typedef struct apt_mot_set_movesynchparams_0a03_short {
+    /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
+    uint16_t array_id;
+    /** Index of the first point that is repeated, counted from zero; from 0 to 65535. */
+    uint16_t cycle_start_ix;
+    /** Index of the last point that is repeated, counted from zero; from 0 to 65535. */
+    uint16_t cycle_end_ix;
+    /** Number of repetitions; from 0 to 65535. */
+    uint16_t num_cycles;
+    /**
+     * Index of the last point of the move, counted from zero; the BBD30x holds 60000 points; from 0
+     * to 60000.
+     */
+    uint16_t end_ix;
+    /**
+     * Time of the deceleration if the move is stopped, in servo intervals of the controller; from
+     * -2147483648 to 2147483647.
+     */
+    int32_t deceleration;
+    /** Reserved, sent as zero. */
+    uint16_t reserved_1;
+    /** Reserved, sent as zero. */
+    uint16_t reserved_2;
+    /** Reserved, sent as zero. */
+    uint16_t reserved_3;
+} apt_mot_set_movesynchparams_0a03_short;
+
+/** Length of the packet in bytes. */
+#define APT_MOT_SET_MOVESYNCHPARAMS_0A03_SHORT_LENGTH 20U
+/** Length of the frame in bytes. */
+#define APT_MOT_SET_MOVESYNCHPARAMS_0A03_SHORT_SIZE 26U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOT_SET_MOVESYNCHPARAMS_0A03_SHORT_INIT APT_BRACED(0, 0, 0, 0, 0, 0, 0, 0, 0)
+
+APT_STATIC_ASSERT(
+    sizeof(apt_mot_set_movesynchparams_0a03_short) >= 20U,
+    apt_mot_set_movesynchparams_0a03_short_holds_its_packet);
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mot_set_movesynchparams_0a03_short_write_fields(
+    const apt_mot_set_movesynchparams_0a03_short *message, uint8_t *out)
+{
+    uint8_t *at = apt_put_16(out, message->array_id);
+    at = apt_put_16(at, message->cycle_start_ix);
+    at = apt_put_16(at, message->cycle_end_ix);
+    at = apt_put_16(at, message->num_cycles);
+    at = apt_put_16(at, message->end_ix);
+    at = apt_put_32(at, (uint32_t)message->deceleration);
+    at = apt_put_16(at, message->reserved_1);
+    at = apt_put_16(at, message->reserved_2);
+    (void)apt_put_16(at, message->reserved_3);
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOT_SET_MOVESYNCHPARAMS_0A03_SHORT_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesynchparams_0a03_short_encode_unchecked(
+    const apt_mot_set_movesynchparams_0a03_short *message,
+    apt_addresses addresses,
+    uint8_t *out,
+    size_t cap)
+{
+    if (cap < APT_MOT_SET_MOVESYNCHPARAMS_0A03_SHORT_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesynchparams_0a03_short_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00140A03), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOT_SET_MOVESYNCHPARAMS_0A03_SHORT_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_set_movesynchparams_0a03_short_encode(
+    const apt_mot_set_movesynchparams_0a03_short *message,
+    apt_addresses addresses,
+    uint8_t *out,
+    size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
+            || message->end_ix > 60000U)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_MOT_SET_MOVESYNCHPARAMS_0A03_SHORT_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_set_movesynchparams_0a03_short_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00140A03), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame; the extra bytes of a longer packet are ignored.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mot_set_movesynchparams_0a03_short_decode(
+    const uint8_t *frame, size_t size, apt_mot_set_movesynchparams_0a03_short *message)
+{
+    const apt_status status = apt_check_packet(frame, size, UINT32_C(0x00140A03));
+    if (status == APT_OK) {
+        message->array_id = apt_get_16(&frame[6]);
+        message->cycle_start_ix = apt_get_16(&frame[8]);
+        message->cycle_end_ix = apt_get_16(&frame[10]);
+        message->num_cycles = apt_get_16(&frame[12]);
+        message->end_ix = apt_get_16(&frame[14]);
+        message->deceleration = (int32_t)apt_get_32(&frame[16]);
+        message->reserved_1 = apt_get_16(&frame[20]);
+        message->reserved_2 = apt_get_16(&frame[22]);
+        message->reserved_3 = apt_get_16(&frame[24]);
+    }
+    return status;
+}
+
+/** Id of MOT_MOVE_SYNCHSTART_0A06. */
+#define APT_MOT_MOVE_SYNCHSTART_0A06_ID 0x0A06U
+
+/**
+ * Starts a synchronized move of several motor channels along an array of positions. Only for the
+ * BBD30x.
+ *
+ * MOT_MOVE_SYNCHSTART_0A06 (0x0A06), to the controller, 6 bytes of data; Issue 37, page 176.
+ *
+ * MOT_MOVE_SYNCHSTART with the other id that the sources give.
+ *
+ * Stagewire does not send it: its headings, contents and list give one id, its byte table, examples
+ * and page 176 another, and no source shows which a controller obeys; see the erratum
+ * apt37-synch-ids.
+ *
+ * Erratum apt37-list-synch-ids: printed 0x0A00; encoded 0x0980.
+ *
+ * Erratum apt37-synch-headers: printed D; encoded d.
+ *
+ * Erratum apt37-synch-ids: printed 0x0A00; encoded 0x0980.
+ */
+typedef struct apt_mot_move_synchstart_0a06 {
+    /** Array of positions; 1 on the BBD30x; from 0 to 65535. */
+    uint16_t array_id;
+    /** Motor channels that start; bits APT_SYNCHRONIZED_CHANNELS_...; from 0 to 65535. */
+    uint16_t channels;
+    /** See enum apt_synchronized_trigger; from 0 to 65535. */
+    uint16_t trigger;
+} apt_mot_move_synchstart_0a06;
+
+/** Length of the packet in bytes. */
+#define APT_MOT_MOVE_SYNCHSTART_0A06_LENGTH 6U
+/** Length of the frame in bytes. */
+#define APT_MOT_MOVE_SYNCHSTART_0A06_SIZE 12U
+/** Initialiser with constants and defaults, and zero for all other fields. */
+#define APT_MOT_MOVE_SYNCHSTART_0A06_INIT APT_BRACED(0, 0, 0)
+
+APT_STATIC_ASSERT(
+    sizeof(apt_mot_move_synchstart_0a06) >= 6U, apt_mot_move_synchstart_0a06_holds_its_packet);
+
+/** Write the fields without the header; no checks. */
+static inline void apt_mot_move_synchstart_0a06_write_fields(
+    const apt_mot_move_synchstart_0a06 *message, uint8_t *out)
+{
+    uint8_t *at = apt_put_16(out, message->array_id);
+    at = apt_put_16(at, message->channels);
+    (void)apt_put_16(at, message->trigger);
+}
+
+/**
+ * Encode a frame without range checks, such as a message that was decoded.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOT_MOVE_SYNCHSTART_0A06_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_move_synchstart_0a06_encode_unchecked(
+    const apt_mot_move_synchstart_0a06 *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (cap < APT_MOT_MOVE_SYNCHSTART_0A06_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_move_synchstart_0a06_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00060A06), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Encode a frame.
+ *
+ * @param message   the values
+ * @param addresses receiver and sender
+ * @param[out] out  the frame, APT_MOT_MOVE_SYNCHSTART_0A06_SIZE bytes
+ * @param cap       size of out in bytes
+ * @return APT_OK, APT_OUT_OF_RANGE or APT_NO_SPACE
+ */
+static inline apt_status apt_mot_move_synchstart_0a06_encode(
+    const apt_mot_move_synchstart_0a06 *message, apt_addresses addresses, uint8_t *out, size_t cap)
+{
+    if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS)) {
+        return APT_OUT_OF_RANGE;
+    }
+    if (cap < APT_MOT_MOVE_SYNCHSTART_0A06_SIZE) {
+        return APT_NO_SPACE;
+    }
+    apt_mot_move_synchstart_0a06_write_fields(
+        message, apt_begin_packet(UINT32_C(0x00060A06), addresses, out));
+    return APT_OK;
+}
+
+/**
+ * Decode a frame; the extra bytes of a longer packet are ignored.
+ *
+ * @param frame        the bytes
+ * @param size         their number
+ * @param[out] message the values
+ * @return APT_OK, APT_TOO_SHORT, APT_TRAILING, APT_WRONG_ID or APT_WRONG_LENGTH
+ */
+static inline apt_status apt_mot_move_synchstart_0a06_decode(
+    const uint8_t *frame, size_t size, apt_mot_move_synchstart_0a06 *message)
+{
+    const apt_status status = apt_check_packet(frame, size, UINT32_C(0x00060A06));
     if (status == APT_OK) {
         message->array_id = apt_get_16(&frame[6]);
         message->channels = apt_get_16(&frame[8]);

@@ -311,15 +311,19 @@ static inline apt_status apt_mot_get_sol_operatingmode_decode(
  *
  * Erratum apt-sol-numcycles-trigger: printed ignored outside Auto mode (page 87); carried out at a
  * trigger (page 85); encoded sent in every mode; the note names both statements.
- *
- * Erratum apt37-list-solenoid-cycles: printed MOT_SET_SOL_CYCLEPARAMS; encoded not in the list.
  */
 typedef struct apt_mot_set_sol_cycleparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
+     * 40000000.
+     */
     int32_t on_time;
-    /** Inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
+     * 40000000.
+     */
     int32_t off_time;
     /**
      * 0 for endless cycles. Ignored outside SOLENOID_AUTO, although SOLENOID_TRIGGER uses it
@@ -381,9 +385,9 @@ static inline apt_status apt_mot_set_sol_cycleparams_encode(
     const apt_mot_set_sol_cycleparams *message, apt_addresses addresses, uint8_t *out, size_t cap)
 {
     if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
-            || message->on_time < 400
+            || message->on_time < 100
             || message->on_time > INT32_C(40000000)
-            || message->off_time < 400
+            || message->off_time < 100
             || message->off_time > INT32_C(40000000)
             || message->num_cycles < 0
             || message->num_cycles > INT32_C(1000000))) {
@@ -428,8 +432,6 @@ static inline apt_status apt_mot_set_sol_cycleparams_decode(
  * by MOT_GET_SOL_CYCLEPARAMS.
  *
  * Also described in Issue 37, page 189.
- *
- * Erratum apt37-list-solenoid-cycles: printed MOT_SET_SOL_CYCLEPARAMS; encoded not in the list.
  */
 typedef struct apt_mot_req_sol_cycleparams {
     /** See enum apt_channel; from 0 to 255. */
@@ -523,15 +525,19 @@ static inline apt_status apt_mot_req_sol_cycleparams_decode(
  * MOT_GET_SOL_CYCLEPARAMS (0x04C5), to the host, 14 bytes of data; Issue 3, pages 87, 88.
  *
  * Also described in Issue 37, page 189.
- *
- * Erratum apt37-list-solenoid-cycles: printed MOT_SET_SOL_CYCLEPARAMS; encoded not in the list.
  */
 typedef struct apt_mot_get_sol_cycleparams {
     /** See enum apt_channel; from 0 to 65535. */
     uint16_t chan_ident;
-    /** Active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
+     * 40000000.
+     */
     int32_t on_time;
-    /** Inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000. */
+    /**
+     * Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
+     * 40000000.
+     */
     int32_t off_time;
     /**
      * 0 for endless cycles. Ignored outside SOLENOID_AUTO, although SOLENOID_TRIGGER uses it
@@ -593,9 +599,9 @@ static inline apt_status apt_mot_get_sol_cycleparams_encode(
     const apt_mot_get_sol_cycleparams *message, apt_addresses addresses, uint8_t *out, size_t cap)
 {
     if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
-            || message->on_time < 400
+            || message->on_time < 100
             || message->on_time > INT32_C(40000000)
-            || message->off_time < 400
+            || message->off_time < 100
             || message->off_time > INT32_C(40000000)
             || message->num_cycles < 0
             || message->num_cycles > INT32_C(1000000))) {

@@ -60,6 +60,7 @@ __all__ = [
     "MOVE_REL_PARAMS",
     "MOVE_SYNCH_PARAMS",
     "MOVE_SYNCH_START",
+    "MOVE_SYNCH_START_0A06",
     "MOVE_VELOCITY",
     "NO_FLASH_PROGRAMMING",
     "OUTPUT_LUT",
@@ -87,6 +88,10 @@ __all__ = [
     "RACK_STATUS_BITS",
     "RASTER_MOVE_PARAMS",
     "RESUME_END_OF_MOVE_MSGS",
+    "SET_MOVE_SYNCH_ARRAY",
+    "SET_MOVE_SYNCH_ARRAY_0A00",
+    "SET_MOVE_SYNCH_PARAMS_0A03",
+    "SET_MOVE_SYNCH_PARAMS_0A03_SHORT",
     "SET_PZ_STAGE_PARAM_DEFAULTS",
     "SET_ZERO",
     "SOL_CYCLE_PARAMS",
@@ -1451,6 +1456,7 @@ SOL_CYCLE_PARAMS = ParameterSet(
             ways=(("on_time_ms", "ms", None),),
             minimum=400,
             maximum=40000000,
+            ranges={"KSC101": (100, 10000000)},
         ),
         Given(
             "off_time",
@@ -1459,6 +1465,7 @@ SOL_CYCLE_PARAMS = ParameterSet(
             ways=(("off_time_ms", "ms", None),),
             minimum=400,
             maximum=40000000,
+            ranges={"KSC101": (100, 10000000)},
         ),
         Given("num_cycles", "num_cycles", minimum=0, maximum=1000000),
     ),
@@ -2091,9 +2098,77 @@ RESUME_END_OF_MOVE_MSGS = Command(
 
 ACK_DC_STATUS_UPDATE = Command("ack_dc_status_update", message=m.MotAckDcStatusUpdate)
 
+SET_MOVE_SYNCH_ARRAY = Command(
+    "set_move_synch_array",
+    message=m.MotSetMoveSynchArray,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=7),
+        Given("num_points", "num_points", minimum=0, maximum=256),
+        Given("start_ix", "start_ix", minimum=0, maximum=65535),
+        Given("time_pos", "time_pos"),
+    ),
+)
+
 MOVE_SYNCH_START = Command(
     "move_synch_start",
     message=m.MotMoveSynchStart,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=65535),
+        Given(
+            "trigger",
+            "trigger",
+            choices=e.SynchronizedTrigger,
+            open=True,
+            minimum=0,
+            maximum=65535,
+        ),
+    ),
+    halted_by=STOP,
+)
+
+SET_MOVE_SYNCH_ARRAY_0A00 = Command(
+    "set_move_synch_array_0a00",
+    message=m.MotSetMoveSynchArray0a00,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=7),
+        Given("num_points", "num_points", minimum=0, maximum=256),
+        Given("start_ix", "start_ix", minimum=0, maximum=65535),
+        Given("time_pos", "time_pos"),
+    ),
+)
+
+SET_MOVE_SYNCH_PARAMS_0A03 = Command(
+    "set_move_synch_params_0a03",
+    message=m.MotSetMoveSynchParams0a03,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("cycle_start_ix", "cycle_start_ix", minimum=0, maximum=65535),
+        Given("cycle_end_ix", "cycle_end_ix", minimum=0, maximum=65535),
+        Given("num_cycles", "num_cycles", minimum=0, maximum=65535),
+        Given("end_ix", "end_ix", minimum=0, maximum=60000),
+        Given("deceleration", "deceleration", minimum=-2147483648, maximum=2147483647),
+    ),
+)
+
+SET_MOVE_SYNCH_PARAMS_0A03_SHORT = Command(
+    "set_move_synch_params_0a03_short",
+    message=m.MotSetMoveSynchParams0a03Short,
+    given=(
+        Given("array_id", "array_id", minimum=0, maximum=65535),
+        Given("cycle_start_ix", "cycle_start_ix", minimum=0, maximum=65535),
+        Given("cycle_end_ix", "cycle_end_ix", minimum=0, maximum=65535),
+        Given("num_cycles", "num_cycles", minimum=0, maximum=65535),
+        Given("end_ix", "end_ix", minimum=0, maximum=60000),
+        Given("deceleration", "deceleration", minimum=-2147483648, maximum=2147483647),
+    ),
+)
+
+MOVE_SYNCH_START_0A06 = Command(
+    "move_synch_start_0a06",
+    message=m.MotMoveSynchStart0a06,
     given=(
         Given("array_id", "array_id", minimum=0, maximum=65535),
         Given("channels", "channels", choices=f.SynchronizedChannels, minimum=0, maximum=65535),

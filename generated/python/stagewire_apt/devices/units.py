@@ -571,6 +571,7 @@ class BBD301(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
+    motor.CanSetMoveSynchArray,
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
@@ -647,6 +648,7 @@ class BBD302(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
+    motor.CanSetMoveSynchArray,
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
@@ -723,6 +725,7 @@ class BBD303(
     generic.CanStartUpdates,
     generic.CanStopUpdates,
     generic.WithRackBayUsed,
+    motor.CanSetMoveSynchArray,
     motor.WithMoveSynchParams,
     motor.CanMoveSynchStart,
 ):
@@ -1839,6 +1842,7 @@ class KSC101(
     motor.WithKcubeTrigIoConfig,
     motor.WithKcubePosTrigParams,
     solenoid.WithSolOperatingMode,
+    solenoid.WithSolCycleParams,
     solenoid.WithSolInterlockMode,
     solenoid.WithSolState,
 ):
@@ -1847,8 +1851,7 @@ class KSC101(
     KSC101, Issue 37, page 61. Its messages: the printed lists, Issue 37, page 12.
 
     A motor controller as far as the protocol is concerned. It counts solenoid times in ms, and not
-    in steps of 250 µs like the TSC001 of Issue 3, so its class does not have MOT_SOL_CYCLEPARAMS
-    yet.
+    in steps of 250 µs like the TSC001 of Issue 3.
     """
 
     facts = FACTS

@@ -12,11 +12,12 @@ from __future__ import annotations
 from struct import Struct
 
 from stagewire.support import (
+    Counted,
+    CountedMessage,
     Direction,
     FramedMessage,
     Layout,
     UndecidedMessage,
-    UndocumentedMessage,
     check_addresses,
     check_bytes,
     check_integer,
@@ -34,6 +35,7 @@ from stagewire_apt.flags import (
 
 TYPE_CHECKING = False  # type checkers know this name; importing typing is slow
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from typing import Self
 
 __all__ = [
@@ -113,6 +115,7 @@ __all__ = [
     "MotMoveStoppedStepper",
     "MotMoveStoppedUndecided",
     "MotMoveSynchStart",
+    "MotMoveSynchStart0a06",
     "MotMoveVelocity",
     "MotReqAdcInputs",
     "MotReqAnalogMonitorConfig",
@@ -194,7 +197,10 @@ __all__ = [
     "MotSetMoveAbsParams",
     "MotSetMoveRelParams",
     "MotSetMoveSynchArray",
+    "MotSetMoveSynchArray0a00",
     "MotSetMoveSynchParams",
+    "MotSetMoveSynchParams0a03",
+    "MotSetMoveSynchParams0a03Short",
     "MotSetMoveSynchParamsShort",
     "MotSetPmdCurrentLoopParams",
     "MotSetPmdMotorOutputParams",
@@ -16898,30 +16904,125 @@ class MotGetLcdMoveParamsShort(FramedMessage):
         )
 
 
-class MotSetMoveSynchArray(UndocumentedMessage):
+_MOT_SET_MOVE_SYNCH_ARRAY = Struct("<HHHH")
+
+
+class MotSetMoveSynchArray(CountedMessage):
     """Times and positions of a synchronized move, for up to three motor channels of a BBD30x.
 
     A message has at most 256 points, an array 60000.
 
-    ``MOT_SET_MOVESYNCHARRAY`` (0x0980), to the controller, layout not documented; Issue 37, pages
+    ``MOT_SET_MOVESYNCHARRAY`` (0x0980), to the controller, 8 to 4104 bytes of data; Issue 37, pages
     171, 172, 173.
 
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
+
+    :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+    :param channels: motor channels whose positions follow; :class:`~.SynchronizedChannels`; from 0
+        to 7.
+    :param num_points: number of points in this message; from 0 to 256.
+    :param start_ix: index of the first point of this message, counted from zero; from 0 to 65535.
+    :param time_pos: ``num_points`` rows of ``time``, since the point before, in a unit that the
+        document does not name, ``position`` for each bit of ``channels`` (in counts; scale to mm
+        depends on the stage); each from -2147483648 to 2147483647.
+
     Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-synch-headers``: printed D; encoded d.
     Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
     Erratum ``apt37-syncharray-example-cut``: printed 56 of 1208 declared bytes; encoded nothing.
-    Erratum ``apt37-syncharray-layout``: printed word; encoded nothing.
     """
 
-    __slots__ = ()
+    __slots__ = ("array_id", "channels", "num_points", "start_ix", "time_pos")
     layout = Layout(
         "MOT_SET_MOVESYNCHARRAY",
         id=0x0980,
         direction=Direction.TO_CONTROLLER,
-        form="undocumented",
-        fields=("data", "param1", "param2"),
-        optional=("param1", "param2"),
-        unnamed=("param1", "param2"),
+        form="data",
+        fields=("array_id", "channels", "num_points", "start_ix", "time_pos"),
+        length=8,
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
     )
+    counted = Counted(
+        "time_pos",
+        code="l",
+        least=8,
+        most=4104,
+        rows="num_points",
+        single=1,
+        masks=("channels",),
+        places={"num_points": (4, 2), "channels": (2, 2)},
+    )
+    _unpack = Struct("<6xHHHH").unpack_from
+    array_id: int
+    channels: int
+    num_points: int
+    start_ix: int
+    time_pos: tuple[int, ...]
+
+    def __new__(
+        cls,
+        array_id: int,
+        channels: int,
+        num_points: int,
+        start_ix: int,
+        time_pos: Iterable[int],
+    ) -> Self:
+        """Create the message.
+
+        :raises OutOfRangeError: if a value is out of range, or the array has another length.
+        :raises BadValueError: if a value has the wrong type.
+        """
+        if array_id.__class__ is not int or not 0 <= array_id <= 0xFFFF:
+            array_id = check_integer(cls.layout, "array_id", array_id, 0, 0xFFFF)
+        if channels.__class__ is not int or not 0 <= channels <= 7:
+            channels = check_integer(cls.layout, "channels", channels, 0, 7)
+        if num_points.__class__ is not int or not 0 <= num_points <= 256:
+            num_points = check_integer(cls.layout, "num_points", num_points, 0, 256)
+        if start_ix.__class__ is not int or not 0 <= start_ix <= 0xFFFF:
+            start_ix = check_integer(cls.layout, "start_ix", start_ix, 0, 0xFFFF)
+        draft: Self = cls._draft()
+        draft.array_id = array_id
+        draft.channels = channels
+        draft.num_points = num_points
+        draft.start_ix = start_ix
+        draft.time_pos = cls.counted.check(
+            cls.layout,
+            time_pos,
+            -0x80000000,
+            0x7FFFFFFF,
+            {"num_points": num_points, "channels": channels},
+        )
+        draft.__class__ = cls
+        return draft
+
+    @classmethod
+    def unpack(cls, raw: bytes) -> Self:
+        """Return the message in the bytes of a whole frame, which are not checked."""
+        draft: Self = cls._draft()
+        draft.array_id, draft.channels, draft.num_points, draft.start_ix = cls._unpack(raw)
+        draft.time_pos = cls.counted.read(raw)
+        draft.__class__ = cls
+        return draft
+
+    def pack_fields(self) -> bytes:
+        """Return the bytes of the fields before the array."""
+        return _MOT_SET_MOVE_SYNCH_ARRAY.pack(
+            self.array_id,
+            self.channels,
+            self.num_points,
+            self.start_ix,
+        )
+
+    @property
+    def channels_flags(self) -> SynchronizedChannels:
+        """The bits of ``channels`` by name."""
+        return SynchronizedChannels(self.channels)
 
 
 _MOT_SET_MOVE_SYNCH_PARAMS = Struct("<LBBHHHHHl24s")
@@ -16937,6 +17038,10 @@ class MotSetMoveSynchParams(FramedMessage):
 
     38 bytes, as in the example on page 175. The document does not name the reserved bytes after the
     first three words.
+
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
 
     :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
     :param cycle_start_ix: index of the first point that is repeated, counted from zero; from 0 to
@@ -16983,6 +17088,11 @@ class MotSetMoveSynchParams(FramedMessage):
         ),
         length=38,
         optional=("reserved",),
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
     )
     _unpack = Struct("<6xHHHHHl24s").unpack_from
     array_id: int
@@ -17094,6 +17204,10 @@ class MotSetMoveSynchParamsShort(FramedMessage):
 
     20 bytes, as the byte table and the field table have them.
 
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
+
     :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
     :param cycle_start_ix: index of the first point that is repeated, counted from zero; from 0 to
         65535.
@@ -17145,6 +17259,11 @@ class MotSetMoveSynchParamsShort(FramedMessage):
         ),
         length=20,
         optional=("reserved_1", "reserved_2", "reserved_3"),
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
     )
     _unpack = Struct("<6xHHHHHlHHH").unpack_from
     array_id: int
@@ -17271,6 +17390,10 @@ class MotMoveSynchStart(FramedMessage):
     First move each axis to the first position of the array, or it jumps there. MOT_MOVE_STOP with
     the bits of the channels stops the move.
 
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
+
     :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
     :param channels: motor channels that start; :class:`~.SynchronizedChannels`; from 0 to 65535.
     :param trigger: :class:`~.SynchronizedTrigger`; from 0 to 65535.
@@ -17288,6 +17411,11 @@ class MotMoveSynchStart(FramedMessage):
         form="data",
         fields=("array_id", "channels", "trigger"),
         length=6,
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
     )
     _unpack = Struct("<6xHHH").unpack_from
     array_id: int
@@ -17335,6 +17463,583 @@ class MotMoveSynchStart(FramedMessage):
             check_addresses(dest, source)
         return _MOT_MOVE_SYNCH_START.pack(
             6 << 16 | 0x0986,
+            dest | 0x80,
+            source,
+            self.array_id,
+            self.channels,
+            self.trigger,
+        )
+
+    @property
+    def channels_flags(self) -> SynchronizedChannels:
+        """The bits of ``channels`` by name."""
+        return SynchronizedChannels(self.channels)
+
+
+_MOT_SET_MOVE_SYNCH_ARRAY0A00 = Struct("<HHHH")
+
+
+class MotSetMoveSynchArray0a00(CountedMessage):
+    """Times and positions of a synchronized move, for up to three motor channels of a BBD30x.
+
+    A message has at most 256 points, an array 60000.
+
+    ``MOT_SET_MOVESYNCHARRAY_0A00`` (0x0A00), to the controller, 8 to 4104 bytes of data; Issue 37,
+    pages 171, 172, 173.
+
+    MOT_SET_MOVESYNCHARRAY with the other id that the sources give.
+
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
+
+    :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+    :param channels: motor channels whose positions follow; :class:`~.SynchronizedChannels`; from 0
+        to 7.
+    :param num_points: number of points in this message; from 0 to 256.
+    :param start_ix: index of the first point of this message, counted from zero; from 0 to 65535.
+    :param time_pos: ``num_points`` rows of ``time``, since the point before, in a unit that the
+        document does not name, ``position`` for each bit of ``channels`` (in counts; scale to mm
+        depends on the stage); each from -2147483648 to 2147483647.
+
+    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-synch-headers``: printed D; encoded d.
+    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-syncharray-example-cut``: printed 56 of 1208 declared bytes; encoded nothing.
+    """
+
+    __slots__ = ("array_id", "channels", "num_points", "start_ix", "time_pos")
+    layout = Layout(
+        "MOT_SET_MOVESYNCHARRAY_0A00",
+        id=0x0A00,
+        direction=Direction.TO_CONTROLLER,
+        form="data",
+        fields=("array_id", "channels", "num_points", "start_ix", "time_pos"),
+        length=8,
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
+    )
+    counted = Counted(
+        "time_pos",
+        code="l",
+        least=8,
+        most=4104,
+        rows="num_points",
+        single=1,
+        masks=("channels",),
+        places={"num_points": (4, 2), "channels": (2, 2)},
+    )
+    _unpack = Struct("<6xHHHH").unpack_from
+    array_id: int
+    channels: int
+    num_points: int
+    start_ix: int
+    time_pos: tuple[int, ...]
+
+    def __new__(
+        cls,
+        array_id: int,
+        channels: int,
+        num_points: int,
+        start_ix: int,
+        time_pos: Iterable[int],
+    ) -> Self:
+        """Create the message.
+
+        :raises OutOfRangeError: if a value is out of range, or the array has another length.
+        :raises BadValueError: if a value has the wrong type.
+        """
+        if array_id.__class__ is not int or not 0 <= array_id <= 0xFFFF:
+            array_id = check_integer(cls.layout, "array_id", array_id, 0, 0xFFFF)
+        if channels.__class__ is not int or not 0 <= channels <= 7:
+            channels = check_integer(cls.layout, "channels", channels, 0, 7)
+        if num_points.__class__ is not int or not 0 <= num_points <= 256:
+            num_points = check_integer(cls.layout, "num_points", num_points, 0, 256)
+        if start_ix.__class__ is not int or not 0 <= start_ix <= 0xFFFF:
+            start_ix = check_integer(cls.layout, "start_ix", start_ix, 0, 0xFFFF)
+        draft: Self = cls._draft()
+        draft.array_id = array_id
+        draft.channels = channels
+        draft.num_points = num_points
+        draft.start_ix = start_ix
+        draft.time_pos = cls.counted.check(
+            cls.layout,
+            time_pos,
+            -0x80000000,
+            0x7FFFFFFF,
+            {"num_points": num_points, "channels": channels},
+        )
+        draft.__class__ = cls
+        return draft
+
+    @classmethod
+    def unpack(cls, raw: bytes) -> Self:
+        """Return the message in the bytes of a whole frame, which are not checked."""
+        draft: Self = cls._draft()
+        draft.array_id, draft.channels, draft.num_points, draft.start_ix = cls._unpack(raw)
+        draft.time_pos = cls.counted.read(raw)
+        draft.__class__ = cls
+        return draft
+
+    def pack_fields(self) -> bytes:
+        """Return the bytes of the fields before the array."""
+        return _MOT_SET_MOVE_SYNCH_ARRAY0A00.pack(
+            self.array_id,
+            self.channels,
+            self.num_points,
+            self.start_ix,
+        )
+
+    @property
+    def channels_flags(self) -> SynchronizedChannels:
+        """The bits of ``channels`` by name."""
+        return SynchronizedChannels(self.channels)
+
+
+_MOT_SET_MOVE_SYNCH_PARAMS0A03 = Struct("<LBBHHHHHl24s")
+
+
+class MotSetMoveSynchParams0a03(FramedMessage):
+    """Part of the array of positions that a synchronized move repeats, and its end.
+
+    Only for the BBD30x.
+
+    ``MOT_SET_MOVESYNCHPARAMS_0A03`` (0x0A03), to the controller, 38 bytes of data; Issue 37, page
+    174.
+
+    MOT_SET_MOVESYNCHPARAMS with the other id that the sources give.
+
+    38 bytes, as in the example on page 175. The document does not name the reserved bytes after the
+    first three words.
+
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
+
+    :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+    :param cycle_start_ix: index of the first point that is repeated, counted from zero; from 0 to
+        65535.
+    :param cycle_end_ix: index of the last point that is repeated, counted from zero; from 0 to
+        65535.
+    :param num_cycles: number of repetitions; from 0 to 65535.
+    :param end_ix: index of the last point of the move, counted from zero; the BBD30x holds 60000
+        points; from 0 to 60000.
+    :param deceleration: time of the deceleration if the move is stopped, in servo intervals of the
+        controller; from -2147483648 to 2147483647.
+    :param reserved: reserved, sent as zero; 24 bytes.
+
+    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-synch-headers``: printed D; encoded d.
+    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-synchparams-example-length``: printed 38 bytes, the tables have 20; encoded both
+        lengths are decoded.
+    Erratum ``apt37-synchparams-length``: printed 25; encoded 43.
+    """
+
+    __slots__ = (
+        "array_id",
+        "cycle_end_ix",
+        "cycle_start_ix",
+        "deceleration",
+        "end_ix",
+        "num_cycles",
+        "reserved",
+    )
+    layout = Layout(
+        "MOT_SET_MOVESYNCHPARAMS_0A03",
+        id=0x0A03,
+        direction=Direction.TO_CONTROLLER,
+        form="data",
+        fields=(
+            "array_id",
+            "cycle_start_ix",
+            "cycle_end_ix",
+            "num_cycles",
+            "end_ix",
+            "deceleration",
+            "reserved",
+        ),
+        length=38,
+        optional=("reserved",),
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
+    )
+    _unpack = Struct("<6xHHHHHl24s").unpack_from
+    array_id: int
+    cycle_start_ix: int
+    cycle_end_ix: int
+    num_cycles: int
+    end_ix: int
+    deceleration: int
+    reserved: bytes
+
+    def __new__(
+        cls,
+        array_id: int,
+        cycle_start_ix: int,
+        cycle_end_ix: int,
+        num_cycles: int,
+        end_ix: int,
+        deceleration: int,
+        *,
+        reserved: bytes = bytes(24),
+    ) -> Self:
+        """Create the message.
+
+        :raises OutOfRangeError: if a value is out of range.
+        :raises BadValueError: if a value has the wrong type.
+        """
+        if array_id.__class__ is not int or not 0 <= array_id <= 0xFFFF:
+            array_id = check_integer(cls.layout, "array_id", array_id, 0, 0xFFFF)
+        if cycle_start_ix.__class__ is not int or not 0 <= cycle_start_ix <= 0xFFFF:
+            cycle_start_ix = check_integer(cls.layout, "cycle_start_ix", cycle_start_ix, 0, 0xFFFF)
+        if cycle_end_ix.__class__ is not int or not 0 <= cycle_end_ix <= 0xFFFF:
+            cycle_end_ix = check_integer(cls.layout, "cycle_end_ix", cycle_end_ix, 0, 0xFFFF)
+        if num_cycles.__class__ is not int or not 0 <= num_cycles <= 0xFFFF:
+            num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 0xFFFF)
+        if end_ix.__class__ is not int or not 0 <= end_ix <= 60000:
+            end_ix = check_integer(cls.layout, "end_ix", end_ix, 0, 60000)
+        if deceleration.__class__ is not int or not -0x80000000 <= deceleration <= 0x7FFFFFFF:
+            deceleration = check_integer(
+                cls.layout,
+                "deceleration",
+                deceleration,
+                -0x80000000,
+                0x7FFFFFFF,
+            )
+        reserved = check_bytes(cls.layout, "reserved", reserved, 24)
+        draft: Self = cls._draft()
+        draft.array_id = array_id
+        draft.cycle_start_ix = cycle_start_ix
+        draft.cycle_end_ix = cycle_end_ix
+        draft.num_cycles = num_cycles
+        draft.end_ix = end_ix
+        draft.deceleration = deceleration
+        draft.reserved = reserved
+        draft.__class__ = cls
+        return draft
+
+    @classmethod
+    def unpack(cls, raw: bytes) -> Self:
+        """Return the message in the bytes of a whole frame, which are not checked."""
+        draft: Self = cls._draft()
+        (
+            draft.array_id,
+            draft.cycle_start_ix,
+            draft.cycle_end_ix,
+            draft.num_cycles,
+            draft.end_ix,
+            draft.deceleration,
+            draft.reserved,
+        ) = cls._unpack(raw)
+        draft.__class__ = cls
+        return draft
+
+    def pack(self, dest: int, source: int) -> bytes:
+        """Return the bytes of the frame.
+
+        :raises OutOfRangeError: if an address is out of range.
+        """
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return _MOT_SET_MOVE_SYNCH_PARAMS0A03.pack(
+            38 << 16 | 0x0A03,
+            dest | 0x80,
+            source,
+            self.array_id,
+            self.cycle_start_ix,
+            self.cycle_end_ix,
+            self.num_cycles,
+            self.end_ix,
+            self.deceleration,
+            self.reserved,
+        )
+
+
+_MOT_SET_MOVE_SYNCH_PARAMS0A03_SHORT = Struct("<LBBHHHHHlHHH")
+
+
+class MotSetMoveSynchParams0a03Short(FramedMessage):
+    """Part of the array of positions that a synchronized move repeats, and its end.
+
+    Only for the BBD30x.
+
+    ``MOT_SET_MOVESYNCHPARAMS_0A03`` (0x0A03), to the controller, 20 bytes of data; Issue 37, page
+    174.
+
+    MOT_SET_MOVESYNCHPARAMS with the other id that the sources give.
+
+    20 bytes, as the byte table and the field table have them.
+
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
+
+    :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+    :param cycle_start_ix: index of the first point that is repeated, counted from zero; from 0 to
+        65535.
+    :param cycle_end_ix: index of the last point that is repeated, counted from zero; from 0 to
+        65535.
+    :param num_cycles: number of repetitions; from 0 to 65535.
+    :param end_ix: index of the last point of the move, counted from zero; the BBD30x holds 60000
+        points; from 0 to 60000.
+    :param deceleration: time of the deceleration if the move is stopped, in servo intervals of the
+        controller; from -2147483648 to 2147483647.
+    :param reserved_1: reserved, sent as zero.
+    :param reserved_2: reserved, sent as zero.
+    :param reserved_3: reserved, sent as zero.
+
+    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-synch-headers``: printed D; encoded d.
+    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-synchparams-example-length``: printed 38 bytes, the tables have 20; encoded both
+        lengths are decoded.
+    Erratum ``apt37-synchparams-length``: printed 25; encoded 43.
+    """
+
+    __slots__ = (
+        "array_id",
+        "cycle_end_ix",
+        "cycle_start_ix",
+        "deceleration",
+        "end_ix",
+        "num_cycles",
+        "reserved_1",
+        "reserved_2",
+        "reserved_3",
+    )
+    layout = Layout(
+        "MOT_SET_MOVESYNCHPARAMS_0A03",
+        id=0x0A03,
+        direction=Direction.TO_CONTROLLER,
+        form="data:short",
+        fields=(
+            "array_id",
+            "cycle_start_ix",
+            "cycle_end_ix",
+            "num_cycles",
+            "end_ix",
+            "deceleration",
+            "reserved_1",
+            "reserved_2",
+            "reserved_3",
+        ),
+        length=20,
+        optional=("reserved_1", "reserved_2", "reserved_3"),
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
+    )
+    _unpack = Struct("<6xHHHHHlHHH").unpack_from
+    array_id: int
+    cycle_start_ix: int
+    cycle_end_ix: int
+    num_cycles: int
+    end_ix: int
+    deceleration: int
+    reserved_1: int
+    reserved_2: int
+    reserved_3: int
+
+    def __new__(
+        cls,
+        array_id: int,
+        cycle_start_ix: int,
+        cycle_end_ix: int,
+        num_cycles: int,
+        end_ix: int,
+        deceleration: int,
+        *,
+        reserved_1: int = 0,
+        reserved_2: int = 0,
+        reserved_3: int = 0,
+    ) -> Self:
+        """Create the message.
+
+        :raises OutOfRangeError: if a value is out of range.
+        :raises BadValueError: if a value has the wrong type.
+        """
+        if array_id.__class__ is not int or not 0 <= array_id <= 0xFFFF:
+            array_id = check_integer(cls.layout, "array_id", array_id, 0, 0xFFFF)
+        if cycle_start_ix.__class__ is not int or not 0 <= cycle_start_ix <= 0xFFFF:
+            cycle_start_ix = check_integer(cls.layout, "cycle_start_ix", cycle_start_ix, 0, 0xFFFF)
+        if cycle_end_ix.__class__ is not int or not 0 <= cycle_end_ix <= 0xFFFF:
+            cycle_end_ix = check_integer(cls.layout, "cycle_end_ix", cycle_end_ix, 0, 0xFFFF)
+        if num_cycles.__class__ is not int or not 0 <= num_cycles <= 0xFFFF:
+            num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 0xFFFF)
+        if end_ix.__class__ is not int or not 0 <= end_ix <= 60000:
+            end_ix = check_integer(cls.layout, "end_ix", end_ix, 0, 60000)
+        if deceleration.__class__ is not int or not -0x80000000 <= deceleration <= 0x7FFFFFFF:
+            deceleration = check_integer(
+                cls.layout,
+                "deceleration",
+                deceleration,
+                -0x80000000,
+                0x7FFFFFFF,
+            )
+        if reserved_1.__class__ is not int or not 0 <= reserved_1 <= 0xFFFF:
+            reserved_1 = check_integer(cls.layout, "reserved_1", reserved_1, 0, 0xFFFF)
+        if reserved_2.__class__ is not int or not 0 <= reserved_2 <= 0xFFFF:
+            reserved_2 = check_integer(cls.layout, "reserved_2", reserved_2, 0, 0xFFFF)
+        if reserved_3.__class__ is not int or not 0 <= reserved_3 <= 0xFFFF:
+            reserved_3 = check_integer(cls.layout, "reserved_3", reserved_3, 0, 0xFFFF)
+        draft: Self = cls._draft()
+        draft.array_id = array_id
+        draft.cycle_start_ix = cycle_start_ix
+        draft.cycle_end_ix = cycle_end_ix
+        draft.num_cycles = num_cycles
+        draft.end_ix = end_ix
+        draft.deceleration = deceleration
+        draft.reserved_1 = reserved_1
+        draft.reserved_2 = reserved_2
+        draft.reserved_3 = reserved_3
+        draft.__class__ = cls
+        return draft
+
+    @classmethod
+    def unpack(cls, raw: bytes) -> Self:
+        """Return the message in the bytes of a whole frame, which are not checked."""
+        draft: Self = cls._draft()
+        (
+            draft.array_id,
+            draft.cycle_start_ix,
+            draft.cycle_end_ix,
+            draft.num_cycles,
+            draft.end_ix,
+            draft.deceleration,
+            draft.reserved_1,
+            draft.reserved_2,
+            draft.reserved_3,
+        ) = cls._unpack(raw)
+        draft.__class__ = cls
+        return draft
+
+    def pack(self, dest: int, source: int) -> bytes:
+        """Return the bytes of the frame.
+
+        :raises OutOfRangeError: if an address is out of range.
+        """
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return _MOT_SET_MOVE_SYNCH_PARAMS0A03_SHORT.pack(
+            20 << 16 | 0x0A03,
+            dest | 0x80,
+            source,
+            self.array_id,
+            self.cycle_start_ix,
+            self.cycle_end_ix,
+            self.num_cycles,
+            self.end_ix,
+            self.deceleration,
+            self.reserved_1,
+            self.reserved_2,
+            self.reserved_3,
+        )
+
+
+_MOT_MOVE_SYNCH_START0A06 = Struct("<LBBHHH")
+
+
+class MotMoveSynchStart0a06(FramedMessage):
+    """Starts a synchronized move of several motor channels along an array of positions.
+
+    Only for the BBD30x.
+
+    ``MOT_MOVE_SYNCHSTART_0A06`` (0x0A06), to the controller, 6 bytes of data; Issue 37, page 176.
+
+    MOT_MOVE_SYNCHSTART with the other id that the sources give.
+
+    Stagewire does not send it: its headings, contents and list give one id, its byte table,
+    examples and page 176 another, and no source shows which a controller obeys; see the erratum
+    apt37-synch-ids.
+
+    :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+    :param channels: motor channels that start; :class:`~.SynchronizedChannels`; from 0 to 65535.
+    :param trigger: :class:`~.SynchronizedTrigger`; from 0 to 65535.
+
+    Erratum ``apt37-list-synch-ids``: printed 0x0A00; encoded 0x0980.
+    Erratum ``apt37-synch-headers``: printed D; encoded d.
+    Erratum ``apt37-synch-ids``: printed 0x0A00; encoded 0x0980.
+    """
+
+    __slots__ = ("array_id", "channels", "trigger")
+    layout = Layout(
+        "MOT_MOVE_SYNCHSTART_0A06",
+        id=0x0A06,
+        direction=Direction.TO_CONTROLLER,
+        form="data",
+        fields=("array_id", "channels", "trigger"),
+        length=6,
+        not_sent=(
+            "its headings, contents and list give one id, its byte table, examples and page 176 "
+            "another, and no source shows which a controller obeys; see the erratum apt37-synch-"
+            "ids"
+        ),
+    )
+    _unpack = Struct("<6xHHH").unpack_from
+    array_id: int
+    channels: int
+    trigger: int
+
+    def __new__(cls, array_id: int, channels: int, trigger: int) -> Self:
+        """Create the message.
+
+        :raises OutOfRangeError: if a value is out of range.
+        :raises BadValueError: if a value has the wrong type.
+        """
+        if array_id.__class__ is not int or not 0 <= array_id <= 0xFFFF:
+            array_id = check_integer(cls.layout, "array_id", array_id, 0, 0xFFFF)
+        if channels.__class__ is not int or not 0 <= channels <= 0xFFFF:
+            channels = check_integer(cls.layout, "channels", channels, 0, 0xFFFF)
+        if trigger.__class__ is not int or not 0 <= trigger <= 0xFFFF:
+            trigger = check_integer(cls.layout, "trigger", trigger, 0, 0xFFFF)
+        draft: Self = cls._draft()
+        draft.array_id = array_id
+        draft.channels = channels
+        draft.trigger = trigger
+        draft.__class__ = cls
+        return draft
+
+    @classmethod
+    def unpack(cls, raw: bytes) -> Self:
+        """Return the message in the bytes of a whole frame, which are not checked."""
+        draft: Self = cls._draft()
+        draft.array_id, draft.channels, draft.trigger = cls._unpack(raw)
+        draft.__class__ = cls
+        return draft
+
+    def pack(self, dest: int, source: int) -> bytes:
+        """Return the bytes of the frame.
+
+        :raises OutOfRangeError: if an address is out of range.
+        """
+        if (
+            dest.__class__ is not int
+            or source.__class__ is not int
+            or not 0 <= dest <= 0x7F
+            or not 0 <= source <= 0xFF
+        ):
+            check_addresses(dest, source)
+        return _MOT_MOVE_SYNCH_START0A06.pack(
+            6 << 16 | 0x0A06,
             dest | 0x80,
             source,
             self.array_id,

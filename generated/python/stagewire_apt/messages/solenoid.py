@@ -267,15 +267,15 @@ class MotSetSolCycleParams(FramedMessage):
     Also described in Issue 37, page 189.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
-    :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
+    :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 100 to 40000000.
+    :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 100 to 40000000.
     :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
         SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
 
     Erratum ``apt-sol-numcycles-trigger``: printed ignored outside Auto mode (page 87); carried out
         at a trigger (page 85); encoded sent in every mode; the note names both statements.
-    Erratum ``apt37-list-solenoid-cycles``: printed MOT_SET_SOL_CYCLEPARAMS; encoded not in the
-        list.
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
@@ -301,10 +301,10 @@ class MotSetSolCycleParams(FramedMessage):
         """
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
-        if on_time.__class__ is not int or not 400 <= on_time <= 40000000:
-            on_time = check_integer(cls.layout, "on_time", on_time, 400, 40000000)
-        if off_time.__class__ is not int or not 400 <= off_time <= 40000000:
-            off_time = check_integer(cls.layout, "off_time", off_time, 400, 40000000)
+        if on_time.__class__ is not int or not 100 <= on_time <= 40000000:
+            on_time = check_integer(cls.layout, "on_time", on_time, 100, 40000000)
+        if off_time.__class__ is not int or not 100 <= off_time <= 40000000:
+            off_time = check_integer(cls.layout, "off_time", off_time, 100, 40000000)
         if num_cycles.__class__ is not int or not 0 <= num_cycles <= 1000000:
             num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 1000000)
         draft: Self = cls._draft()
@@ -358,9 +358,6 @@ class MotReqSolCycleParams(FramedMessage):
     Also described in Issue 37, page 189.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 255.
-
-    Erratum ``apt37-list-solenoid-cycles``: printed MOT_SET_SOL_CYCLEPARAMS; encoded not in the
-        list.
     """
 
     __slots__ = ("chan_ident", "param2")
@@ -429,13 +426,12 @@ class MotGetSolCycleParams(FramedMessage):
     Also described in Issue 37, page 189.
 
     :param chan_ident: :class:`~.Channel`; from 0 to 65535.
-    :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
-    :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
+    :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 100 to 40000000.
+    :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+        from 100 to 40000000.
     :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
         SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
-
-    Erratum ``apt37-list-solenoid-cycles``: printed MOT_SET_SOL_CYCLEPARAMS; encoded not in the
-        list.
     """
 
     __slots__ = ("chan_ident", "num_cycles", "off_time", "on_time")
@@ -461,10 +457,10 @@ class MotGetSolCycleParams(FramedMessage):
         """
         if chan_ident.__class__ is not int or not 0 <= chan_ident <= 0xFFFF:
             chan_ident = check_integer(cls.layout, "chan_ident", chan_ident, 0, 0xFFFF)
-        if on_time.__class__ is not int or not 400 <= on_time <= 40000000:
-            on_time = check_integer(cls.layout, "on_time", on_time, 400, 40000000)
-        if off_time.__class__ is not int or not 400 <= off_time <= 40000000:
-            off_time = check_integer(cls.layout, "off_time", off_time, 400, 40000000)
+        if on_time.__class__ is not int or not 100 <= on_time <= 40000000:
+            on_time = check_integer(cls.layout, "on_time", on_time, 100, 40000000)
+        if off_time.__class__ is not int or not 100 <= off_time <= 40000000:
+            off_time = check_integer(cls.layout, "off_time", off_time, 100, 40000000)
         if num_cycles.__class__ is not int or not 0 <= num_cycles <= 1000000:
             num_cycles = check_integer(cls.layout, "num_cycles", num_cycles, 0, 1000000)
         draft: Self = cls._draft()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -13,8 +13,11 @@ from stagewire_generator.targets.c.field_view import (
     FieldView,
     field_view,
     initialiser,
+    integer_type,
     parameter_view,
+    read_integer,
     size_assertion,
+    write_integer,
     written,
 )
 from stagewire_generator.targets.c.framing import File, Framing, Tests
@@ -23,6 +26,7 @@ from stagewire_generator.targets.c.source import (
     Names,
     call,
     definition,
+    integer,
     message_doc,
     names_of,
     string,
@@ -63,6 +67,35 @@ class HeaderLayoutView:
     encode: str
     encode_unchecked: str
     decode: str
+    array: ArrayView | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayView:
+    """The array at the end of a layout.
+
+    :param member: its member of the struct.
+    :param item: type of an integer.
+    :param head: the id, and above it the length of the packet without the array.
+    :param longest: length of the longest packet.
+    :param count: the expression for the number of integers that the struct states.
+    :param stated: the expression for the length of the packet that a frame states.
+    :param outside: the condition for an integer out of range; empty if the format has no other values.
+    :param get: the expression that reads an integer.
+    :param put: the statement that writes an integer.
+    """
+
+    member: str
+    item: str
+    size: int
+    id: str
+    head: str
+    longest: int
+    count: str
+    stated: str
+    outside: str
+    get: str
+    put: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +137,7 @@ def _sub_message(message: Message) -> str:
 
 _OF_TYPE = ("", "_write_fields", "_encode", "_encode_unchecked", "_decode")
 _OF_MACRO = ("_LENGTH", "_SIZE", "_INIT")
+_OF_ARRAYS = ("_count", "_size", "_stated", "_at", "_put")
 
 
 def _aliases(names: Names, message: Message) -> Iterator[str]:
@@ -113,8 +147,11 @@ def _aliases(names: Names, message: Message) -> Iterator[str]:
             yield _define(f"{names.macro(alias)}_{part}", f"{names.macro(message.name)}_{part}")
     for alias, name in c_aliases(message):
         of, to = (f"{names.prefix}_{each}" for each in (alias, name))
-        yield from (_define(of + part, to + part) for part in _OF_TYPE)
-        yield from (_define(of.upper() + part, to.upper() + part) for part in _OF_MACRO)
+        arrays = any(layout.array for layout in message.layouts)
+        types = (*_OF_TYPE, *(_OF_ARRAYS if arrays else ()))
+        macros = (*_OF_MACRO, *(["_LONGEST"] if arrays else []))
+        yield from (_define(of + part, to + part) for part in types)
+        yield from (_define(of.upper() + part, to.upper() + part) for part in macros)
 
 
 def _define(name: str, meaning: str) -> str:
@@ -127,10 +164,14 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
     assert message.id is not None
     type, prefix = names.layout(message, layout), names.prefix
     fields, head = _fields(names, layout), _head(layout, message.id)
+    array = _array(names, message, layout)
     kind = "header" if layout.form == "header" else "packet"
     status, to = f"static inline {prefix}_status", [f"const {type} *message"]
     to += [f"{prefix}_addresses addresses", "uint8_t *out", "size_t cap"]
     size = f"{layout.length} bytes of data" if layout.length else "header only"
+    if array:
+        size = f"{layout.length} to {array.longest} bytes of data"
+        head = f"(uint32_t)({type}_size(message) - {prefix.upper()}_HEADER_SIZE) << 16 | {array.id}"
     checked = f"{prefix}_check_{kind}(frame, size, {head})"
     if value := _sub_message(message):
         checked = call(f"{prefix}_check_sub_message", [checked, "frame", value], "", 8)
@@ -155,12 +196,65 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
         write=call(
             f"static inline void {type}_write_fields", [f"const {type} *message", "uint8_t *out"]
         ),
+        array=array,
         encode=call(f"{status} {type}_encode", to),
         encode_unchecked=call(f"{status} {type}_encode_unchecked", to),
         decode=call(
             f"{status} {type}_decode", ["const uint8_t *frame", "size_t size", f"{type} *message"]
         ),
     )
+
+
+def _array(names: Names, message: Message, layout: Layout) -> ArrayView | None:
+    array = layout.array
+    if array is None:
+        return None
+    field, item, size = layout.fields[-1], array.item, array.item.size
+    type = integer_type(item)
+    assert message.id is not None
+    outside = []
+    if field.minimum > item.minimum:
+        outside.append(f"value < {integer(field.minimum, size, item.signed)}")
+    if field.maximum < item.maximum:
+        outside.append(f"value > {integer(field.maximum, size, item.signed)}")
+    at = f"bytes[index * {size}U]" if size > 1 else "bytes[index]"
+    return ArrayView(
+        member=field.name,
+        item=type,
+        size=size,
+        id=f"0x{message.id:04X}U",
+        head=_head(layout, message.id),
+        longest=layout.longest,
+        count=_count(names, layout, {name: f"message->{name}" for name in array.fields}),
+        stated=_stated(names, layout),
+        outside=" || ".join(outside),
+        get=read_integer(names, item, f"&array->{at}"),
+        put=write_integer(names, item, f"&{at}", "value"),
+    )
+
+
+def _count(names: Names, layout: Layout, values: Mapping[str, str]) -> str:
+    """Return the expression for the number of integers in an array."""
+    array = layout.array
+    assert array is not None
+    width = [f"{array.single}U"] if array.single else []
+    width += [f"{names.prefix}_bits({values[name]})" for name in array.masks]
+    each = " + ".join(width)
+    return f"(size_t){values[array.rows]} * ({each})"
+
+
+def _stated(names: Names, layout: Layout) -> str:
+    """Return the expression for the length of the packet that a frame states."""
+    array = layout.array
+    assert array is not None
+    values = {
+        f.name: read_integer(names, f.format, f"&frame[{HEADER_SIZE + f.offset}]")
+        if f.format.size > 1
+        else f"frame[{HEADER_SIZE + f.offset}]"
+        for f in layout.fields
+        if f.name in array.fields
+    }
+    return f"{layout.length}U + {_count(names, layout, values)} * {array.item.size}U"
 
 
 def _head(layout: Layout, id: int) -> str:
@@ -194,6 +288,7 @@ class HeaderParserView:
     :param shared: rows of ids that several messages share, sorted by id, sub-message and length.
     :param sub_messages: the sub-message of each of these rows.
     :param has_several: whether there is an id with several lengths.
+    :param arrays: the arrays at the end of packets.
     :param devices: conditions on ``address``; one of them holds for a device.
     """
 
@@ -201,7 +296,16 @@ class HeaderParserView:
     shared: tuple[EntryView, ...]
     sub_messages: tuple[str, ...]
     has_several: bool
+    arrays: tuple[ArrayView, ...]
     devices: tuple[str, ...]
+
+    def alike(self, *attributes: str) -> list[list[ArrayView]]:
+        """Return the arrays in groups with equal attributes."""
+        groups: dict[tuple[object, ...], list[ArrayView]] = {}
+        for array in self.arrays:
+            key = tuple(getattr(array, attribute) for attribute in attributes)
+            groups.setdefault(key, []).append(array)
+        return list(groups.values())
 
 
 def header_parser_view(protocol: Protocol) -> HeaderParserView:
@@ -218,9 +322,18 @@ def header_parser_view(protocol: Protocol) -> HeaderParserView:
         ),
         shared=tuple(entry for message in shared for entry in _entries(prefix, message)),
         sub_messages=tuple(_sub_message(message) for message in shared for _ in _lengths(message)),
+        arrays=tuple(_arrays(names_of(protocol), messages)),
         has_several=any(len(_lengths(message)) > 1 for message in messages),
         devices=tuple(_conditions(protocol.framing["devices"])),
     )
+
+
+def _arrays(names: Names, messages: Iterable[Message]) -> Iterator[ArrayView]:
+    """Yield the arrays at the end of packets."""
+    for message in messages:
+        for layout in message.layouts:
+            if array := _array(names, message, layout):
+                yield array
 
 
 def _main_entries(prefix: str, message: Message) -> Iterator[EntryView]:
@@ -254,6 +367,8 @@ def _forms(message: Message) -> Iterator[str]:
         yield "HEADER"
     if any(layout.only_zero for layout in headers):
         yield "ONLY_ZERO"
+    if any(layout.array for layout in message.layouts):
+        yield "ARRAY"
 
 
 def _lengths(message: Message) -> list[int]:

@@ -7,7 +7,14 @@ from collections.abc import Iterator, Sequence
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.documentation import shown_id, where
-from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping
+from stagewire_generator.targets.python.brackets import (
+    Nested,
+    Source,
+    Text,
+    call,
+    mapping,
+    strings,
+)
 from stagewire_generator.targets.python.class_view import (
     ClassView,
     SharedView,
@@ -20,6 +27,7 @@ from stagewire_generator.targets.python.field_view import (
     Slot,
     code,
     field_view,
+    integer_code,
     packed,
     type_of,
     value_of,
@@ -28,6 +36,7 @@ from stagewire_generator.targets.python.field_view import (
 from stagewire_generator.targets.python.framing import Framing, named, nameless
 from stagewire_generator.targets.python.source import (
     docstring,
+    integer,
     literal,
     message_doc,
     paragraph,
@@ -72,6 +81,8 @@ def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     if layout.only_zero:
         more.append("only_zero=True")
     more += _of_message(message)
+    if layout.array:
+        return _counted(protocol, message, layout, name)
     return ClassView(
         name=name,
         kind="plain",
@@ -87,14 +98,60 @@ def _plain(protocol: Protocol, message: Message, layout: Layout, name: str) -> C
     )
 
 
+def _counted(protocol: Protocol, message: Message, layout: Layout, name: str) -> ClassView:
+    """Make the view of a class whose packet ends with an array."""
+    *before, field = layout.fields
+    array = layout.array
+    assert array is not None
+    codes = "".join(code(slot) for slot in before)
+    places = {f.name: (f.offset, f.format.size) for f in before}
+    counted: list[Source] = [
+        literal(field.name),
+        f"code={literal(integer_code(array.item))}",
+        f"least={layout.length}",
+        f"most={layout.longest}",
+        f"rows={literal(array.rows)}",
+        f"single={array.single}",
+        strings("masks=", array.masks) if array.masks else "masks=()",
+        mapping("places=", [f"{literal(other)}: {places[other]}" for other in array.fields]),
+    ]
+    values = mapping("", [f"{literal(other)}: {other}" for other in array.fields])
+    limits = [integer(field.minimum), integer(field.maximum)]
+    head = layout_call(
+        message.name,
+        _id(message),
+        message.direction,
+        layout.form,
+        layout.fields,
+        _of_message(message),
+    )
+    return ClassView(
+        name=name,
+        kind="counted",
+        base="CountedMessage",
+        doc=_doc(protocol, message, layout),
+        layout=head,
+        parameters=parameters(layout.fields),
+        fields=tuple(field_view(slot) for slot in layout.fields),
+        packer=packer_name(name),
+        sent_format=f"<{codes}",
+        packed=tuple(packed(slot) for slot in before),
+        read_format=f"<6x{codes}",
+        counted=call("Counted", counted, broken=True),
+        checked=call("cls.counted.check", ["cls.layout", field.name, *limits, values]),
+    )
+
+
 def _id(message: Message) -> str:
     assert message.id is not None
     return f"0x{message.id:04X}"
 
 
-def _of_message(message: Message) -> list[str]:
+def _of_message(message: Message) -> list[Source]:
     """Return the arguments of every Layout of a message."""
-    unsolicited = ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+    unsolicited: list[Source] = ["unsolicited=True"] if message.exchange.get("unsolicited") else []
+    if message.not_sent:
+        unsolicited.append(Text("not_sent=", message.not_sent))
     if message.sub_message is None:
         return unsolicited
     return [*unsolicited, f"sub_message={message.sub_message}"]
@@ -180,6 +237,8 @@ def _doc(protocol: Protocol, message: Message, layout: Layout | None) -> str:
     size = "layout not documented"
     if layout is not None:
         size = f"{layout.length} bytes of data" if layout.length else "header only"
+    if layout is not None and layout.array:
+        size = f"{layout.length} to {layout.longest} bytes of data"
     return message_doc(
         protocol, message, layout, f"``{message.name}`` ({shown_id(protocol, message)})", size
     )

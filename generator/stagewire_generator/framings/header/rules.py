@@ -109,10 +109,13 @@ def _table(
         ("last_offset", total - 1),
     ):
         if key in table:
-            comparison.same(f"{where}/{key}", (*path, key), table[key], encoded)
+            known = "variable" if layout.array else encoded
+            comparison.same(f"{where}/{key}", (*path, key), table[key], known)
     if len(cells) == 6:
         if data:
             length = f"{layout.length & 0xFF:02X} {layout.length >> 8:02X}"
+            if layout.array:
+                length = "xx xx"  # any: the fields of the packet state it
             comparison.same(f"{where}/length", at, f"{cells[2]} {cells[3]}", length)
         else:
             _param(comparison, f"{where}/param1", layout.param1, cells[2], at)
@@ -155,6 +158,7 @@ RULES = Rules(
     id_size=2,
     has_parameters=True,
     has_sub_messages=True,
+    has_arrays=True,
     reports_faults=True,
 )
 WITNESS = Witness(MESSAGE_CHAPTERS, sections=True, tables=compare_tables)

@@ -17,6 +17,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     header_frame,
     id_of,
     lengths_of,
+    longest,
     undocumented_cases,
     unknown_id,
     unknown_sub_messages,
@@ -130,10 +131,44 @@ def _case(
     return make_case(id, about, {"op": operation, **more}, expected)
 
 
+def array_cases(of: Subject, raw: bytes) -> Iterator[Case]:
+    """Yield packets whose length is not the one that their fields state."""
+    id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
+    packet, least, most = raw[SIZE:], of.layout.length, of.layout.longest
+    array = of.layout.array
+    assert array is not None
+    for name, about, wrong, code in (
+        ("cut", "", raw[:-1], "truncated"),
+        ("cut.packet", "without its packet", raw[:SIZE], "truncated"),
+        ("trailing", "", raw + b"\0", "trailing"),
+        ("short", "one byte less than the fields before the array", packet[: least - 1], ""),
+        ("array.none", "without its array", packet[:least], ""),
+        ("array.cut", "without the last byte of its array", packet[:-1], ""),
+        ("array.short", "without its last integer", packet[: -array.item.size], ""),
+        (
+            "array.long",
+            "an integer more than its fields state",
+            packet + bytes(array.item.size),
+            "",
+        ),
+        ("array.extra", "a byte more than its fields state", packet + b"\xa5", ""),
+        ("array.most", "more bytes than any packet", packet + bytes(most + 1 - len(packet)), ""),
+    ):
+        frame = wrong if code else data_frame(id, wrong, dest, source)
+        yield of.decode(name, about, frame, code or "bad_length")
+    far = data_frame(id, packet, dest, source, declared=0xFFFF)
+    yield of.decode("length.most", "the greatest length in a header", far, "truncated")
+    yield of.encode("extra", "bytes after an array", "bad_value", extra="00")
+
+
 def protocol_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case]:
     """Yield the cases that all frames share; each kind of form is checked with one layout."""
     yield from _unknown(framing)
-    packets = [of for of in subjects if of.layout.form != "header" and not of.layout.when]
+    packets = [
+        of
+        for of in subjects
+        if of.layout.form != "header" and not of.layout.when and not of.layout.array
+    ]
     headers = [of for of in subjects if of.layout.form == "header"]
     for of in (*headers[:1], *packets[:1]):
         yield from _addresses(framing, of)
@@ -251,6 +286,10 @@ class HeaderFraming(Framing):
             return header_frame(id_of(of.message), param1, param2, dest, source)
         return data_frame(id_of(of.message), content + extra, dest, source)
 
+    def decodes(self, of: Subject, raw: bytes) -> bool:
+        """Return whether a frame is not longer than its message allows."""
+        return of.layout.form == "header" or len(raw) - SIZE <= longest(of.message)
+
     def of_layout(self, of: Subject) -> Iterator[Case]:
         """Yield frames of a wrong length, and with a wrong address or context."""
         raw = self.frame(of, of.plain.held)
@@ -267,6 +306,9 @@ class HeaderFraming(Framing):
         yield from layout_stream(self.protocol, of, raw)
 
     def _lengths(self, of: Subject, raw: bytes) -> Iterator[Case]:
+        if of.layout.array:
+            yield from array_cases(of, raw)
+            return
         first = of.fields[0].format.size if of.fields else 1
         cuts = {
             "cut.header": ("in the middle of its header", SIZE // 2),

@@ -7,7 +7,7 @@ from typing import Final
 
 from stagewire_generator.model import Json, Message, Protocol
 from stagewire_generator.targets.vectors.subject import Case, Expected, make_case
-from stagewire_generator.targets.vectors.values import greatest_but
+from stagewire_generator.targets.vectors.values import fields_from_bytes, greatest_but
 
 SIZE: Final = 6  # length of the header
 MOST: Final = 255  # length of the longest packet
@@ -31,6 +31,25 @@ def data_frame(
 def with_high_length(raw: bytes) -> bytes:
     """Return a data frame whose declared length is 256 bytes greater than its packet."""
     return raw[:3] + bytes((raw[3] + 1,)) + raw[4:]
+
+
+def longest(message: Message) -> int:
+    """Return the length of the longest packet that a header of the message can announce."""
+    return max([MOST] * (not has_array(message)) + [x.longest for x in message.layouts if x.array])
+
+
+def has_array(message: Message) -> bool:
+    """Whether the packet of a message ends with an array."""
+    return any(layout.array for layout in message.layouts)
+
+
+def stated_length(message: Message, packet: bytes) -> int | None:
+    """Return the length that the fields before an array state; None if they are incomplete."""
+    layout = next(layout for layout in message.layouts if layout.array)
+    if len(packet) < layout.length or layout.array is None:
+        return None
+    values = fields_from_bytes(layout.fields[:-1], packet[: layout.length])
+    return layout.length + layout.array.item.size * layout.array.count(values)
 
 
 def id_of(message: Message) -> int:

@@ -14,9 +14,12 @@ from stagewire_generator.framings.header.vectors_frames import (
     MOST,
     SIZE,
     data_frame,
+    has_array,
     header_frame,
     id_of,
     lengths_of,
+    longest,
+    stated_length,
     sub_message_of,
     undocumented_frames,
     unknown_id,
@@ -42,6 +45,10 @@ ENDS: Final = {
     "none": frozenset({"to_host", "to_controller"}),
 }
 """End of the line -> the directions that it receives."""
+
+
+_DOUBTFUL: Final = {"long": "message", "miscounted": "bad_length"}
+# Pieces with a length that may be damaged -> what they are if their packet contains no header of ours.
 
 
 class HeaderReader:
@@ -74,10 +81,10 @@ class HeaderReader:
             if size > len(rest):
                 yield "pending", rest
                 return
-            if kind == "long":  # the length is damaged if the packet contains a header of ours
+            if kind in _DOUBTFUL:  # the length is damaged if the packet contains a header of ours
                 inside = range(1, size - SIZE + 1)
                 hit = any(self._by_header(rest[i:])[0] == "message" for i in inside)
-                kind, size = ("garbage", 1) if hit else ("message", size)
+                kind, size = ("garbage", 1) if hit else (_DOUBTFUL[kind], size)
             yield kind, rest[:size]
             at, in_step = at + size, kind != "garbage"
 
@@ -86,7 +93,7 @@ class HeaderReader:
         messages, word, announced, pair = self._header(rest)
         garbage = "garbage", 1
         message = messages[0] if messages else None  # those of one id have one direction
-        if announced and word > MOST:
+        if announced and word > (longest(message) if message else MOST):
             return garbage
         size = SIZE + word if announced else SIZE
         if message is None:
@@ -111,6 +118,12 @@ class HeaderReader:
             return ("message", SIZE) if self._has_header(messages, word) else garbage
         if not lengths:
             return garbage
+        if has_array(message):
+            if word < min(lengths):
+                return "bad_length", size
+            whole = rest[SIZE:size]
+            wrong = len(rest) >= size and stated_length(message, whole) != word
+            return ("miscounted" if wrong else "message"), size
         fitting = [length for length in lengths if length <= word]
         if not fitting:
             return "bad_length", size
@@ -122,7 +135,10 @@ class HeaderReader:
         messages, word, announced, _ = self._header(rest)
         if kind == "message" and announced and size <= len(rest):
             meant = self._meant(messages, rest[:size])
-            if word not in _lengths(meant):
+            if not _allows(meant, word):
+                return "garbage", 1
+            packet = rest[SIZE:size]
+            if has_array(meant[0]) and stated_length(meant[0], packet) != word:
                 return "garbage", 1
         return kind, size
 
@@ -130,7 +146,7 @@ class HeaderReader:
         """Return the kind and the length of the piece at the start, out of step, by its header alone."""
         messages, word, announced, pair = self._header(rest)
         if messages and self._ours(messages[0]):
-            if announced and word in _lengths(messages) and pair in self._tolerated:
+            if announced and _allows(messages, word) and pair in self._tolerated:
                 return "message", SIZE + word
             right = pair in self._right(*self._ours(messages[0]))
             if not announced and right and self._has_header(messages, word):
@@ -161,7 +177,7 @@ class HeaderReader:
     def _has_header(self, messages: list[Message], parameters: int) -> bool:
         """Whether a header with these parameters can be a message, not a packet without its data flag."""
         headers = [x for message in messages for x in message.layouts if x.form == "header"]
-        if parameters in _lengths(messages):
+        if _allows(messages, parameters):
             return False
         return any(not (header.only_zero and parameters) for header in headers)
 
@@ -169,6 +185,22 @@ class HeaderReader:
 def _lengths(messages: list[Message]) -> set[int]:
     """Return the lengths of the packets of an id."""
     return {length for message in messages for length in lengths_of(message)}
+
+
+def _allows(messages: list[Message], length: int) -> bool:
+    """Whether a packet of an id may have this length, without extra bytes."""
+    for layout in (layout for message in messages for layout in message.layouts):
+        if layout.form == "header":
+            continue
+        more = length - layout.length
+        if more == 0 or (
+            layout.array
+            and more > 0
+            and length <= layout.longest
+            and more % layout.array.item.size == 0
+        ):
+            return True
+    return False
 
 
 _DAMAGE = b"\xff"
@@ -194,7 +226,7 @@ def stream_cases(framing: Framing, subjects: Sequence[Subject]) -> Iterator[Case
     protocol = framing.protocol
     decided = [of for of in subjects if not of.layout.when]
     decided.sort(
-        key=lambda of: not of.layout.length
+        key=lambda of: (of.layout.array is not None, not of.layout.length)
     )  # packets first: they can be damaged in more ways
     for end, receives in ENDS.items():
         ours = [of for of in decided if of.message.direction in (*receives, "both")]
@@ -241,7 +273,7 @@ class _Decoder:
             "source": raw[5],
             "fields": shown(of.fields, values),
         }
-        extra = b"" if header else content[of.layout.length :]
+        extra = b"" if header or of.layout.array else content[of.layout.length :]
         return {**says, "extra": extra.hex()} if extra else says
 
     def _layout(self, raw: bytes) -> Subject:
@@ -261,6 +293,9 @@ def _scenarios(
     lead = ours[0]
     raw = framing.frame(lead, lead.plain.held)
     yield from _sub_messages(framing.protocol, ours, raw)
+    for of in ours:
+        if of.layout.array:
+            yield from _arrays(of, framing.frame(of, of.plain.held), raw)
     other = next((of for of in every if of.message.direction != lead.message.direction), lead)
     yield "nothing", "no chunks", []
     yield "empty", "chunks without bytes", [b"", b""]
@@ -303,6 +338,40 @@ def _sub_messages(protocol: Protocol, ours: Sequence[Subject], raw: bytes) -> It
             short = data_frame(id, bytes(length), dest, source)
             about = f"a packet of {length} bytes, without a sub-message, then a frame"
             yield f"{of.message.name}.short.{length}", about, [short + raw]
+
+
+def _arrays(of: Subject, array: bytes, raw: bytes) -> Iterator[Scenario]:
+    """Yield frames whose length is not the one that their fields state, and long ones."""
+    id, dest, source, name = (
+        id_of(of.message),
+        of.asked["dest"],
+        of.asked["source"],
+        of.message.name,
+    )
+    layout, packet = of.layout, array[SIZE:]
+    assert layout.array is not None
+    size, last = layout.array.item.size, layout.length - 1
+    yield f"{name}.bytes", "a frame with an array, one byte at a time", in_bytes(array + raw)
+    yield f"{name}.garbage", "garbage, a frame with an array, then a frame", [_DAMAGE + array + raw]
+    for ending, about, wrong in (
+        ("short", "a packet shorter than its fields", packet[:last]),
+        ("cut", "a packet without its last integer", packet[:-size]),
+        ("odd", "a packet without its last byte", packet[:-1]),
+        ("long", "a packet with an integer more", packet + bytes(size)),
+        ("inside", "a packet with a frame after its array", packet + raw),
+        ("most", "the longest packet, of zeros", bytes(layout.longest)),
+    ):
+        frame = data_frame(id, wrong, dest, source)
+        yield f"{name}.{ending}", f"{about}, then a frame", [frame + raw]
+        yield f"{name}.garbage.{ending}", f"garbage, {about}, then a frame", [_DAMAGE + frame + raw]
+    for ending, declared in (
+        ("high", layout.longest + 1),
+        ("wild", 0xFFFF),
+        ("waits", layout.longest),
+    ):
+        frame = data_frame(id, packet, dest, source, declared)
+        about = f"a frame with an array that declares {declared} bytes, then a frame"
+        yield f"{name}.{ending}", about, [frame + raw]
 
 
 def _addressed(protocol: Protocol, raw: bytes) -> Iterator[Scenario]:

@@ -97,7 +97,8 @@ def number(text: str, maximum: int) -> int | None:
 
 def limit(text: str, field: Field) -> int | None:
     """Read a printed limit of a field, and convert a time such as 10,000s to counts."""
-    factor = field.quantity.factor if field.quantity and field.unit == "ms" else None
+    quantity = field.quantity if field.unit == "ms" else None
+    factor = quantity.factor or next(iter(quantity.by_unit.values()), None) if quantity else None
     time = _TIME.match(text)
     if factor and time:
         milliseconds = int(time[1].replace(",", "")) * (1 if time[2] else 1000)

@@ -97,6 +97,8 @@ def _rows(
         comparison.compared += 1
         printed = formats.get(field.name, NOTHING).lower()
         # A single char is an unsigned byte, and may be a number
+        if field.array and printed.endswith(f"array of {field.format.name}"):
+            continue
         if printed != field.format.name and (printed, field.format.name) != ("char", "byte"):
             comparison.differs(f"{place}/{field.name}/format", path, printed, field.format.name)
 
@@ -214,7 +216,7 @@ def _limits(
         comparison.differs(place, path, printed["of"], "no such field")
         return
     fixed = field.constant if field.constant is not None else field.default
-    lowest, highest = field.minimum, field.maximum
+    lowest, highest = field.own_range
     if field.enum and not field.ranged and not field.open:  # the values are the range
         values = [value.value for value in field.enum.values]
         lowest, highest = min(values), max(values)

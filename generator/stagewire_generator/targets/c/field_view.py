@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Layout
+from stagewire_generator.model import Field, Format, Layout
 from stagewire_generator.targets.c.source import Names, call, comment, field_doc, integer
 
 
@@ -43,6 +43,8 @@ def field_view(names: Names, field: Field, offset: int, read_from: str = "frame"
     name, size = field.name, field.format.size
     source, value = f"&{read_from}[{offset}]", f"message->{name}"
     doc = field_doc(names, field)
+    if field.array:
+        return _array_view(names, field, offset, read_from)
     if field.format.kind != "integer":
         kind = "char" if field.format.kind == "text" else "uint8_t"
         return FieldView(
@@ -74,6 +76,50 @@ def field_view(names: Names, field: Field, offset: int, read_from: str = "frame"
         value=f"({wide}){value}" if field.format.signed else value,
         byte=(f"(uint8_t){value}" if field.format.signed else value) if size == 1 else "",
     )
+
+
+def _array_view(names: Names, field: Field, offset: int, read_from: str) -> FieldView:
+    """Make the view of an array, which is the last field of a frame."""
+    assert field.array
+    name, size = field.name, field.array.item.size
+    value = f"message->{name}"
+    counted = f"(size - {offset}U) / {size}U"
+    return FieldView(
+        name=name,
+        doc=field_doc(names, field),
+        declaration=f"{names.prefix}_array {name};",
+        initial="{0}",
+        refused=(),
+        read=f"{value}.bytes = &{read_from}[{offset}];\n        {value}.count = {counted};",
+        offset=offset,
+        put=f"{names.prefix}_put_bytes",
+        value=f"{value}.count * {size}U, {value}.bytes",
+    )
+
+
+def integer_type(format: Format) -> str:
+    """Return the type of an integer of a format."""
+    bits = max(8, 1 << (8 * format.size - 1).bit_length())
+    return f"{'' if format.signed else 'u'}int{bits}_t"
+
+
+def read_integer(names: Names, format: Format, source: str) -> str:
+    """Return the expression that reads an integer at a pointer."""
+    taken = (
+        f"*({source})" if format.size == 1 else f"{names.prefix}_get_{8 * format.size}({source})"
+    )
+    if format.signed and format.is_odd:
+        return f"{names.prefix}_signed_{8 * format.size}({taken})"
+    return f"({integer_type(format)}){taken}" if format.signed else taken
+
+
+def write_integer(names: Names, format: Format, at: str, value: str) -> str:
+    """Return the statement that writes an integer at a pointer."""
+    if format.size == 1:
+        return f"*({at}) = (uint8_t){value};"
+    wide = "uint64_t" if format.size > 4 else "uint32_t"
+    given = f"({wide}){value}" if format.signed else value
+    return f"(void){names.prefix}_put_{8 * format.size}({at}, {given});"
 
 
 def parameter_view(name: str, offset: int) -> FieldView:

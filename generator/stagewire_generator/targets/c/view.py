@@ -51,6 +51,7 @@ class PackageView:
     flags: tuple[TableView, ...]
     chapters: tuple[ChapterView, ...]
     has_sub_messages: bool  # whether several messages share an id
+    longest_array: int  # length of the longest packet with an array; 0 if there is none
 
     @property
     def package(self) -> str:
@@ -92,6 +93,15 @@ def package_view(protocol: Protocol) -> PackageView:
         ),
         chapters=tuple(_chapter(protocol, c) for c in protocol.chapters if c.name in made),
         has_sub_messages=any(message.sub_message is not None for message in protocol.messages),
+        longest_array=max(
+            (
+                layout.longest
+                for message in protocol.messages
+                for layout in message.layouts
+                if message.id is not None and layout.array
+            ),
+            default=0,
+        ),
     )
 
 

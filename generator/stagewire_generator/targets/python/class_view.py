@@ -15,6 +15,7 @@ from stagewire_generator.targets.python.field_view import (
     code,
     default,
     field_view,
+    given_type,
     is_optional,
     name_of,
     packed,
@@ -51,6 +52,9 @@ class ClassView:
     sent_format: str = ""  # its format
     read_format: str = ""  # format of the Struct that unpacks the fields
     packed: tuple[Source, ...] = ()  # arguments of the packing Struct
+    # Classes with an array only
+    counted: Source = ""  # the call that creates its Counted
+    checked: Source = ""  # the call that checks its array
     # Undecided classes only
     shared: tuple[SharedView, ...] = ()
     # Commands only
@@ -68,7 +72,7 @@ def packer_name(class_name: str) -> str:
 
 def parameters(slots: Sequence[Slot]) -> tuple[str, ...]:
     """Return the parameters of ``__new__``; optional ones are keyword-only."""
-    required = [f"{name_of(s)}: {type_of(s)}" for s in slots if not is_optional(s)]
+    required = [f"{name_of(s)}: {given_type(s)}" for s in slots if not is_optional(s)]
     optional = [f"{name_of(s)}: {type_of(s)} = {default(s)}" for s in slots if is_optional(s)]
     return ("cls", *required, *(["*", *optional] if optional else []))
 

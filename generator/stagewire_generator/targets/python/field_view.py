@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from stagewire_generator.model import Field
+from stagewire_generator.model import Field, Format
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.brackets import Preferred, Source, call
 from stagewire_generator.targets.python.source import integer
@@ -14,7 +14,8 @@ Slot: TypeAlias = Field | str
 """A field of a class; an unused header parameter is a bare name."""
 
 _CODES = {1: "b", 2: "h", 4: "l", 8: "q"}  # capitals without a sign
-_TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
+_TYPES = {"integer": "int", "text": "str", "bytes": "bytes", "array": "tuple[int, ...]"}
+_GIVEN = {"array": "Iterable[int]"}  # types that a constructor accepts, if they are others
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,9 @@ def field_view(slot: Slot) -> FieldView:
     if isinstance(slot, str):
         return FieldView(slot, "integer", "int", minimum=integer(0), maximum=integer(0xFF))
     name, kind = slot.name, slot.format.kind
+    if kind == "array":
+        low, high = integer(slot.minimum), integer(slot.maximum)
+        return FieldView(name, kind, _TYPES[kind], minimum=low, maximum=high)
     value = value_of(slot, name) if is_converted(slot) else ""
     if kind != "integer":
         return FieldView(name, kind, _TYPES[kind], slot.format.size, value=value)
@@ -61,14 +65,24 @@ def type_of(slot: Slot) -> str:
     return "int" if isinstance(slot, str) else _TYPES[slot.format.kind]
 
 
+def given_type(slot: Slot) -> str:
+    """Return the type of the value that a constructor accepts."""
+    return type_of(slot) if isinstance(slot, str) else _GIVEN.get(slot.format.kind, type_of(slot))
+
+
+def integer_code(format: Format) -> str:
+    """Return the format character of an integer for Struct."""
+    letter = _CODES[format.size]
+    return letter if format.signed else letter.upper()
+
+
 def code(slot: Slot) -> str:
     """Return the format character of a field for Struct; integers of odd sizes are read as bytes."""
     if isinstance(slot, str):
         return "B"
     if slot.format.kind != "integer" or slot.format.is_odd:
         return f"{slot.format.size}s"
-    letter = _CODES[slot.format.size]
-    return letter if slot.format.signed else letter.upper()
+    return integer_code(slot.format)
 
 
 def wire_type(field: Field) -> str:

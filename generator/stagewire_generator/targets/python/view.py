@@ -41,10 +41,10 @@ from stagewire_generator.targets.templates import Templates, TemplatesError
 from stagewire_generator.targets.vectors import vectors_text
 
 # base of a class -> other names that its template uses
-_BESIDE = {"FramedMessage": ("check_addresses",)}
+_BESIDE = {"FramedMessage": ("check_addresses",), "CountedMessage": ("Counted",)}
 # kinds of classes
-_WITH_STRUCT = {"plain", "undecided", "command", "payload"}
-_WITH_SELF = {"plain", "command", "payload"}
+_WITH_STRUCT = {"plain", "counted", "undecided", "command", "payload"}
+_WITH_SELF = {"plain", "counted", "command", "payload"}
 
 
 def class_imports(package: str, views: Sequence[ClassView]) -> list[Import]:
@@ -52,7 +52,8 @@ def class_imports(package: str, views: Sequence[ClassView]) -> list[Import]:
     names = {"Direction", "Layout"}
     for view in views:
         names.update((view.base, *_BESIDE.get(view.base, ())))
-    names.update(f"check_{field.kind}" for view in views for field in view.fields)
+    kinds = {field.kind for view in views for field in view.fields} - {"array"}
+    names.update(f"check_{kind}" for kind in kinds)
     flags = {field.flags for view in views for field in view.fields if field.flags}
     return [Import(SUPPORT, tuple(names))] + (
         [Import(f"{package}.flags", tuple(flags))] if flags else []
@@ -71,6 +72,7 @@ class ChapterView:
     classes: tuple[ClassView, ...]
     uses_struct: bool  # whether a class packs or unpacks named fields
     uses_self: bool  # whether a class has named fields
+    uses_arrays: bool  # whether a class has an array
     imports: tuple[Import, ...]
     aliases: tuple[tuple[str, str], ...]  # other name of a class -> the class
     names: tuple[str, ...]
@@ -189,6 +191,7 @@ def _chapter(protocol: Protocol, name: str) -> ChapterView:
         classes=tuple(classes),
         uses_struct=any(view.kind in _WITH_STRUCT for view in classes),
         uses_self=any(view.kind in _WITH_SELF for view in classes),
+        uses_arrays=any(view.kind == "counted" for view in classes),
         imports=tuple(class_imports(protocol.package, classes)),
         aliases=tuple(aliases),
         names=tuple(sorted([*(view.name for view in classes), *(name for name, _ in aliases)])),

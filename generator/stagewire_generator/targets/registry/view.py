@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from stagewire_generator.model import (
+    Array,
     Chapter,
     Enumeration,
     EnumValue,
@@ -309,6 +310,8 @@ def _message(message: Message) -> Json:
         "call": message.call,
         "aliases": list(message.aliases),
         "later_pages": dict(message.later_pages),
+        "not_sent": message.not_sent,
+        "twin_of": message.twin_of,
     }
     data |= {key: value for key, value in optional.items() if value}
     if message.sub_message is not None:
@@ -337,9 +340,28 @@ def _layout(layout: Layout, class_name: str) -> Json:
         "param1": _field(layout.param1) if layout.param1 else None,
         "param2": _field(layout.param2) if layout.param2 else None,
         "length": layout.length,
+        **({"longest": layout.longest} if layout.array else {}),
         "fields": [_field(field) for field in layout.fields],
         "note": layout.note,
         **({"only_zero": True} if layout.only_zero else {}),
+        **({"sent_when": dict(layout.sent_when)} if layout.sent_when else {}),
+    }
+
+
+def _array(array: Array) -> Json:
+    return {
+        "item_size": array.item.size,
+        "rows": array.rows,
+        "columns": [
+            {
+                "name": column.name,
+                "each": column.each or None,
+                "quantity": column.quantity.name if column.quantity else None,
+                "unit": (column.quantity.unit or None) if column.quantity else None,
+                "note": column.note,
+            }
+            for column in array.columns
+        ],
     }
 
 
@@ -366,6 +388,8 @@ def _field(field: Field) -> Json:
     }
     if field.format.kind != "integer":
         data["minimum"] = data["maximum"] = None
+    if field.array:
+        data |= {"minimum": field.minimum, "maximum": field.maximum, "array": _array(field.array)}
     if field.enum:
         data["enumeration"] = field.enum.name
         data["enum"] = {value.name: value.value for value in field.enum.values}
@@ -380,6 +404,11 @@ def _field(field: Field) -> Json:
         data["open"] = True
     if field.enums_by_unit:
         data["enums_by_unit"] = {unit: table.name for unit, table in field.enums_by_unit.items()}
+    if field.ranges_by_unit:
+        ranges = {"others": field.own_range, **field.ranges_by_unit}
+        data["ranges_by_unit"] = {
+            unit: {"minimum": low, "maximum": high} for unit, (low, high) in ranges.items()
+        }
     if field.flags_by_unit:
         data["flags_by_unit"] = {unit: table.name for unit, table in field.flags_by_unit.items()}
     return data

@@ -112,7 +112,7 @@ def _held(framing: Framing, of: Subject) -> Iterator[Case]:
         raw = framing.frame(of, content.held)
         expected = raw if content.ranged else "out_of_range"
         yield of.encode(content.name, "", expected, content.given)
-        if content.decoded:
+        if content.decoded and framing.decodes(of, raw):
             yield of.decode(content.name, "", raw, of.answer(content))
 
 
@@ -123,7 +123,9 @@ def _refused(of: Subject) -> Iterator[Case]:
     for field in of.fields:
         if field.role == "reserved" and field.name in UNNAMED:
             continue  # most headers have unused parameters, which are all alike
-        refused = [(*case, "out_of_range") for case in unfit_values(field)]
+        refused = [
+            (*case, "out_of_range") for case in unfit_values(field, of.plain.held[field.name])
+        ]
         if field.format.kind not in kinds:  # one field of each kind is enough for wrong types
             kinds.add(field.format.kind)
             refused += [(*case, "bad_value") for case in bad_values(field)]

@@ -24,6 +24,10 @@ class Framing(abc.ABC):
     def frame(self, of: Subject, held: Json, extra: bytes = b"") -> bytes:
         """Return the bytes of a frame with these values and extra bytes."""
 
+    def decodes(self, of: Subject, raw: bytes) -> bool:
+        """Return whether a frame with values of its format, even out of range, can be decoded."""
+        return True
+
     @abc.abstractmethod
     def of_layout(self, of: Subject) -> Iterator[Case]:
         """Yield the cases of a layout that depend on the framing."""

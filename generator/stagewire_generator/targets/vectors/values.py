@@ -5,14 +5,14 @@ They depend only on the fields. The framings put a content into a frame.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from stagewire_generator.model import Field, Json
 
-Value = int | str
-"""An integer; text; bytes in hex."""
+Value = int | str | list[int]
+"""An integer; text; bytes in hex; the integers of an array."""
 
 
 def fields_to_bytes(fields: Iterable[Field], values: Json) -> bytes:
@@ -25,8 +25,9 @@ def fields_from_bytes(fields: Iterable[Field], raw: bytes) -> Json:
     values: Json = {}
     at = 0
     for field in fields:
-        values[field.name] = _from_bytes(field, raw[at : at + field.format.size])
-        at += field.format.size
+        end = len(raw) if field.array else at + field.format.size
+        values[field.name] = _from_bytes(field, raw[at:end])
+        at = end
     return values
 
 
@@ -38,6 +39,10 @@ def greatest_but(taken: Iterable[int | None], size: int) -> int | None:
 
 def _to_bytes(field: Field, value: Value) -> bytes:
     format = field.format
+    if field.array and isinstance(value, list):
+        size, signed = field.array.item.size, format.signed
+        return b"".join(number.to_bytes(size, "little", signed=signed) for number in value)
+    assert not isinstance(value, list)
     if isinstance(value, int):
         return value.to_bytes(format.size, "little", signed=format.signed)
     if format.kind == "bytes":
@@ -47,6 +52,10 @@ def _to_bytes(field: Field, value: Value) -> bytes:
 
 def _from_bytes(field: Field, raw: bytes) -> Value:
     format = field.format
+    if field.array:
+        size = field.array.item.size
+        pieces = [raw[at : at + size] for at in range(0, len(raw), size)]
+        return [int.from_bytes(piece, "little", signed=format.signed) for piece in pieces]
     if format.kind == "integer":
         return int.from_bytes(raw, "little", signed=format.signed)
     return raw.hex() if format.kind == "bytes" else raw.decode("latin-1").rstrip("\0")
@@ -76,9 +85,33 @@ class Content:
     decoded: bool = True
 
 
+_ROWS = 3  # of the array in a content whose number of rows is not tested
+
+
+def filled(
+    fields: Sequence[Field], held: Json, number: Callable[[Field], int] | None = None
+) -> Json:
+    """Return values with an array as long as the other values state; unchanged if there is none.
+
+    :param number: returns each integer; by default they count.
+    """
+    field = fields[-1] if fields else None
+    if field is None or field.array is None:
+        return held
+    span = field.maximum - field.minimum + 1
+    count = field.array.count(held)
+    numbers = [
+        number(field) if number else field.minimum + (place * 0x01010101 + 1) % span
+        for place in range(count)
+    ]
+    return {**held, field.name: numbers}
+
+
 def plain_content(fields: Sequence[Field]) -> Content:
     """Return a content whose bytes differ from each other as far as the fields allow."""
+    rows = fields[-1].array.rows if fields and fields[-1].array else ""
     held = {field.name: default(field) if is_optional(field) else plain(field) for field in fields}
+    held = filled(fields, held | ({rows: _ROWS} if rows else {}))
     given = {field.name: held[field.name] for field in fields if not is_optional(field)}
     return Content("plain", given, held, shown(fields, held))
 
@@ -92,7 +125,7 @@ def contents(fields: Sequence[Field], base: Content) -> Iterator[Content]:
     """
     seen = set()
     for content in (base, *_together(fields, base), *_one_by_one(fields, base)):
-        key = tuple(content.held.values())
+        key = repr(content.held)
         if key not in seen:
             seen.add(key)
             yield content
@@ -101,7 +134,7 @@ def contents(fields: Sequence[Field], base: Content) -> Iterator[Content]:
 def _together(fields: Sequence[Field], base: Content) -> Iterator[Content]:
     """Yield contents with all fields at a limit, and one with all optional fields."""
     for name, value in (("least", least), ("greatest", greatest)):
-        held = {field.name: value(field) for field in fields}
+        held = filled(fields, {field.name: value(field) for field in fields}, value)
         yield Content(name, held, held, shown(fields, held))
     spare = {field.name: plain(field) for field in fields if is_optional(field)}
     held = base.held | spare
@@ -114,16 +147,28 @@ def _one_by_one(fields: Sequence[Field], base: Content) -> Iterator[Content]:
         if field.role == "reserved":
             continue
         for name, value in named_values(field):
-            changed = {field.name: value}
-            held = base.held | changed
+            held = filled(fields, base.held | {field.name: value})
+            if not _fits(fields, held):
+                continue
             yield Content(
                 name=field.name + name,
-                given=base.given | changed,
+                given={key: held[key] for key in (*base.given, field.name)},
                 held=held,
                 shown=shown(fields, held),
-                ranged=isinstance(value, str) or field.minimum <= value <= field.maximum,
+                ranged=not isinstance(value, int) or field.minimum <= value <= field.maximum,
                 decoded=name not in (".least", ".greatest") and not field.selects,
             )
+
+
+_LONGEST = 0xFFFF  # packet that a header can state
+
+
+def _fits(fields: Sequence[Field], held: Json) -> bool:
+    """Whether the array of these values fits into a packet, even if it is longer than allowed."""
+    array = fields[-1].array
+    if array is None:
+        return True
+    return fields[-1].offset + array.item.size * array.count(held) <= _LONGEST
 
 
 def shown(fields: Iterable[Field], held: Json) -> Json:
@@ -148,6 +193,8 @@ def default(field: Field) -> Value:
     """Return the value sent for a field that is left out."""
     if field.format.kind == "text":
         return ""
+    if field.array:
+        return []
     if field.format.kind == "bytes":
         return "00" * field.format.size
     return field.constant or field.omitted or 0
@@ -158,6 +205,8 @@ def plain(field: Field) -> Value:
     size = field.format.size
     if field.format.kind == "text":
         return _LETTERS[: max(1, size // 2)]
+    if field.array:
+        return []
     counting = bytes((field.offset + i) % 0x7F + 1 for i in range(size))
     if field.format.kind == "bytes":
         return counting.hex()
@@ -167,12 +216,12 @@ def plain(field: Field) -> Value:
     return field.minimum + (number - field.minimum) % (field.maximum - field.minimum + 1)
 
 
-def least(field: Field) -> Value:
-    """Return the least value of the range, an empty text, or zeros."""
-    return field.minimum if field.format.kind == "integer" else default(field)
+def least(field: Field) -> Any:
+    """Return the least value of the range, also of the integers of an array, an empty text, or zeros."""
+    return field.minimum if field.format.kind in ("integer", "array") else default(field)
 
 
-def greatest(field: Field) -> Value:
+def greatest(field: Field) -> Any:
     """Return the greatest value of the range, a text full of the last character, or bytes of ones."""
     size = field.format.size
     if field.format.kind == "text":
@@ -190,6 +239,8 @@ def named_values(field: Field) -> Iterator[tuple[str, Value]]:
         yield from _texts(field)
     elif field.format.kind == "integer":
         yield from _integers(field)
+    if field.array:
+        return
     if field.format.kind != "integer" or _is_narrow(field):
         yield ".least", least(field)
         yield ".greatest", greatest(field)
@@ -263,9 +314,15 @@ def _number(field: Field, bits: int) -> int:
     return int.from_bytes(bits.to_bytes(size, "little"), "little", signed=field.format.signed)
 
 
-def unfit_values(field: Field) -> Iterator[tuple[str, Value]]:
-    """Yield values that do not fit the format, each with the end of an id."""
+def unfit_values(field: Field, plain_value: Value) -> Iterator[tuple[str, Value]]:
+    """Yield values that do not fit the format, each with the end of an id.
+
+    :param plain_value: its value in the plain content, which is of the right length for an array.
+    """
     format = field.format
+    if isinstance(plain_value, list):
+        yield from _unfit_arrays(field, plain_value)
+        return
     if format.kind == "text":
         yield ".long", "S" * (format.size + 1)
     elif format.kind == "bytes":
@@ -277,7 +334,16 @@ def unfit_values(field: Field) -> Iterator[tuple[str, Value]]:
         if field.maximum == format.maximum:
             yield ".above", field.maximum + 1
         if _is_narrow(field):  # valid low bytes, and a bit above them
-            yield ".beyond", int(plain(field)) + (1 << 8 * format.size)
+            assert isinstance(plain_value, int)
+            yield ".beyond", plain_value + (1 << 8 * format.size)
+
+
+def _unfit_arrays(field: Field, numbers: list[int]) -> Iterator[tuple[str, Value]]:
+    yield ".empty", []
+    yield ".short", numbers[:-1]
+    yield ".long", [*numbers, field.minimum]
+    yield ".below", [*numbers[:-1], field.minimum - 1]
+    yield ".above", [field.maximum + 1, *numbers[1:]]
 
 
 def bad_values(field: Field) -> Iterator[tuple[str, Any]]:
@@ -287,6 +353,10 @@ def bad_values(field: Field) -> Iterator[tuple[str, Any]]:
         yield ".filled", "S\0"[-min(format.size, 2) :]  # with the NUL that fills the field
         yield ".other_letters", "\u0416"
         yield ".number", 1
+    elif field.array:
+        yield ".number", 1
+        yield ".text", "00"
+        yield ".of_text", ["1"]
     elif format.kind == "bytes":
         yield ".half", "0"
         yield ".letters", "zz" * format.size

@@ -73,12 +73,11 @@ def _question(
     endpoint: Endpoint, table: ParameterSet[Any] | Query[Any], given: Keywords
 ) -> tuple[Message, tuple[type[Message], ...]]:
     """Return the request, and the classes of its replies."""
+    req, replies = _request_of(table)
     fields: dict[str, Any] = {}
     if table.asked:
-        fields = fields_of(
-            f"{endpoint.name}: get_{table.name}", table.asked, given, endpoint.scales()
-        )
-    req, replies = _request_of(table)
+        what = f"{endpoint.name}: get_{table.name}"
+        fields = fields_of(what, table.asked, given, endpoint.scales(), of=req)
     return endpoint.message(req, fields), replies
 
 
@@ -139,8 +138,13 @@ async def set_all(
 ) -> None:
     """Write all parameters of a set in one message."""
     what = f"{endpoint.name}: set_{table.name}"
-    fields = fields_of(what, table.given, given, endpoint.scales())
-    message = _message(endpoint, what, table, fields)
+    writing = table.written_in(endpoint.connection.contexts)
+    assert writing is not None  # otherwise the method would not exist
+    there = tuple(entry for entry in table.given if entry.field in writing.layout.fields)
+    used = {e.field: e for e in table.given if any(given.get(k) is not None for k in e.keywords)}
+    _check_there(what, table, used, writing.layout.fields)
+    fields = fields_of(what, there, given, endpoint.scales(), of=writing)
+    message = _message(endpoint, what, table, fields, writing)
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     async with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
         await _write(endpoint, table, message, deadline)
@@ -156,7 +160,8 @@ async def change(
     enumeration. Raise :class:`~stagewire.errors.LimitError` for a value above a limit of the stage.
     """
     what = f"{endpoint.name}: change_{table.name}"
-    new = fields_of(what, table.given, given, endpoint.scales(), some=True)
+    assert table.set is not None  # otherwise the method would not exist
+    new = fields_of(what, table.given, given, endpoint.scales(), of=table.set, some=True)
     check_limits(endpoint, what, table.given, new)
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     async with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
@@ -186,7 +191,7 @@ def _check_there(
     absent = [e.keyword for e in table.given if e.field in new and e.field not in fields]
     if absent:
         raise UnknownFieldError(
-            f"{what}: the controller reports this set in a shorter packet without {', '.join(absent)}; "
+            f"{what}: this controller has this set in a shorter packet without {', '.join(absent)}; "
             "nothing was written"
         )
 
@@ -225,7 +230,7 @@ async def _write(
 async def tell(endpoint: Endpoint, table: Command, timeout: float | None, given: Keywords) -> None:
     """Send a message that has no reply."""
     what = f"{endpoint.name}: {table.name}"
-    fields = fields_of(what, table.given, given, endpoint.scales())
+    fields = fields_of(what, table.given, given, endpoint.scales(), of=table.message)
     check_limits(endpoint, what, table.given, fields)
     message = endpoint.message(table.message, fields)
     seconds = endpoint.seconds(timeout)

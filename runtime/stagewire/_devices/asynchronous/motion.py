@@ -171,7 +171,7 @@ async def start(
     """
     what = f"{endpoint.name}: {action.name}"
     seconds = endpoint.motion_seconds(timeout)
-    fields = fields_of(what, action.given, given, endpoint.scales())
+    fields = fields_of(what, action.given, given, endpoint.scales(), of=action.message)
     message = endpoint.message(action.message, fields)
     deadline = endpoint.deadline(seconds)
     try:
@@ -262,7 +262,8 @@ async def halt(
 
     Return None if the controller does not confirm the stop. The stop is also sent if ``timeout`` is invalid.
     """
-    fields = fields_of(f"{endpoint.name}: {action.name}", action.given, given, endpoint.scales())
+    what = f"{endpoint.name}: {action.name}"
+    fields = fields_of(what, action.given, given, endpoint.scales(), of=action.message)
     message = endpoint.message(action.message, fields)
     connection, transport = endpoint.connection, endpoint.transport
     ends = connection.ends_of(action)

@@ -65,6 +65,7 @@ def greet(connection: Connection[Transport], own: Endpoint, transport: FramedTra
 def _set_contexts(connection: Connection[Transport], transport: FramedTransport) -> None:
     """Set the contexts that select layouts; some depend on the firmware that the controller reports."""
     contexts = connection.unit.contexts_of(firmware_of(connection.info))
+    connection.contexts = contexts
     if contexts:
         # Some controllers answer from address 0, or with source and destination swapped.
         for address in (*connection.addresses, 0, framed(connection.facts).host):

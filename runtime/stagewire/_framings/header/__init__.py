@@ -13,7 +13,8 @@ are right, if they are unswapped (the controller repeated the addresses of the r
 
 **The rule.** The framer starts *in step*: it expects a frame at the current position.
 
-1. A header that declares a packet of over 255 bytes is garbage.
+1. A header that declares a packet of over 255 bytes is garbage. The packets of a message with an array may
+   be longer: the registry gives the longest, and the header of another message cannot declare it.
 2. In step, with an id of ours, in a form that the id has, and with tolerated addresses:
 
    * a header form, or a data form of exactly a known length, is a message;
@@ -33,6 +34,9 @@ are right, if they are unswapped (the controller repeated the addresses of the r
    first word of a packet. Rules 2 and 5 then apply to the forms of the sub-message, once the whole frame has
    arrived. The search in rule 2 and the refused parameters concern the lengths of all its messages. A frame
    with an unknown sub-message is ``UnknownSubMessage``, under the conditions of ``Unknown``.
+   A packet that ends with an array has the length that its fields state. If the declared length is another,
+   the rule 2 for overlong packets applies: with a header in it, it is garbage, otherwise ``BadLength``. It is
+   never a message with extra bytes. Out of step, its fields must agree with its length.
 4. Anything else in step: drop one byte and be *out of step*.
 5. Out of step, drop bytes up to a header that is ours, in a form that the id has, of exactly a known length,
    with tolerated addresses for a data form and right ones for a header form (which has fewer recognisable

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from stagewire._codec.events import Event, Frozen
+from stagewire._framings.header.counted import CountedMessage
 from stagewire._framings.header.message import (
     DATA_FLAG,
     HEADER_SIZE,
@@ -49,6 +50,11 @@ class Frame(Frozen):
             if not isinstance(extra, (bytes, bytearray, memoryview)):
                 raise BadValueError(f"extra must be bytes, not {extra!r}")
             extra = bytes(extra)
+        if extra and isinstance(message, CountedMessage):
+            name = message.counted.name
+            raise BadValueError(
+                f"{message.layout.message} ends with {name}; extra bytes cannot follow"
+            )
         if extra and not message.layout.length:
             raise BadValueError(f"{message.layout.message} has no packet to add extra bytes to")
         return make_frame(message, dest, source, extra)

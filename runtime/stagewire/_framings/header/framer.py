@@ -44,20 +44,34 @@ class TooLong(FrameEvent):
     __slots__ = ()
 
 
-class Shared(FrameEvent):
-    """A packet of an id that several messages share; internal, resolved before events are returned."""
+class WrongCount(FrameEvent):
+    """A packet whose fields state another length; internal, resolved before events are returned."""
 
     __slots__ = ()
+
+
+class InPacket(FrameEvent):
+    """A packet whose content decides what it is; internal, resolved before events are returned."""
+
+    __slots__ = ()
+
+
+_DOUBTFUL: Final[Mapping[type[Event], type[Event]]] = {TooLong: Received, WrongCount: BadLength}
+# The kinds whose length may be damaged -> what they are if their packet contains no header of ours.
 
 
 class _Shape:
     """The forms of one id of ours, with the addresses that are right for it."""
 
-    __slots__ = ("header", "lengths", "only_zero", "right", "sub_messages")
+    __slots__ = (
+        "counted", "header", "lengths", "longest", "only_zero", "right", "sub_messages"
+    )  # fmt: skip
 
     def __init__(self, forms: Forms, right: frozenset[int]) -> None:
         self.header = forms.header
         self.lengths = forms.lengths
+        self.counted = forms.counted
+        self.longest = forms.counted.most if forms.counted else MAXIMUM_PACKET
         self.only_zero = forms.only_zero_parameters
         self.right = right
         self.sub_messages: dict[int | None, _Shape] = {
@@ -66,9 +80,13 @@ class _Shape:
 
     def has_header_form(self, parameters: int) -> bool:
         """Whether the header form allows these two parameter bytes, read as one word."""
-        if parameters in self.lengths or (self.only_zero and parameters):
+        if self.has_length(parameters) or (self.only_zero and parameters):
             return False
         return self.header
+
+    def has_length(self, length: int) -> bool:
+        """Whether a packet may have this length, without extra bytes."""
+        return length in self.lengths or (self.counted is not None and self.counted.admits(length))
 
     def layout_length(self, length: int) -> int | None:
         """Return the longest layout that a packet of ``length`` bytes fills, if any."""
@@ -127,11 +145,11 @@ class Rule:
         """Return the kind and size of the event that begins with ``header``, in step."""
         id, word, dest, source = _HEADER.unpack(header)
         has_packet = dest & DATA_FLAG
-        if has_packet and word > MAXIMUM_PACKET:
+        shape = self.shapes.get(id)
+        if has_packet and word > (MAXIMUM_PACKET if shape is None else shape.longest):
             return Garbage, 1
         size = HEADER_SIZE + word if has_packet else HEADER_SIZE
         addresses = (dest & ~DATA_FLAG) << 8 | source
-        shape = self.shapes.get(id)
         if shape is None:
             if id in self.not_ours or addresses not in self.right:
                 return Garbage, 1
@@ -142,6 +160,8 @@ class Rule:
             return self._shared(shape, header, word, addresses)
         if not has_packet:
             return (Received, size) if shape.has_header_form(word) else (Garbage, 1)
+        if shape.counted is not None:
+            return (BadLength if word < shape.counted.least else InPacket), size
         return _packet(shape, word)
 
     def _shared(
@@ -150,7 +170,7 @@ class Rule:
         """Return the kind and size of the event that begins with the header of a shared id, in step."""
         if header[4] & DATA_FLAG:
             if shape.lengths and word >= SUB_MESSAGE_SIZE:
-                return Shared, HEADER_SIZE + word  # its packet decides
+                return InPacket, HEADER_SIZE + word
             return _packet(shape, word)
         if not shape.has_header_form(word):
             return Garbage, 1
@@ -160,10 +180,12 @@ class Rule:
             return (UnknownSubMessage, HEADER_SIZE) if right else (Garbage, 1)
         return (Received, HEADER_SIZE) if known.has_header_form(word) else (Garbage, 1)
 
-    def by_sub_message(self, frame: bytes) -> tuple[type[Event], int]:
-        """Return the kind and size of the event for a whole frame that is ``Shared`` by its header."""
+    def by_packet(self, frame: bytes) -> tuple[type[Event], int]:
+        """Return the kind and size of the event for a whole frame that is ``InPacket`` by its header."""
         id, word, dest, source = _HEADER.unpack_from(frame)
         shape = self.shapes[id]
+        if shape.counted is not None:
+            return (Received if shape.counted.length_in(frame) == word else WrongCount), len(frame)
         known = shape.sub_messages.get(sub_message_of(frame))
         if known is not None:
             return _packet(known, word)
@@ -173,6 +195,8 @@ class Rule:
     def is_sure(self, frame: bytes) -> bool:
         """Whether a whole frame that is accepted out of step by its header is a message."""
         shape = self.shapes[frame[0] | frame[1] << 8]
+        if shape.counted is not None and frame[4] & DATA_FLAG:
+            return shape.counted.length_in(frame) == len(frame) - HEADER_SIZE
         if not shape.sub_messages or not frame[4] & DATA_FLAG:
             return True
         known = shape.sub_messages.get(sub_message_of(frame))
@@ -186,7 +210,7 @@ class Rule:
             return 0
         addresses = (dest & ~DATA_FLAG) << 8 | source
         if dest & DATA_FLAG:
-            exact = word in shape.lengths and addresses in self.tolerated
+            exact = shape.has_length(word) and addresses in self.tolerated
             return HEADER_SIZE + word if exact else 0
         known = shape.sub_messages.get(word & 0xFF) if shape.sub_messages else shape
         has_form = shape.has_header_form(word) and known is not None and known.has_header_form(word)
@@ -357,11 +381,11 @@ class Framer:
                     break
                 if kind is Received and len(self._sizes) < _REMEMBERED_HEADERS:
                     self._sizes[header] = size
-                elif kind is Shared:
-                    kind, size = self._rule.by_sub_message(data[position : position + size])
-                if kind is TooLong:
+                elif kind is InPacket:
+                    kind, size = self._rule.by_packet(data[position : position + size])
+                if kind in _DOUBTFUL:
                     _, found = self._rule.find(data, position + 1, position + size)
-                    kind, size = (Garbage, 1) if found else (Received, size)
+                    kind, size = (Garbage, 1) if found else (_DOUBTFUL[kind], size)
                 if kind is Garbage:
                     in_step = False
                 elif issubclass(kind, DecodableEvent):

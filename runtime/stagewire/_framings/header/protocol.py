@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from stagewire._codec.message import Layout
 from stagewire._codec.protocol import Protocol, as_bytes, check_fields
+from stagewire._framings.header.counted import CountedMessage
 from stagewire._framings.header.frame import Frame, make_frame
 from stagewire._framings.header.framer import Framer
 from stagewire._framings.header.message import (
@@ -56,8 +57,8 @@ class _Shapes:
     """
 
     __slots__ = (
-        "by_length", "decided", "direction", "header", "name", "only_zero", "sub_messages",
-        "undocumented",
+        "by_length", "counted", "decided", "direction", "header", "name", "only_zero",
+        "sub_messages", "undocumented",
     )  # fmt: skip
 
     def __init__(self, layout: Layout) -> None:
@@ -68,6 +69,7 @@ class _Shapes:
         self.by_length: dict[int, type[FramedMessage]] = {}
         self.decided: list[type[FramedMessage]] = []
         self.undocumented: type[FramedMessage] | None = None
+        self.counted: type[CountedMessage] | None = None
         self.sub_messages: dict[int, _Shapes] = {}
 
     def add(self, cls: type[FramedMessage]) -> None:
@@ -77,6 +79,8 @@ class _Shapes:
         elif layout.form == "header":
             self.header = cls
             self.only_zero = layout.only_zero
+        elif issubclass(cls, CountedMessage):
+            self.counted = cls
         elif layout.when:
             self.decided.append(cls)
         else:
@@ -97,7 +101,19 @@ class _Shapes:
             lengths=self.lengths(),
             documented=self.undocumented is None,
             only_zero_parameters=self.only_zero,
+            counted=self.counted.counted if self.counted else None,
         )
+
+    @property
+    def longest(self) -> int:
+        """Bytes of the longest packet that a header may announce."""
+        return self.counted.counted.most if self.counted else MAXIMUM_PACKET
+
+    def known_lengths(self) -> str:
+        """Return the lengths of packets, for people; empty if there is none."""
+        if self.counted:
+            return f"{self.counted.counted.least} to {self.counted.counted.most}"
+        return _list(self.forms().lengths)
 
     def data(self, length: int, context: Mapping[str, str] | None) -> type[FramedMessage] | None:
         """Return the class for a packet of ``length`` bytes: the longest layout that it fills."""
@@ -201,12 +217,15 @@ class FramedProtocol(Protocol):
             length = raw[2] | raw[3] << 8
             if size != HEADER_SIZE + length:
                 raise self._wrong_size(shapes, length, size)
-            if length > MAXIMUM_PACKET:
+            if length > shapes.longest:
                 raise BadLengthError(
                     f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes; "
-                    f"no packet has more than {MAXIMUM_PACKET}",
+                    f"no packet has more than {shapes.longest}",
                     _LENGTH,
                 )
+            if shapes.counted:
+                self._check_count(shapes.counted, length, raw)
+                return make_frame(shapes.counted.unpack(raw), dest, source)
             if shapes.sub_messages:
                 shapes = self._by_sub_message(shapes, id, raw)
             cls = shapes.undocumented or shapes.data(length, context)
@@ -231,7 +250,7 @@ class FramedProtocol(Protocol):
             if cls is None:
                 raise BadLengthError(
                     f"{shapes.name}: byte 4 ({dest:#04x}) announces no data packet, but the message "
-                    f"has no header-only form (packet of {_list(shapes.lengths())} bytes)",
+                    f"has no header-only form (packet of {shapes.known_lengths()} bytes)",
                     _DEST,
                 )
         by_header = not (shapes.decided or (id in self.framing.shared and raw[4] & DATA_FLAG))
@@ -256,6 +275,21 @@ class FramedProtocol(Protocol):
         return found
 
     @staticmethod
+    def _check_count(cls: type[CountedMessage], length: int, raw: bytes) -> None:
+        """Raise unless a packet has the length that its fields state."""
+        counted = cls.counted
+        if length < counted.least:
+            wanted = f"a packet has at least {counted.least}"
+        elif length != (stated := counted.length_in(raw)):
+            wanted = f"its {' and '.join(counted.places)} state {stated}"
+        else:
+            return
+        raise BadLengthError(
+            f"{cls.layout.message}: bytes 2 and 3 declare a packet of {length} bytes, but {wanted}",
+            _LENGTH,
+        )
+
+    @staticmethod
     def _wrong_size(shapes: _Shapes, length: int, size: int) -> TruncatedError | TrailingBytesError:
         text = (
             f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, "
@@ -268,7 +302,7 @@ class FramedProtocol(Protocol):
 
     @staticmethod
     def _bad_length(shapes: _Shapes, length: int) -> BadLengthError:
-        forms = _list(shapes.forms().lengths)
+        forms = shapes.known_lengths()
         wanted = f"a packet has {forms} bytes" if forms else "the message has no packet"
         return BadLengthError(
             f"{shapes.name}: bytes 2 and 3 declare a packet of {length} bytes, but {wanted}",

@@ -12,6 +12,7 @@ import enum
 from collections.abc import Mapping
 
 from stagewire._codec.message import Direction
+from stagewire._framings.header.counted import Counted
 from stagewire._framings.header.message import DATA_FLAG, HEADER_SIZE, MAXIMUM_PACKET
 
 TYPE_CHECKING = False  # importing typing would double the import time
@@ -116,10 +117,12 @@ class Forms:
     :param only_zero_parameters: the header form is valid only if both parameter bytes are zero.
     :param sub_messages: sub-message -> its forms, if several messages share the id; the others are then those
         of any of them.
+    :param counted: the array at the end of its packets, whose length depends on their fields; None: all
+        lengths are in ``lengths``.
     """
 
     __slots__ = (
-        "direction", "documented", "header", "lengths", "name", "only_zero_parameters",
+        "counted", "direction", "documented", "header", "lengths", "name", "only_zero_parameters",
         "sub_messages",
     )  # fmt: skip
 
@@ -132,6 +135,7 @@ class Forms:
         documented: bool = True,
         only_zero_parameters: bool = False,
         sub_messages: Mapping[int, Forms] = _NONE,
+        counted: Counted | None = None,
     ) -> None:
         self.name = name
         self.direction = direction
@@ -140,6 +144,7 @@ class Forms:
         self.documented = documented
         self.only_zero_parameters = only_zero_parameters
         self.sub_messages = sub_messages
+        self.counted = counted
 
 
 def shared_forms(sub_messages: Mapping[int, Forms]) -> Forms:

@@ -113,8 +113,9 @@ def test_known_behaviour_of_real_controllers_passes(
 
 def test_stale_bits_in_an_end_message_are_non_strict() -> None:
     report = run_on(bench("TDC001"), StaleEnd(), frozenset({"move-absolute"}))
-    [outcome] = report.outcomes
-    assert outcome.result is Result.NON_STRICT
+    results = [outcome.result for outcome in report.outcomes]
+    assert results.count(Result.NON_STRICT) == 1
+    assert Result.FAIL not in results
 
 
 @pytest.mark.parametrize("firmware", [Frozen(), Late()])

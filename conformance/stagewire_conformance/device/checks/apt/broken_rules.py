@@ -198,6 +198,8 @@ COMMON: Final = (
     UNUSED,
     "get-answers-request",
     "slot-source",
+    "slot-addressed-by-destination",
+    "bays-are-single-channel",
     "data-flag",
     "header-only-meaning",
     "never-set-or-request-to-host",
@@ -276,7 +278,10 @@ def rule_of_set(message: str) -> str:
 
 def rule_of_channel(trial: Trial, message: str) -> str:
     """Return the rule about the channel of a message, or otherwise one of those of the check."""
-    channels = [channel for place in trial.declared.places for channel in place.channels]
+    places = trial.declared.places
+    if any(place.bay for place in places) and all(len(place.channels) < 2 for place in places):
+        return _CHANNELS_OF.get(message, "bays-are-single-channel")
+    channels = [channel for place in places for channel in place.channels]
     rules = [rule for rule in _CHANNELS if rule in trial.rules]
     if len(channels) == 1 and message.startswith("MOT_"):
         rules = [rule for rule in rules if rule == "single-channel-chan1"] or [
@@ -315,7 +320,10 @@ def rule_of_stray(trial: Trial, heard: Incoming) -> str:
         return "never-set-or-request-to-host"
     if raw[4] & ~DATA_FLAG != protocol.host or raw[5] not in protocol.devices:
         return rule_of_addresses(trial)
+    stated = int.from_bytes(raw[2:4], "little")
     lengths = {layout["length"] for layout in entry["layouts"]}
+    if not raw[4] & DATA_FLAG and stated and stated in lengths and len(raw) > HEADER_SIZE:
+        return "data-flag"
     if not raw[4] & DATA_FLAG:
         return LENGTH if lengths & {0, None} else "data-flag"
     return LENGTH if lengths - {0, None} else "header-only-meaning"

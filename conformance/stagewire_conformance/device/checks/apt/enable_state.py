@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from stagewire.errors import StagewireError
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import EnableState
-from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.targets import Target
@@ -20,6 +20,9 @@ ENABLED_SETS: Final = frozenset(
     {"MOD_SET_CHANENABLESTATE", "MOD_REQ_CHANENABLESTATE", "MOD_GET_CHANENABLESTATE"}
 )
 """The messages that a target must claim."""
+
+CONFUSING: Final = Cause("MOD_SET_CHANENABLESTATE", SHARED)
+"""The defect that the enable state of another bay or channel is also set, or returned."""
 
 ENABLING: Final = (Cause("MOD_SET_CHANENABLESTATE", EFFECT),)
 """The defect that the enable state cannot be set."""

@@ -9,19 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.protocols import DATA_FLAG, HEADER_SIZE, FramedMessage
 from stagewire_conformance.device.causes import (
+    ADDRESSES,
     CHANNEL,
     DELIVERY,
     ENDED,
     EXTRA,
     NOW_AND_THEN,
+    SHARED,
     UNSOLICITED,
     Cause,
     Causes,
-    addresses,
     silence,
 )
 from stagewire_conformance.device.checks.apt.broken_rules import (
@@ -38,6 +39,7 @@ from stagewire_conformance.device.checks.apt.undocumented import UNNAMED, Fault,
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.dialogue import Incoming
 from stagewire_conformance.device.lines.strays import (
+    addresses,
     cause_of_silence,
     cause_of_stray,
     known_bytes,
@@ -49,6 +51,10 @@ if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
+
+
+SHARED_REQUESTS: Final = Cause("requests", SHARED)
+"""The cause that other bays also answer a request."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +138,7 @@ def spoils(request: Request) -> tuple[Cause, ...]:
     """Return the defects that keep the reply to a request from arriving as it should."""
     aspects = (DELIVERY, CHANNEL, ENDED, UNSOLICITED)
     of_replies = (Cause(name, aspect) for name in request.answers for aspect in aspects)
-    return silence(request.place.name), *of_replies
+    return silence(request.place.name), SHARED_REQUESTS, *of_replies
 
 
 def ask_for(declared: Declaration, place: Target, name: str, channel: int | None = None) -> Request:
@@ -174,7 +180,8 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
     cause: Cause | None = None
     if heard and not replies:
         names, address = request.answers, request.place.address
-        cause = cause_of_silence(trial.declared, heard, names, address)
+        cause = cause_of_silence(trial.declared, joined(heard), names, address)
+        cause = trial.likely(cause, Cause(names[0], DELIVERY))
         if trial.line.ask(request.message, address) is not None:
             cause = trial.likely(NOW_AND_THEN, cause)
     elif not replies:
@@ -188,9 +195,13 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
         cause=cause,
         came=raw_of(heard),
     ):
+        if cause is not None and cause.subject == ADDRESSES:
+            report_lost(trial, request.answers[0], cause)
         for each in others:  # it may come again while others wait for their replies
             trial.causes.report(cause_of_stray(trial.declared, each), trial.check)
         return None
+    if not judge_strangers(trial, request, replies):
+        replies = [each for each in replies if each.source == request.place.address]
     trial.must(
         len(replies) == 1,
         f"{request.about} was answered {len(replies)} times: {expected}, received "
@@ -205,6 +216,22 @@ def judge_answer(trial: Trial, request: Request, heard: Sequence[Incoming]) -> I
     for each in others:
         judge_unasked(trial, each, f"in addition to the reply to {request.about}")
     return reply
+
+
+def judge_strangers(trial: Trial, request: Request, heard: Sequence[Incoming]) -> bool:
+    """Report replies of other bays to a request that its target has answered; return whether none came."""
+    replies = [each for each in heard if each.name in request.answers]
+    mine = [each for each in replies if each.source == request.place.address]
+    bays = [place for place in trial.declared.places if place.bay is not None]
+    strange = [each for each in replies if each not in mine]
+    theirs = [place.name for place in bays if place.address in {each.source for each in strange}]
+    return trial.must(
+        not (mine and theirs),
+        f"{request.about} was also answered by {' and '.join(theirs)}; only its destination should answer",
+        rule="slot-addressed-by-destination",
+        cause=SHARED_REQUESTS,
+        came=raw_of(strange),
+    )
 
 
 def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incoming) -> None:
@@ -222,14 +249,18 @@ def judge_message(trial: Trial, place: Target, channel: int | None, heard: Incom
     )
     field = trial.declared.framed.channel
     if field is not None and channel is not None and heard.channel is not None:
-        trial.must(
+        everywhere = Cause(place.name, f"channel {heard.channel} instead of {channel}")
+        if not trial.must(
             heard.channel == channel,
             f"{heard.name} is for channel {heard.channel}; it should be for channel {channel}",
             rule=rule_of_channel(trial, heard.name),
-            cause=Cause(heard.name, CHANNEL),
+            cause=everywhere,
+            because=(Cause(heard.name, CHANNEL),),
             wanted=with_value(heard, field, channel),
             came=heard.raw,
-        )
+        ):
+            first = trial.causes.check_of(everywhere)
+            trial.causes.report(Cause(heard.name, CHANNEL), first or trial.check)
     for fault in faults_of(trial.declared, message):
         judge_fault(trial, heard, fault)
 
@@ -246,6 +277,18 @@ def judge_fault(trial: Trial, heard: Incoming, fault: Fault) -> None:
     )
 
 
+def wrong_addresses(trial: Trial) -> list[Cause]:
+    """Return the reported defects with which it is unknown who sent a message, if there are several bays."""
+    if sum(place.bay is not None for place in trial.declared.places) < 2:
+        return []
+    return [cause for cause in trial.causes if cause.subject == ADDRESSES]
+
+
+def report_lost(trial: Trial, message: str, cause: Cause) -> None:
+    """Record that a message with wrong addresses is no reply to a request."""
+    trial.causes.report(Cause(message, DELIVERY), trial.causes.check_of(cause) or trial.check)
+
+
 def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
     """Report what is wrong with the addresses of a message from a target to the host."""
     host = trial.declared.framed.host
@@ -259,11 +302,9 @@ def judge_addresses(trial: Trial, place: Target, heard: Incoming) -> None:
     wanted = _readdressed(heard.raw, host, place.address)
     alone = sum(each.bay is not None for each in trial.declared.places) < 2
     is_known = came == (place.address, host) or (came == (0, 0) and alone)
-    cause = addresses(place.name, heard.dest, heard.source)
-    if not is_known:  # a request for it gets no reply
-        trial.causes.report(
-            Cause(heard.name, DELIVERY), trial.causes.check_of(cause) or trial.check
-        )
+    cause = addresses(trial.declared, place.address, heard.dest, heard.source)
+    if not is_known:
+        report_lost(trial, heard.name, cause)
     (trial.should if is_known else trial.must)(
         False,
         text,
@@ -297,6 +338,7 @@ def judge_unasked(
         stray,
         Cause(subject_of(trial.declared, heard), DELIVERY),
         Cause(heard.name, CHANNEL),
+        SHARED_REQUESTS,
         *known_bytes(trial.causes, heard.raw),
         *(() if heard.name else (NOW_AND_THEN,)),
     )

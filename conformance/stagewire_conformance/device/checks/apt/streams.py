@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from stagewire.protocols import FramedMessage
-from stagewire_conformance.device.causes import EFFECT, UNSOLICITED, Cause
+from stagewire_conformance.device.causes import EFFECT, SHARED, UNSOLICITED, Cause
+from stagewire_conformance.device.checks.apt.wording import described, raw_of
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
     from stagewire_conformance.device.lines.dialogue import Incoming
     from stagewire_conformance.device.targets import Target
     from stagewire_conformance.device.trial import Trial
+
+
+LATE: Final = 0.3
+"""Seconds after a stop in which a status message may still be on its way."""
 
 
 class Stream:
@@ -60,9 +65,16 @@ class Stream:
             trial.undo(what, lambda: self.end(trial))
         trial.line.send(self.start, self.place.address)
 
+    @property
+    def shared_start(self) -> Cause:
+        """The defect that the start of this stream also starts those of other targets."""
+        return Cause(self.start.layout.message, SHARED)
+
     def end(self, trial: Trial) -> None:
-        """Stop the stream."""
-        trial.line.send(self.stop, self.place.address)
+        """Stop the stream, and those that its start has also started."""
+        streams = streams_of(trial.declared) if trial.causes.check_of(self.shared_start) else [self]
+        for stream in streams:
+            trial.line.send(stream.stop, stream.place.address)
 
     def of_it(self, heard: Iterable[Incoming]) -> list[Incoming]:
         """Return the received messages of this stream; a source of 0 may be any target."""
@@ -73,6 +85,13 @@ class Stream:
             if each.name == self.status and (mine in (each.source, each.dest) or each.source == 0)
         ]
 
+    def surely(self, heard: Iterable[Incoming]) -> list[Incoming]:
+        """Return the received messages that certainly are of this stream."""
+        mine = self.place.address
+        return [
+            each for each in heard if each.name == self.status and mine in (each.source, each.dest)
+        ]
+
     def by_channel(self, heard: Iterable[Incoming]) -> dict[int, list[Incoming]]:
         """Return the received messages of this stream by channel, including channels without messages."""
         mine = self.of_it(heard)
@@ -80,6 +99,24 @@ class Stream:
             number: [each for each in mine if each.channel == number]
             for number in self.place.channels
         }
+
+
+def judge_ended(trial: Trial, stream: Stream, heard: Iterable[Incoming], when: str = "") -> None:
+    """Report messages of a stream that was stopped.
+
+    :param heard: what was received more than :data:`LATE` after the stop.
+    :param when: the situation, for sentences: ``" during a move"``.
+    """
+    late = stream.surely(heard)
+    trial.must(
+        not late,
+        f"more than {LATE:g} s after {stream.stop.layout.message} to {stream.place.name}{when}, it "
+        f"sent {described(trial, late)}; nothing more should come",
+        rule="updates-stop",
+        cause=Cause(stream.stop.layout.message, EFFECT),
+        because=unstopped(trial.declared),
+        came=raw_of(late[:1]),
+    )
 
 
 def unstopped(declared: Declaration) -> tuple[Cause, ...]:

@@ -104,8 +104,7 @@ class WithSolCycleParams(Part):
 
         Times and number of cycles for every operating mode except the manual one.
 
-        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, Issue 3, pages 87, 88. Erratum
-        ``apt37-list-solenoid-cycles``.
+        ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, Issue 3, pages 87, 88.
 
         :param timeout: in seconds; default: the timeout of the device.
         :raises ReplyTimeoutError: if no reply arrives in time.
@@ -131,14 +130,14 @@ class WithSolCycleParams(Part):
 
         Setting them opens nothing; running cycles may use the new times.
 
-        ``MOT_SET_SOL_CYCLEPARAMS``, Issue 3, page 87. Errata ``apt-sol-numcycles-trigger``,
-        ``apt37-list-solenoid-cycles``.
+        ``MOT_SET_SOL_CYCLEPARAMS``, Issue 3, page 87. Erratum ``apt-sol-numcycles-trigger``.
 
-        :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
-        :param on_time_ms: ``on_time`` in ms; from 100 to 10000000.
-        :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to
-            40000000.
-        :param off_time_ms: ``off_time`` in ms; from 100 to 10000000.
+        :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+            from 100 to 40000000.
+        :param on_time_ms: ``on_time`` in ms; the scale depends on the controller model.
+        :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the
+            unit; from 100 to 40000000.
+        :param off_time_ms: ``off_time`` in ms; the scale depends on the controller model.
         :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
             SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
         :param timeout: in seconds; default: the timeout of the device.
@@ -178,13 +177,14 @@ class WithSolCycleParams(Part):
         Setting them opens nothing; running cycles may use the new times.
 
         ``MOT_REQ_SOL_CYCLEPARAMS``, ``MOT_GET_SOL_CYCLEPARAMS``, ``MOT_SET_SOL_CYCLEPARAMS``, Issue
-        3, pages 87, 88. Errata ``apt-sol-numcycles-trigger``, ``apt37-list-solenoid-cycles``.
+        3, pages 87, 88. Erratum ``apt-sol-numcycles-trigger``.
 
-        :param on_time: active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000.
-        :param on_time_ms: ``on_time`` in ms; from 100 to 10000000.
-        :param off_time: inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to
-            40000000.
-        :param off_time_ms: ``off_time`` in ms; from 100 to 10000000.
+        :param on_time: active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit;
+            from 100 to 40000000.
+        :param on_time_ms: ``on_time`` in ms; the scale depends on the controller model.
+        :param off_time: inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the
+            unit; from 100 to 40000000.
+        :param off_time_ms: ``off_time`` in ms; the scale depends on the controller model.
         :param num_cycles: 0 for endless cycles. Ignored outside SOLENOID_AUTO, although
             SOLENOID_TRIGGER uses it according to page 85. From 0 to 1000000.
         :param timeout: in seconds; default: the timeout of the device.

@@ -20,6 +20,7 @@ __all__ = [
     "CanMoveSynchStart",
     "CanMoveVelocity",
     "CanResumeEndOfMoveMsgs",
+    "CanSetMoveSynchArray",
     "CanStop",
     "CanSuspendEndOfMoveMsgs",
     "WithAdcInputs",
@@ -5181,6 +5182,57 @@ class WithLcdMoveParams(Part):
             preset_pos2_mm=preset_pos2_mm,
             preset_pos3=preset_pos3,
             preset_pos3_mm=preset_pos3_mm,
+        )
+
+
+class CanSetMoveSynchArray(Part):
+    """Set the array of a synchronized move.
+
+    ``MOT_SET_MOVESYNCHARRAY``; Issue 37, pages 171, 172, 173.
+    """
+
+    def set_move_synch_array(
+        self,
+        array_id: int,
+        channels: f.SynchronizedChannels | str | int,
+        num_points: int,
+        start_ix: int,
+        time_pos: tuple[int, ...],
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """Set the array of a synchronized move.
+
+        Times and positions of a synchronized move, for up to three motor channels of a BBD30x. A
+        message has at most 256 points, an array 60000.
+
+        ``MOT_SET_MOVESYNCHARRAY``, Issue 37, pages 171, 172, 173. Errata ``apt37-list-synch-ids``,
+        ``apt37-synch-headers``, ``apt37-synch-ids``, ``apt37-syncharray-example-cut``.
+
+        :param array_id: array of positions; 1 on the BBD30x; from 0 to 65535.
+        :param channels: motor channels whose positions follow; :class:`~.SynchronizedChannels`:
+            channel_1 (0x1), channel_2 (0x2), channel_3 (0x4), or several joined by ``|``.
+        :param num_points: number of points in this message; from 0 to 256.
+        :param start_ix: index of the first point of this message, counted from zero; from 0 to
+            65535.
+        :param time_pos: ``num_points`` rows of ``time``, since the point before, in a unit that the
+            document does not name, ``position`` for each bit of ``channels`` (in counts; scale to
+            mm depends on the stage); each from -2147483648 to 2147483647.
+        :param timeout: in seconds; default: the timeout of the device.
+        :raises MissingFieldError: if a value is missing; nothing is sent.
+        :raises OutOfRangeError: if a value is out of range; nothing is sent.
+        :raises BadValueError: if a value has the wrong type; nothing is sent.
+        :raises TransportLostError: if the connection is lost.
+        :raises SessionClosedError: if the session is closed.
+        """
+        self._tell(
+            t.SET_MOVE_SYNCH_ARRAY,
+            timeout,
+            array_id=array_id,
+            channels=channels,
+            num_points=num_points,
+            start_ix=start_ix,
+            time_pos=time_pos,
         )
 
 

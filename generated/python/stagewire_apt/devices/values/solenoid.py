@@ -33,13 +33,15 @@ class SolCycleParams(Values[m.MotGetSolCycleParams]):
     chan_ident = Named("chan_ident", e.Channel)
     """:class:`~.Channel`; from 0 to 65535."""
     on_time = Raw("on_time")
-    """Active time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000."""
+    """Active time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
+    40000000."""
     on_time_ms = InUnits("on_time", "solenoid_time", "ms")
-    """``on_time`` in ms; from 100 to 10000000."""
+    """``on_time`` in ms; the scale depends on the controller model."""
     off_time = Raw("off_time")
-    """Inactive time, 100 ms to 10,000 s; in counts of 1/4 ms; from 400 to 40000000."""
+    """Inactive time, 100 ms to 10,000 s; in counts; scale to ms depends on the unit; from 100 to
+    40000000."""
     off_time_ms = InUnits("off_time", "solenoid_time", "ms")
-    """``off_time`` in ms; from 100 to 10000000."""
+    """``off_time`` in ms; the scale depends on the controller model."""
     num_cycles = Raw("num_cycles")
     """0 for endless cycles. Ignored outside SOLENOID_AUTO, although SOLENOID_TRIGGER uses it according
     to page 85. From 0 to 1000000."""

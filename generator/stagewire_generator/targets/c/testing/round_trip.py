@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Field, Json, Layout, Message, Protocol
 from stagewire_generator.targets.c.framing import framing_of
 from stagewire_generator.targets.c.source import WIDTH, Names, integer, names_of, string
 from stagewire_generator.targets.c.testing.values import can_hold, filled, literal, members
 from stagewire_generator.targets.vectors.cases import framing_of as frames_of
 from stagewire_generator.targets.vectors.subject import Subject
 from stagewire_generator.targets.vectors.values import default, greatest, is_optional, least
+from stagewire_generator.targets.vectors.values import filled as filled_in
 
 _LIMITS = {
     -(1 << 15): "INT16_MIN",
@@ -79,6 +81,11 @@ class LayoutsView:
         )
 
     @property
+    def has_arrays(self) -> bool:
+        """Whether there is an array."""
+        return any(layout.calls.startswith("ARRAY") for layout in self.layouts)
+
+    @property
     def shapes(self) -> set[str]:
         """The shapes of the layouts; only their macros are defined."""
         return {layout.shape for layout in self.layouts}
@@ -120,13 +127,18 @@ def _layouts(names: Names, protocol: Protocol) -> Iterator[LayoutView]:
             id=f"{names.macro(message.name)}_ID",
             index=index(names, type),
             shape=shape,
-            calls=filled(f"{shape.upper()}_CALLS(", [type, type.upper()], ")", 0),
+            calls=filled(f"{_calls(layout, shape)}(", [type, type.upper()], ")", 0),
             message=string(message.name),
             form=string(layout.form),
             kind=string(message.kind),
             contexts=tuple((string(name), string(value)) for name, value in layout.when.items()),
             fields=tuple(_field(type, layout, field) for field in of.fields),
         )
+
+
+def _calls(layout: Layout, shape: str) -> str:
+    """Return the macro that defines the two functions of a layout."""
+    return "ARRAY_CALLS" if layout.array else f"{shape.upper()}_CALLS"
 
 
 def _shape(message: Message, layout: Layout, struct: bool) -> str:
@@ -141,7 +153,9 @@ def _field(type: str, layout: Layout, field: Field) -> str:
         return f"{{UNNAMED({type}, {field.name})}}"
     format, limits = field.format, (field.minimum, field.maximum)
     kind = "SIGNED" if format.signed else "UNSIGNED"
-    if format.kind != "integer":
+    if field.array:
+        kind, format = f"{kind}_ARRAY", field.array.item
+    elif format.kind != "integer":
         kind, limits = format.kind.upper(), (0, 0)
     arguments = [type, field.name, str(format.size), kind, *map(_number, limits)]
     if is_optional(field):
@@ -171,6 +185,7 @@ class TripView:
     :param sub_message: its sub-message; empty if no other message has its id.
     :param wrong_id: for a command, a wrong command byte.
     :param wrong_size: for a command, a wrong value of the size slot.
+    :param array: the member of the struct with an array; empty if there is none.
     """
 
     layout: LayoutView
@@ -183,6 +198,7 @@ class TripView:
     sub_message: str
     wrong_id: str
     wrong_size: str
+    array: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +229,12 @@ class RoundTripView:
     @property
     def has_packets(self) -> bool:
         """Whether there are layouts with a packet."""
-        return any(trip.has_packet for trip in self.trips)
+        return any(trip.has_packet and not trip.array for trip in self.trips)
+
+    @property
+    def has_arrays(self) -> bool:
+        """Whether there are layouts with an array."""
+        return any(trip.array for trip in self.trips)
 
     @property
     def has_headers(self) -> bool:
@@ -247,11 +268,7 @@ def round_trip_view(protocol: Protocol) -> RoundTripView:
 
 
 def _trip(layout: LayoutView, of: Subject, terminator: int) -> TripView:
-    contents = (
-        {field.name: least(field) for field in of.fields},
-        {field.name: greatest(field) for field in of.fields},
-        of.plain.held,
-    )
+    contents = (_limits(of, least), _limits(of, greatest), of.plain.held)
     return TripView(
         layout=layout,
         message=_declared(layout.type, f"{layout.macro}_INIT"),
@@ -267,7 +284,20 @@ def _trip(layout: LayoutView, of: Subject, terminator: int) -> TripView:
         sub_message="" if of.message.sub_message is None else f"{of.message.sub_message}U",
         wrong_id=_other((of.message.id or 0) & 0xFF, terminator),
         wrong_size=_other(of.message.size or 0, terminator),
+        array=of.fields[-1].name if of.layout.array else "",
     )
+
+
+_MOST_ROWS = 3  # of the array of a content: string literals have a maximum length
+
+
+def _limits(of: Subject, value: Callable[[Field], Any]) -> Json:
+    """Return a content with all fields at a limit, and an array with few rows."""
+    held = {field.name: value(field) for field in of.fields}
+    if of.layout.array:
+        rows = of.layout.array.rows
+        held[rows] = min(held[rows], _MOST_ROWS)
+    return filled_in(of.fields, held, value)
 
 
 def _declared(type: str, initial: str) -> str:
@@ -285,6 +315,8 @@ def _same(field: Field) -> str:
     name = field.name
     if field.format.kind == "integer":
         return f"CHECK(message.{name} == content->{name})"
+    if field.array:
+        return f"CHECK_ARRAY({name}, {field.array.item.size}U)"
     return f"CHECK_SAME({name})"
 
 

@@ -19,6 +19,7 @@ from stagewire_generator.model_scales import (
 from stagewire_generator.targets.c.source import WIDTH, Names, integer, octets
 from stagewire_generator.targets.vectors.values import default, is_optional
 
+_LONGEST_STRING = 4095  # length of a literal that every compiler accepts
 _LONG = 60  # maximum number of characters of a literal on a line
 _CHARACTER = re.compile(r"\\[0-7]{3}|\\?.")
 
@@ -63,7 +64,7 @@ def from_bytes(fields: Iterable[Field], packet: bytes) -> dict[str, object]:
     return {field.name: _from_bytes(field, packet[field.offset :]) for field in fields}
 
 
-def _from_bytes(field: Field, rest: bytes) -> int | str:
+def _from_bytes(field: Field, rest: bytes) -> object:
     format, raw = field.format, rest[: field.format.size]
     if format.kind == "integer":
         return int.from_bytes(raw, "little", signed=format.signed)
@@ -77,10 +78,28 @@ def members(fields: Iterable[Field], values: Mapping[str, object]) -> list[Item]
     """
     made: list[Item] = []
     for field in fields:
+        if field.array:
+            made += _array_members(field, values[field.name])
+            continue
         value = _initial(field, values[field.name])
         head = f".{field.name} = "
         made.append(head + value if len(value) <= _LONG else (head, *_pieces(value)))
     return made
+
+
+def _array_members(field: Field, value: object) -> list[Item]:
+    """Return the initialisers of an array: its number of integers, and their bytes as a string literal."""
+    item = field.array.item if field.array else field.format
+    if not isinstance(value, list) or not all(type(number) is int for number in value):
+        raise CannotSayError("a value of another type")
+    if not all(item.minimum <= number <= item.maximum for number in value):
+        raise CannotSayError("a value that does not fit its type")
+    raw = b"".join(number.to_bytes(item.size, "little", signed=item.signed) for number in value)
+    if len(raw) > _LONGEST_STRING:
+        raise CannotSayError("more bytes than a string literal can have")
+    name = f".{field.name}"
+    head = f"{name}.bytes = (const uint8_t *)"
+    return [f"{name}.count = {len(value)}U", (head, *_pieces(octets(raw)))]
 
 
 def literal_of(head: str, raw: bytes) -> Item:

@@ -100,12 +100,14 @@ class Argument:
     :param keyword: name of the argument for the raw value.
     :param ways: units in which the value may be given.
     :param default: value if the argument is left out; None if it is required.
+    :param is_partial: whether a form that is sent in some contexts does not have the field.
     """
 
     field: Field
     keyword: str
     ways: tuple[Way, ...]
     default: str | int | None = None
+    is_partial: bool = False
 
 
 def table_class(field: Field) -> str:
@@ -141,12 +143,14 @@ def arguments_of(
     names = apart(things, taken, "value")
     raw, rest = names[:counted], iter(names[counted:])
     defaults = message.call.get("defaults", {})
+    partial = [{f.name for f in x.fields} for x in message.layouts if x.sent_when]
     return tuple(
         Argument(
             field,
             keyword,
             tuple(Way(next(rest), unit, case) for unit, case in units[field.name]),
             defaults.get(field.name),
+            any(field.name not in names for names in partial),
         )
         for field, keyword in zip(fields, raw, strict=True)
     )

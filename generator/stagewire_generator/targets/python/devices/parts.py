@@ -25,7 +25,7 @@ from stagewire_generator.targets.python.devices.plan import (
     device_framing_of,
 )
 
-_TYPES = {"integer": "int", "text": "str", "bytes": "bytes"}
+_TYPES = {"integer": "int", "text": "str", "bytes": "bytes", "array": "tuple[int, ...]"}
 _PRIMITIVES = {"get_": "_get", "set_": "_set", "change_": "_change", "start_": "_start"}
 _OF_KIND = {"query": "_ask", "action": "_act", "halt": "_halt", "command": "_tell"}
 _RETURNS = {"set_": "None", "start_": "Motion"}
@@ -69,7 +69,9 @@ def method_view(protocol: Protocol, call: Call, verb: str, name: str, aio: bool)
     head = f"{'async ' if aio else ''}def {name}("
     items: list[Source] = ["self", *(_parameter(a, False) for a in positional)]
     keywords = [p for a in asked for p in _keywords(a, False)]
-    keywords += [p for a in _without(arguments, positional) for p in _keywords(a, some)]
+    keywords += [
+        p for a in _without(arguments, positional) for p in _keywords(a, some or a.is_partial)
+    ]
     if timeout:
         keywords.append("timeout: float | None = None")
     if keywords:

@@ -23,7 +23,7 @@ from stagewire_generator.targets.python.devices.arguments import (
 _CONSTANTS = frozenset({"FACTS", "UNITS", "VALUES"})
 _VALUES = frozenset({
     "Any", "Bits", "BitsByUnit", "False", "InUnits", "Message", "Named", "NamedByUnit", "None", "Raw",
-    "RawBytes", "RawText", "True", "Values"
+    "RawBytes", "RawIntegers", "RawText", "True", "Values"
 })  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from stagewire_generator.model import Field, Layout, Message, Protocol
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.targets.documentation import sentence, title_of, where
-from stagewire_generator.targets.python.brackets import Nested, Source
+from stagewire_generator.targets.python.brackets import Nested, Source, mapping
 from stagewire_generator.targets.python.devices.arguments import Argument, table_class
 from stagewire_generator.targets.python.devices.documentation import raw_text, unit_text
 from stagewire_generator.targets.python.devices.plan import (
@@ -101,6 +101,10 @@ class TableWriter:
             others = tuple(_others(call.members["get"], call.members.get("set")))
             if others:
                 yield Nested("others=(", others, ")")
+        if "set" in call.members:
+            forms = tuple(_sent(call.members["set"]))
+            if forms:
+                yield Nested("forms=(", forms, ")")
 
     def _query(self, call: Call) -> Iterator[Source]:
         assert call.values
@@ -162,6 +166,16 @@ def _others(get: Message, set: Message | None) -> Iterator[Source]:
         yield _tuple("", (class_of(get, layout), writing.get(layout.form, "None")))
 
 
+def _sent(message: Message) -> Iterator[Source]:
+    """Yield the forms that are sent in some contexts, each with its context."""
+    for layout in message.layouts:
+        if layout.sent_when:
+            context = mapping(
+                "", [f"{literal(k)}: {literal(v)}" for k, v in layout.sent_when.items()]
+            )
+            yield _tuple("", (class_of(message, layout), context))
+
+
 def _given(key: str, arguments: Sequence[Argument]) -> Iterator[Nested]:
     if arguments:
         yield _tuple(f"{key}=", [_argument(argument) for argument in arguments])
@@ -197,7 +211,11 @@ def _argument(argument: Argument) -> Nested:
         if not field.lists_all:
             items.append("open=True")
     if field.format.kind == "integer":
-        items += [f"minimum={field.minimum}", f"maximum={field.maximum}"]
+        low, high = field.own_range
+        items += [f"minimum={low}", f"maximum={high}"]
+    if field.ranges_by_unit:
+        ranges = (f"{literal(u)}: {limits}" for u, limits in field.ranges_by_unit.items())
+        items.append(Nested("ranges={", tuple(ranges), "}"))
     if field.target:
         items.append(f"target={literal(field.target)}")
     default = default_value(argument)
@@ -206,7 +224,7 @@ def _argument(argument: Argument) -> Nested:
     return Nested("Given(", tuple(items), ")")
 
 
-_KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes"}
+_KINDS = {"integer": "Raw", "text": "RawText", "bytes": "RawBytes", "array": "RawIntegers"}
 
 
 @dataclass(frozen=True, slots=True)

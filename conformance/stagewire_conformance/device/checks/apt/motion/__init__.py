@@ -6,6 +6,7 @@ from typing import Final
 
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion import (
+    alone,
     backlash,
     disabled,
     home,
@@ -13,8 +14,10 @@ from stagewire_conformance.device.checks.apt.motion import (
     in_motion,
     jogs,
     limits,
+    mid_move,
     move_updates,
     profile,
+    soft_limits,
     stops,
     suspension,
     targets,
@@ -23,22 +26,25 @@ from stagewire_conformance.device.checks.apt.motion import (
 
 KINDS: Final[tuple[Kind, ...]] = (
     home.KIND,
+    alone.KIND,
     in_motion.KIND,
     targets.ABSOLUTE,
     targets.RELATIVE,
     targets.STORED,
     targets.FAR,
+    mid_move.KIND,
+    stops.KIND,
     jogs.KIND,
     profile.KIND,
     backlash.KIND,
     velocity.KIND,
-    stops.KIND,
     move_updates.KIND,
     disabled.KIND,
     home_again.KIND,
     suspension.KIND,
     limits.KIND,
-    targets.ALONE,
+    soft_limits.KIND,
 )
-"""The kinds in the order in which they run: homing first, because positions count from home, and then the
-agreement of the replies, on which all others rely."""
+"""The kinds in the order in which they run: homing first, because positions count from home, then whether
+motors are confused, and the agreement of the replies, on which all others rely, and stops before the motions
+that only a stop ends."""

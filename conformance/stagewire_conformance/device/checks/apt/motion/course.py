@@ -72,6 +72,15 @@ def steady_speed(points: Sequence[Point]) -> float:
     return abs(middle[-1].position - middle[0].position) / seconds
 
 
+def plateau(points: Sequence[Point]) -> list[Point]:
+    """Return the positions at the end of a motion from which on it had nine tenths of its highest speed."""
+    fast = 0.9 * top_speed(points)
+    for number in range(2, len(points) + 1):
+        if top_speed(points[:number]) >= fast:
+            return list(points[number - 1 :])
+    return []
+
+
 def is_speeding_up(points: Sequence[Point]) -> bool:
     """Return whether a motion certainly became faster until its last position."""
     last = speeds(points)[-_SURE:]
@@ -80,11 +89,8 @@ def is_speeding_up(points: Sequence[Point]) -> bool:
 
 def until_steady(points: Sequence[Point]) -> int:
     """Return the distance after which a motion had nine tenths of its highest speed."""
-    fast = 0.9 * top_speed(points)
-    for number in range(2, len(points) + 1):
-        if top_speed(points[:number]) >= fast:
-            return abs(points[number - 1].position - points[0].position)
-    return 0
+    fast = plateau(points)
+    return abs(fast[0].position - points[0].position) if fast else 0
 
 
 def beyond(points: Sequence[Point], start: int, target: int) -> int:

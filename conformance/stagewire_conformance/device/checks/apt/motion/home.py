@@ -13,9 +13,15 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
+from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
+from stagewire_conformance.device.checks.apt.motion.apart import (
+    judge_sources,
+    judge_stop_alone,
+    start,
+)
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, HOMED, STOPPED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
@@ -46,6 +52,8 @@ _LATE: Final = 0.1
 """Seconds after the first reading in which the homing bit may be missing."""
 _LOOKS: Final = 3
 """Readings of a motor on its way home before it is stopped."""
+_APART: Final = 0.4
+"""Seconds between the stops of two motors."""
 _HOME: Final = "MOT_MOVE_HOME"
 
 
@@ -165,14 +173,27 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
     """
     before = {axis: axis.status() for axis in axes}
     looks = dict.fromkeys(axes, 0)
+    stops: dict[Axis, float] = {}
+    others: dict[Axis, list[Status]] = {axis: [] for axis in axes[1:]}  # after the first stop
 
     def on_its_way(axis: Axis, status: Status) -> bool:
         looks[axis] += 1
-        return looks[axis] >= _LOOKS and abs(status.position - before[axis].position) > _MOVES
+        if stops and axis not in stops:
+            others[axis].append(status)
+        going = looks[axis] >= _LOOKS and abs(status.position - before[axis].position) > _MOVES
+        if stops:
+            is_next = status.time - max(stops.values()) >= _APART
+        else:  # the first one, unless it has already arrived
+            is_next = axis is axes[0] or looks[axis] > looks[axes[0]] + 1
+        if going and is_next:
+            stops[axis] = status.time
+        return going and is_next
 
-    for axis in axes:
-        axis.send(m.MotMoveHome(axis.channel))
+    start({axis: m.MotMoveHome(axis.channel) for axis in axes}, first_alone=True)
     seen = watch(axes, limits, stop=on_its_way, strays=strays, longest=_LONGEST)
+    if seen[axes[0]].stopped is not None:
+        judge_stop_alone(axes[0], {axis: seen[axis] for axis in others}, others)
+    judge_sources(seen)
     for axis in axes:
         each = seen[axis]
         if _went_too_far(axis, each):
@@ -183,13 +204,13 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         if each.stopped is None or was_over:
             continue
         told = "MOT_MOVE_STOP in MOT_MOVE_HOME"
-        if not judge_stopping(axis, told, before[axis].position, each):
+        if not judge_stopping(axis, told, before[axis].position, each, StopMode.PROFILED):
             continue
         end = judge_end(axis, told, each, STOPPED)
         if end is not None and judge_over(
             axis, told, end, each, strays=strays, ignored=partial(_is_home, before=before[axis])
         ):
-            judge_rest(axis, told, end)
+            judge_rest(axis, told, end, each)
 
 
 def _is_home(axis: Axis, status: Status, before: Status) -> bool:

@@ -1,4 +1,4 @@
-"""``in-motion``: the replies of a moving motor agree with each other (pages 28 and 81)."""
+"""``in-motion``: the replies of a moving motor agree with each other (pages 28, 29 and 81)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis,
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import absolute
 from stagewire_conformance.device.checks.apt.motion.replies_together import (
+    EncoderReadings,
     judge_bits_alone,
     judge_counter,
     judge_fresh_bits,
@@ -29,6 +30,7 @@ KIND = Kind(
     rules=(
         "status-bits-same",
         "position-counter-absolute",
+        "encoder-counter-after-homing",
         "status-position",
         "dc-status-position",
     ),
@@ -39,17 +41,26 @@ KIND = Kind(
     KIND,
     "The replies of {motors} agree with each other during a move",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors together within {range} and back, and reads their position counters and status "
-    "bits meanwhile",
+    does="moves all motors together within {range} and back, and reads their counters and status bits "
+    "meanwhile",
     seconds=2.2,
+    also=("MOT_REQ_ENCCOUNTER", "MOT_GET_ENCCOUNTER"),
 )
 def _agree(axes: Sequence[Axis]) -> None:
     ways = distances_lasting(axes, _SECONDS)
     right = dict.fromkeys(axes, True)
+    looks = dict.fromkeys(axes, 0)
+    encoders = {axis: EncoderReadings(axis) for axis in axes}
 
     def compare(axis: Axis, status: Status) -> bool:
-        """Compare the replies of a moving motor once per status, until they differ."""
-        if right[axis] and status.moving:
+        """Compare the replies of a moving motor, until they differ: its counters in turn.
+
+        More requests could make a controller fall silent before the next keep-alive message (page 80).
+        """
+        looks[axis] += status.moving
+        if status.moving and looks[axis] % 2:
+            encoders[axis].read()
+        elif right[axis] and status.moving:
             when = f"on its way after MOT_MOVE_ABSOLUTE to {axis.start + ways[axis]}"
             ends = axis.start, axis.start + ways[axis]
             right[axis] = judge_bits_alone(axis, when) and judge_counter(
@@ -67,3 +78,4 @@ def _agree(axes: Sequence[Axis]) -> None:
     for axis in axes:
         if not seen[axis].ends:
             axis.halt()
+        encoders[axis].judge(f"on its way after MOT_MOVE_ABSOLUTE to {axis.start + ways[axis]}")

@@ -23,7 +23,10 @@ from stagewire_conformance.device.checks.apt.motion.parameters import (
     messages_of,
 )
 from stagewire_conformance.device.checks.apt.motion.runs import (
+    WAYS,
+    Ran,
     Run,
+    judge_modes_of_runs,
     room_for,
     run_all,
     slow_down,
@@ -35,6 +38,11 @@ _LESS: Final = 0.75
 """The ratio of the steps of successive motors."""
 _STEPS: Final = 8
 """The number of steps that a continuous jog covers, so that it is certainly not a single step."""
+
+_FAR: Final = 0x1_1000
+"""Counts of a step that needs more than 16 bits."""
+_SECONDS_FAR: Final = 3.0
+"""The maximum duration of such a step in seconds, approximately."""
 
 _PARAMETERS: Final = messages_of("JOGPARAMS")
 
@@ -51,6 +59,7 @@ KIND = Kind(
         "jog-move-completed",
         "jog-single-step",
         "jog-continuous",
+        "stop-mode-values",
         "move-completed-status",
         *MOTION_BITS,
     ),
@@ -107,7 +116,8 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
             jog_mode=int(JogMode.CONTINUOUS),
             jog_step_size=steps[axis],
         )
-    for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
+    done: list[tuple[Run, Ran]] = []
+    for way, mode in WAYS:
         runs = [
             Run(
                 axis,
@@ -118,11 +128,41 @@ def _jog_continuously(axes: Sequence[Axis]) -> None:
                 jogging=True,
                 pace=paces[axis],
                 telling=2 * steps[axis],
+                mode=mode,
             )
             for axis, velocity in velocities.items()
         ]
-        if run_all(runs) is None:
+        found = run_all(runs)
+        if found is None:
             return
+        done += [(run, found[run.axis]) for run in runs]
+    judge_modes_of_runs(done)
+
+
+@motor_check(
+    KIND,
+    "MOT_MOVE_JOG moves {motors} by a step of more than 16 bits",
+    messages=("MOT_MOVE_JOG", "MOT_MOVE_ABSOLUTE", *_PARAMETERS, COMPLETED),
+    does=f"sets a single step of {_FAR} counts with MOT_SET_JOGPARAMS, jogs all motors together once "
+    "forward within {range}, and restores the parameters",
+    settings=True,
+    seconds=5.0,
+    name="far",
+)
+def _jog_far(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(JOGS, Cause("MOT_SET_JOGPARAMS", "jog_max_velocity"))
+    paces = _paces(axes)
+    reach = {axis: axis.step(_SECONDS_FAR, paces[axis]) for axis in axes}
+    steps = {axis: _FAR for axis in axes if reach[axis] >= _FAR}
+    for axis in reach.keys() - steps.keys():
+        axis.trial.info(
+            f"{axis.text}: a jog by {_FAR} counts was left out: it has room, and {_SECONDS_FAR:g} s, for "
+            f"{reach[axis]} counts"
+        )
+    if not steps or not make_room(steps):
+        return
+    jog_single_steps(steps)
+    move([jog(axis, MoveDirection.FORWARD, step, paces[axis]) for axis, step in steps.items()])
 
 
 def _paces(axes: Sequence[Axis]) -> dict[Axis, Pace]:

@@ -31,7 +31,10 @@ from stagewire_conformance.device.checks.apt.motion.axis import (
 from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
 from stagewire_conformance.device.checks.apt.motion.early_ends import SETTLES
 from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
-from stagewire_conformance.device.checks.apt.motion.velocities import judge_velocities
+from stagewire_conformance.device.checks.apt.motion.velocities import (
+    judge_changing_velocities,
+    judge_velocities,
+)
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside
 from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
 from stagewire_conformance.device.checks.apt.streams import unstopped
@@ -60,6 +63,8 @@ _FOLLOWS = 0.1
 _STILL_SPEED = 3
 """The highest velocity, in units of the status, that a motor at rest may report."""
 
+_BEFORE = 2
+"""Statuses before the end of a motion that show how fast it was."""
 _MIDWAY = 20
 """A motor is on its way while it is at least a twentieth of the distance from both ends."""
 
@@ -164,7 +169,7 @@ def _judge_status_of_end(axis: Axis, told: str, end: Incoming) -> None:
         f"{axis.text}: {end.name} after {told} is only a header; 14 bytes of status should "
         "follow it",
         rule=_rule_of_content(end),
-        cause=Cause(end.name, "status"),
+        cause=Cause("end of a move", "status"),
         came=end.raw,
     ):
         return
@@ -211,7 +216,9 @@ def judge_course(
     edge = max(1, (high - low) // _MIDWAY)
     way, towards = (1, "up") if target > start else (-1, "down")
     midway = [status for status in statuses if low + edge < status.position < high - edge]
-    judge_velocities(axis, told, midway, way)
+    moving = [status for status in statuses if status.moving]
+    if judge_velocities(axis, told, midway, way):
+        judge_changing_velocities(axis, told, moving)
     for status in _without_late_ones(statuses, midway):
         says = (
             f"{axis.text}: on its way {towards} after {told}, at {status.position}, "
@@ -255,13 +262,18 @@ def _without_late_ones(statuses: Sequence[Status], midway: Sequence[Status]) -> 
     return [status for status in midway if status.moving or status.time - statuses[0].time >= _LATE]
 
 
-def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
+def judge_rest(
+    axis: Axis, told: str, end: Incoming | None = None, seen: Watched | None = None
+) -> Status:
     """Report what is wrong with the status of a motor after the end of a motion, and return it.
 
     :param end: the end message, whose content must be right, and must still hold.
+    :param seen: the observed motion, if the motor was stopped.
     """
     axis.pause(SETTLES)
     status = axis.status()  # only once: a second request would hide a status that lags by one
+    if end is not None and seen is not None:
+        _judge_jump(axis, told, end, status, seen.slowing[-_BEFORE:])
     axis.trial.must(
         not status.moving,
         f"{axis.text}: {told} has ended, but {status.heard.name} reports {_names(status)}; it "
@@ -277,6 +289,7 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         f"{position}, but {status.heard.name} then reported {status.position}",
         rule=_rule_of_content(end) if end else "",
         cause=Cause(end.name, "position") if end else None,
+        because=(Cause(status.heard.name, "position"),),
         came=end.raw if end else None,
     )
     if not status.moving:
@@ -292,6 +305,31 @@ def judge_rest(axis: Axis, told: str, end: Incoming | None = None) -> Status:
         _judge_status_of_end(axis, told, end)
     judge_bits_alone(axis, f"after {told}")
     return status
+
+
+def _judge_jump(
+    axis: Axis, told: str, end: Incoming, rest: Status, slowing: Sequence[Status]
+) -> None:
+    """Report a position that jumps when a motor has slowed down to a stop.
+
+    A motor that slows down covers less in each interval than in the one before. A servo may overshoot.
+
+    :param slowing: its last statuses before the end message.
+    """
+    if len(slowing) < _BEFORE or axis.place.status != "stepper":
+        return
+    before, last = slowing
+    speed = abs(last.position - before.position) / max(last.time - before.time, 1e-3)
+    most = speed * (end.time - last.time) + 2 * HELD
+    axis.trial.must(
+        abs(rest.position - last.position) <= most,
+        f"{axis.text}: after {told}, it slowed down from {before.position} to {last.position} counts, and "
+        f"{rest.heard.name} at rest then reported {rest.position}; the position should not jump",
+        rule=rule_of_status(axis.place, "position"),
+        cause=Cause(rest.heard.name, "position"),
+        because=(*axis.spoilt, Cause(end.name, "position")),
+        came=rest.heard.raw,
+    )
 
 
 def judge_positions(
@@ -328,13 +366,16 @@ def judge_place(
 ) -> bool:
     """Report a motor that is not at its target; return whether it is.
 
+    A motor that was commanded to where it was may stay anywhere a servo holds its stage.
+
     :param accurate: whether even a small distance from the target is reported, as NON-STRICT.
     """
     missed = status.position - target
+    near = HELD if abs(target - start) <= JITTER else axis.tolerance(target - start)
     bits = status.bits
     limit = bits.forward_hardware_limit or bits.reverse_hardware_limit
     hint = " (a limit switch is active: is the range within the travel?)" if limit else ""
-    if accurate and abs(missed) <= axis.tolerance(target - start):
+    if accurate and abs(missed) <= near:
         axis.trial.should(
             abs(missed) <= _ACCURATE,
             f"{axis.text}: after {told}, it rests at {status.position}, {abs(missed)} counts away from its "
@@ -346,7 +387,7 @@ def judge_place(
         )
         return True
     return axis.trial.must(
-        abs(missed) <= axis.tolerance(target - start),
+        abs(missed) <= near,
         f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "
         f"gone to {target}{hint}",
         rule=rule_of_command(told),

@@ -1,6 +1,6 @@
 """``limits``: a limit switch stops a motor, which reports the end of the motion and the switch.
 
-Each motor goes to the nearest end of its travel within the range, slowly for the last part. Before that, the
+Each motor goes to the ends of its travel within the range, slowly for the last part. Before that, the
 status bits of a short move show which direction leads there, because no page states in which direction
 positions rise. The PICS must declare the travel and the switches, and the motor must be homed, so that the
 positions of the ends are known. Brushless controllers have no limit switch parameters (page 39), and are left
@@ -9,7 +9,7 @@ out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -22,6 +22,8 @@ from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, HELD,
 from stagewire_conformance.device.checks.apt.motion.judgement import judge_end, judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import absolute, move
+from stagewire_conformance.device.checks.apt.motion.pace import pace_of
+from stagewire_conformance.device.checks.apt.motion.parameters import change, present
 from stagewire_conformance.device.checks.apt.motion.runs import slow_down
 from stagewire_conformance.device.checks.apt.motion.stopping import need_stops
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, watch
@@ -34,6 +36,9 @@ if TYPE_CHECKING:
 
 
 _PARAMETERS: Final = "MOT_SET_LIMSWITCHPARAMS"
+_VELPARAMS: Final = "MOT_SET_VELPARAMS"
+_FARTHEST: Final = 8.0
+"""The most seconds that the way from one end to the other may take."""
 _APPROACH: Final = 0.3
 """The approximate duration of the last part in seconds."""
 _BEYOND: Final = 100
@@ -128,10 +133,10 @@ KIND = Kind(
         "MOT_GET_VELPARAMS",
         COMPLETED,
     ),
-    does="runs all motors together slowly into the limit switch at an end of the travel that is "
+    does="runs all motors together slowly into the limit switches at the ends of the travel that are "
     "within {range}, and returns",
     settings=True,
-    seconds=6.0,
+    seconds=8.0,
     lacks=_lacks,
     also=("MOT_REQ_HOMEPARAMS", "MOT_GET_HOMEPARAMS"),
     only=_PARAMETERS,
@@ -147,22 +152,33 @@ def _run(axes: Sequence[Axis]) -> None:
     shown = [absolute(axis, axis.start + axis.distance(axis.start, _APPROACH)) for axis in homed]
     if not shown or not move(shown):
         return
-    ends = {axis: end for axis in homed if (end := _end_of(axis)) is not None}
+    ends = {axis: found for axis in homed if (found := _ends_of(axis))}
     need_stops(axes)
+    before = {axis: present(axis, _VELPARAMS)["max_velocity"] for axis in ends}
+    for number in range(max(map(len, ends.values()), default=0)):
+        if number:
+            for axis in ends:
+                change(axis, _VELPARAMS, at_most="max_velocity", max_velocity=before[axis])
+        if not _run_into({axis: each[number] for axis, each in ends.items() if number < len(each)}):
+            return
+
+
+def _run_into(ends: Mapping[Axis, _End]) -> bool:
+    """Move motors near ends of their travel, and then run them into the switches; return whether all stop."""
     far = [
         absolute(axis, end.place - end.way * end.last)
         for axis, end in ends.items()
         if abs(axis.status().position - end.place) > end.last
     ]
     if not ends or (far and not move(far)):
-        return
+        return False
 
     def passed(axis: Axis, status: Status) -> bool:
         return ends[axis].passed(status)
 
     limits = {}
     for axis, end in ends.items():
-        axis.pace = axis.pace.fastest.as_measured()
+        axis.pace = pace_of(axis.trial, axis.place, axis.channel).fastest.as_measured()
         limits[axis] = axis.pace.slower(slow_down(axis, 4 * end.last)).bound(end.last + end.beyond)
     for axis, end in ends.items():
         axis.send(m.MotMoveVelocity(axis.channel, end.direction))
@@ -172,8 +188,8 @@ def _run(axes: Sequence[Axis]) -> None:
         return end.passed(status, times=3) or end.left(status)
 
     seen = watch(list(ends), limits, stop=passed, mode=StopMode.IMMEDIATE, strays=strays)
-    for axis, end in ends.items():
-        _judge(axis, end, seen[axis])
+    stopped = [_judge(axis, end, seen[axis]) for axis, end in ends.items()]
+    return all(stopped)
 
 
 def _is_homed(axis: Axis) -> bool:
@@ -185,8 +201,11 @@ def _is_homed(axis: Axis) -> bool:
     return homed
 
 
-def _end_of(axis: Axis) -> _End | None:
-    """Return the end to which a motor runs; None if it may not run to any."""
+def _ends_of(axis: Axis) -> list[_End]:
+    """Return the ends to which a motor runs, the nearest first; none if it may not run to any.
+
+    The other end is left out if it is too far away.
+    """
     trial, place = axis.trial, axis.place
     travel: Travel | None = place.travel_of(axis.channel)
     assert travel is not None  # otherwise the check does not run
@@ -194,7 +213,7 @@ def _end_of(axis: Axis) -> _End | None:
         trial.inconclusive(
             f"{axis.text} sent no status on its way, so the direction of each end is unknown"
         )
-        return None
+        return []
     told = axis.ask(m.MotReqLimSwitchParams(axis.channel)).message
     switches = {axis.clockwise: told.cw_hard_limit, -axis.clockwise: told.ccw_hard_limit}
     ways = [
@@ -204,7 +223,7 @@ def _end_of(axis: Axis) -> _End | None:
     ]
     if not ways:
         trial.inconclusive(f"{axis.text}: no limit switch within reach is set to stop a motion")
-        return None
+        return []
     places = {1: travel.high, -1: travel.low}
     beyond = max(1, (travel.high - travel.low) // _BEYOND)
     offset = _home_offset(axis)
@@ -216,11 +235,21 @@ def _end_of(axis: Axis) -> _End | None:
             "(offset_distance of MOT_GET_HOMEPARAMS), so the end of the travel at "
             f"{places[shifted[0]]} is not that switch; declare the travel from switch to switch"
         )
-        return None
-    way = min(ways, key=lambda each: abs(places[each] - axis.start))
-    direction = axis.direction_of(way)
-    assert direction is not None
-    return _End(axis, way, direction, places[way], beyond)
+        return []
+    nearest, *others = sorted(ways, key=lambda each: abs(places[each] - axis.start))
+    pace = axis.pace.as_measured()
+    near = [way for way in others if pace.seconds(places[way] - places[nearest]) <= _FARTHEST]
+    if len(near) < len(others):
+        trial.info(
+            f"{axis.text}: the other end, at {places[others[0]]}, was left out: it is more than "
+            f"{_FARTHEST:g} s away"
+        )
+    ends = []
+    for way in (nearest, *near):
+        direction = axis.direction_of(way)
+        assert direction is not None
+        ends.append(_End(axis, way, direction, places[way], beyond))
+    return ends
 
 
 def _home_offset(axis: Axis) -> int:
@@ -231,7 +260,8 @@ def _home_offset(axis: Axis) -> int:
     return abs(distance)
 
 
-def _judge(axis: Axis, end: _End, seen: Watched) -> None:
+def _judge(axis: Axis, end: _End, seen: Watched) -> bool:
+    """Report what is wrong with a motor that ran into a switch; return whether the switch stopped it."""
     if seen.strayed is not None and end.left(seen.strayed):
         axis.trial.must(
             False,
@@ -243,7 +273,7 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
             because=(Cause(axis.status_name, "motion bits on the way"),),
             came=seen.strayed.heard.raw,
         )
-        return
+        return False
     if beyond := seen.strayed or seen.stopped:
         axis.trial.must(
             False,
@@ -252,11 +282,11 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
             rule="velocity-move-until-limit",
             came=beyond.heard.raw,
         )
-        return
+        return False
     if (message := judge_end(axis, end.told, seen, COMPLETED)) is None:
-        return
+        return False
     status = judge_rest(axis, end.told, message)
-    axis.trial.must(
+    stopped = axis.trial.must(
         abs(status.position - end.place) <= end.beyond,
         f"{axis.text}: after {end.told}, it is at {status.position}, away from the end",
         rule="velocity-move-until-limit",
@@ -273,3 +303,4 @@ def _judge(axis: Axis, end: _End, seen: Watched) -> None:
         cause=Cause(status.heard.name, "limit switches"),
         came=status.heard.raw,
     )
+    return stopped

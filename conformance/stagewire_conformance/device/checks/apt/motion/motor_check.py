@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.enable_state import ENABLING
+from stagewire_conformance.device.checks.apt.motion.apart import need_no_confusion
 from stagewire_conformance.device.checks.apt.motion.axis import Axis
 from stagewire_conformance.device.checks.apt.motion.moves import returning
 from stagewire_conformance.device.checks.apt.motion.pace import LONGEST
@@ -208,6 +209,8 @@ def _skip(place: Target, messages: tuple[str, ...]) -> str:
 
 def _run(trial: Trial, group: Sequence[Motor], moving: Moving) -> None:
     axes = [Axis(trial, place, channel) for place, channel in group]
+    if len(axes) > 1:
+        need_no_confusion(trial)
     for axis in axes:
         # It must be known where a motor is and whether it moves, and it must be possible to disable it.
         trial.depends_on(*axis.spoilt, *ENABLING)

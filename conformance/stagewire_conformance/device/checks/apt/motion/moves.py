@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.checks.apt.motion.apart import (
+    CONFUSED,
+    rule_of_apart,
+    start,
+)
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     HELD,
@@ -142,8 +147,8 @@ def move(moves: Sequence[Move]) -> bool:
     starts = {each.axis: each.axis.status().position for each in moves}
     ways = {each.axis: each.target - starts[each.axis] for each in moves}
     limits = {each.axis: (each.jog or each.axis.pace).bound(ways[each.axis]) for each in moves}
-    for each in moves:
-        each.axis.send(each.message)
+    jogs = any(each.jog for each in moves)
+    start({each.axis: each.message for each in moves}, first_alone=jogs)
     seen = watch(list(ways), limits, strays=beyond(starts, ways))
     for each in moves:
         axis = each.axis
@@ -257,6 +262,8 @@ def go_back(axes: Sequence[Axis]) -> None:
         near = max(HELD, abs(distance) // 200)
         if abs(status.position - axis.start) > near:
             status = axis.standing()  # its end message may have come too early
+        if len(away) > 1 and not status.moving and abs(status.position - axis.start) > near:
+            status = _go_back_alone(axis, next(other for other in away if other is not axis))
         if status.moving or abs(status.position - axis.start) > near:
             status = axis.halt()
             axis.trial.need(
@@ -270,3 +277,30 @@ def go_back(axes: Sequence[Axis]) -> None:
                 because=axis.doubts,
                 came=status.heard.raw,
             )
+
+
+def _go_back_alone(axis: Axis, other: Axis) -> Status:
+    """Move a motor back that has stopped on its way while others moved, and return its status.
+
+    If it then arrives, report that the motors are confused.
+    """
+    status = axis.status()
+    away = axis.start - status.position
+    axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
+
+    def goes_away(axis: Axis, status: Status) -> bool:
+        return abs(status.position - axis.start) > abs(away) + abs(axis.backlash) + HELD
+
+    watch([axis], {axis: axis.pace.limit(away)}, strays=goes_away)
+    stood, status = status, axis.settled(axis.status())
+    arrived = abs(status.position - axis.start) <= max(HELD, abs(away) // 200)
+    axis.trial.must(
+        not arrived or status.moving,
+        f"{axis.text} stopped at {stood.position} on its way to {axis.start}, while {other.text} also moved, "
+        "and arrived only when it moved alone; a command to one motor should not affect another",
+        rule=rule_of_apart(axis, other),
+        cause=CONFUSED,
+        because=axis.doubts,
+        came=stood.heard.raw,
+    )
+    return status

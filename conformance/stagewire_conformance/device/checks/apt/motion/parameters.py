@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from stagewire.errors import StagewireError
 from stagewire_apt.enumerations import JogMode
-from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
-from stagewire_conformance.device.checks.apt.motion.axis import ENDS, Axis
+from stagewire_conformance.device.checks.apt.motion.axis import ENDS, HELD, Axis
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
 from stagewire_conformance.device.trial import EnoughError
 
@@ -20,7 +21,7 @@ def messages_of(parameters: str) -> tuple[str, str, str]:
 
 def present(axis: Axis, setting: str) -> Values:
     """Return the values of a parameter set, by the name of its SET."""
-    return _placed_set(axis, setting).read(axis.trial)
+    return placed_set(axis, setting).read(axis.trial)
 
 
 def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> None:
@@ -31,11 +32,9 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 
     :param at_most: the value that may be returned smaller, such as a velocity that the controller rounds.
     """
-    line = axis.trial.line
-    if not line.come_to_rest():
-        raise EnoughError
-    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]  # of earlier motions
-    placed = _placed_set(axis, setting)
+    axis.trial.depends_on(Cause(setting, SHARED))
+    _come_to_rest(axis)
+    placed = placed_set(axis, setting)
     before = placed.read(axis.trial)
     wanted = {**before, **values}
     placed.undo(axis.trial, before)
@@ -58,7 +57,54 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
     )
 
 
-def _placed_set(axis: Axis, setting: str) -> PlacedSet:
+def shift_counter(axis: Axis, shift: int) -> None:
+    """Add to the position counter of a motor at rest, and to its range, until the end of the check.
+
+    End the check if the counter does not take the value.
+    """
+    placed = placed_set(axis, "MOT_SET_POSCOUNTER")
+    _come_to_rest(axis)
+    before = axis.status().position
+    shifted = False
+
+    def put_back() -> None:
+        due = axis.status().position - shift if shifted else before
+        placed.write(axis.trial, {"position": due})
+        _shift_range(axis, -shift if shifted else 0)
+        if abs(axis.status().position - due) > HELD:
+            raise StagewireError(
+                f"{axis.text}: send MOT_SET_POSCOUNTER with position={due} while it rests, or home it"
+            )
+
+    axis.trial.undo(f"position counter of {axis.text}", put_back, rule=rule_of_set(placed.set.set))
+    placed.write(axis.trial, {"position": before + shift})
+    shifted = True
+    _shift_range(axis, shift)
+    came = axis.status()
+    axis.trial.need(
+        abs(came.position - before - shift) <= HELD,
+        f"{axis.text}: {placed.set.set} wrote position = {before + shift}, but {came.heard.name} then "
+        f"returned {came.position}; nothing was moved",
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, EFFECT),
+        came=came.heard.raw,
+    )
+
+
+def _shift_range(axis: Axis, by: int) -> None:
+    axis.low, axis.high, axis.start = axis.low + by, axis.high + by, axis.start + by
+
+
+def _come_to_rest(axis: Axis) -> None:
+    """Let all motors come to rest, and drop their end messages; end the check if one does not rest."""
+    line = axis.trial.line
+    if not line.come_to_rest():
+        raise EnoughError
+    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]
+
+
+def placed_set(axis: Axis, setting: str) -> PlacedSet:
+    """Return a parameter set of a motor, by the name of its SET."""
     sets = parameter_sets(axis.trial.declared, axis.place)
     return PlacedSet(axis.place, axis.channel, next(each for each in sets if each.set == setting))
 

@@ -6,15 +6,18 @@ scale, the speed is also compared with the setting. Settings are only lowered.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import ProfileMode
-from stagewire_conformance.device.causes import Cause
+from stagewire_conformance.device.causes import SHARED, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
+from stagewire_conformance.device.checks.apt.motion.apart import rule_of_apart
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
@@ -54,10 +57,18 @@ _EXACT: Final = 0.1
 """The relative difference up to which a speed is that of the setting in counts/s."""
 _LONGER: Final = 1.25
 """The ratio of the durations of a jog and a move from which their accelerations differ."""
+_BEYOND: Final = 1.3
+"""The least ratio of the speed of a move to that of a jog with at most half its velocity."""
 _TELLABLE: Final = 40
 """The least velocity in a status whose quarter is precise enough to be compared."""
 _MOST: Final = 0x7FFF
 """The highest velocity that a status can represent with a sign."""
+_APART: Final = 0.6
+"""The ratio of the values of successive motors."""
+_ALIKE: Final = 1.2
+"""The ratio of two measurements up to which they are alike."""
+_DIFFERENT: Final = 1.5
+"""The ratio of two values from which they differ."""
 _TOO_SHORT: Final = "a move of {} counts is too short to measure its speed"
 
 _VELPARAMS: Final = messages_of("VELPARAMS")
@@ -103,6 +114,37 @@ class _Profile:
         """Set the maximum velocity to an earlier value."""
         change(axis, self.setting, at_most=self.velocity, **{self.velocity: velocity})
 
+    def differ(self, axes: Sequence[Axis], name: str) -> None:
+        """Give each of several motors another value of a parameter, lower than that of the one before."""
+        for number, axis in enumerate(axes[1:], start=1):
+            value = int(present(axis, self.setting)[name] * _APART**number)
+            change(axis, self.setting, at_most=name, **{name: max(1, value)})
+
+    def judge_apart(
+        self, found: Mapping[Axis, Search], name: str, measured: Mapping[Axis, float]
+    ) -> bool:
+        """Report motors that do the same with different values; return whether each uses its own.
+
+        Motors of one check are declared alike, so a value has the same unit for all of them.
+
+        :param measured: a measurement for each motor that is proportional to the parameter.
+        """
+        for first, other in pairwise(found):
+            values = found[first].values[-1], found[other].values[-1]
+            alike = abs(math.log(measured[first] / measured[other])) <= math.log(_ALIKE)
+            apart = abs(math.log(values[0] / values[1])) >= math.log(_DIFFERENT)
+            if not first.trial.must(
+                not (alike and apart),
+                f"{self.setting} set {name} = {values[0]} of {first.text} and {values[1]} of {other.text}, "
+                f"but {self.what} of both was alike: {measured[first]:.0f} and {measured[other]:.0f} counts/s"
+                f"{'²' if name == self.acceleration else ''}; each should use its own value",
+                rule=rule_of_apart(first, other),
+                cause=Cause(self.setting, SHARED),
+                because=(Cause(self.setting, name),),
+            ):
+                return False
+        return True
+
 
 _MOVES: Final = _Profile("a move", "MOT_SET_VELPARAMS", "max_velocity", "acceleration")
 _JOGS: Final = _Profile("a jog", "MOT_SET_JOGPARAMS", "jog_max_velocity", "jog_acceleration")
@@ -111,7 +153,13 @@ _JOGS: Final = _Profile("a jog", "MOT_SET_JOGPARAMS", "jog_max_velocity", "jog_a
 KIND = Kind(
     name="profile",
     title="Moves and jogs obey their velocity and their acceleration",
-    rules=("velocity-parameters", "jog-parameters", "dc-status-velocity"),
+    rules=(
+        "velocity-parameters",
+        "jog-parameters",
+        "dc-status-velocity",
+        "slot-addressed-by-destination",
+        "module-channels",
+    ),
 )
 
 
@@ -133,15 +181,24 @@ def _moves(axes: Sequence[Axis]) -> None:
         return
     shuttle = Shuttle(ways)
     before = {axis: _MOVES.velocity_of(axis) for axis in ways}
+    _MOVES.differ(list(ways), _MOVES.velocity)
     found = _MOVES.search_velocity(list(ways), shuttle)
+    if not _MOVES.judge_apart(found, _MOVES.velocity, _last(found)):
+        return
     for axis, each in found.items():
         _judge_scale(axis, each.values[-1], shuttle.courses[axis][-1], _MOVES)
         _judge_reported(axis, shuttle.courses[axis])
-        _MOVES.restore_velocity(axis, before[axis])
     units = {
         axis: shuttle.courses[axis][-1].steady / each.values[-1] for axis, each in found.items()
     }
-    for axis, each in _MOVES.search_acceleration(found, shuttle).items():
+    for axis in found:
+        _MOVES.restore_velocity(axis, before[axis])
+    _MOVES.differ(list(found), _MOVES.acceleration)
+    ramps = _MOVES.search_acceleration(found, shuttle)
+    measured = {axis: shuttle.courses[axis][-1].ramp_of_triangle for axis in ramps}
+    if not _MOVES.judge_apart(ramps, _MOVES.acceleration, measured):
+        return
+    for axis, each in ramps.items():
         _judge_ramp(axis, each.values[-1], shuttle.courses[axis][-1], units[axis])
 
 
@@ -171,7 +228,11 @@ def _jogs(axes: Sequence[Axis]) -> None:
     jog_single_steps(steps)
     shuttle = JogShuttle(steps)
     before = {axis: _JOGS.velocity_of(axis) for axis in steps}
+    _JOGS.differ(list(steps), _JOGS.velocity)
     found = _JOGS.search_velocity(list(steps), shuttle)
+    if not _JOGS.judge_apart(found, _JOGS.velocity, _last(found)):
+        return
+    _judge_moves_after_jogs(steps, found)
     fast = {axis: _MOVES.velocity_of(axis) for axis in found}
     same_moves = _same_moves(steps, found, _MOVES.velocity)
     moves = same_moves.speeds(list(same_moves.ways))
@@ -188,6 +249,42 @@ def _jogs(axes: Sequence[Axis]) -> None:
     for axis, each in found.items():
         if axis in took:
             _judge_alike_ramps(axis, each, took[axis])
+
+
+def _last(found: Mapping[Axis, Search]) -> dict[Axis, float]:
+    """Return the last measurement of each motor."""
+    return {axis: each.found[-1] for axis, each in found.items()}
+
+
+def _judge_moves_after_jogs(steps: Mapping[Axis, int], found: Mapping[Axis, Search]) -> None:
+    """Report moves that are not faster than slow jogs over the same distance before them.
+
+    The jogs are so slow that they reach a constant speed. Moves with at least the acceleration of the jogs
+    and twice their velocity go beyond that speed.
+    """
+    faster = {}
+    for axis, each in found.items():
+        jogs, moves = present(axis, _JOGS.setting), present(axis, _MOVES.setting)
+        place = axis.position()
+        if (
+            moves[_MOVES.velocity] >= 2 * each.values[-1]
+            and moves[_MOVES.acceleration] >= jogs[_JOGS.acceleration]
+            and axis.low <= place <= axis.high
+        ):
+            faster[axis] = place
+    shuttle = Shuttle({axis: axis.wider(at) * steps[axis] for axis, at in faster.items()}, faster)
+    speeds = shuttle.speeds(list(faster))
+    shuttle.speeds(list(speeds))  # back, so that the next jogs have room
+    for axis, speed in speeds.items():
+        jog = found[axis].found[-1]
+        axis.trial.must(
+            speed >= _BEYOND * jog,
+            f"{axis.text}: after jogs at {jog:.0f} counts/s with jog_max_velocity = "
+            f"{found[axis].values[-1]}, a move with max_velocity = {_MOVES.velocity_of(axis)} reached only "
+            f"{speed:.0f} counts/s; moves have their own velocity and acceleration",
+            rule="velocity-parameters",
+            cause=_MOVES.defect,
+        )
 
 
 def _same_moves(steps: Mapping[Axis, int], found: Mapping[Axis, Search], name: str) -> Shuttle:
@@ -284,7 +381,7 @@ def _judge_ramp(axis: Axis, value: int, course: Course, unit: float) -> None:
     scale = acceleration_scale(axis.place, axis.channel, unit)
     if scale is None or axis.trial.causes.check_of(_MOVES.defect):
         return
-    due, ramp = value * scale, 4 * course.way / course.seconds**2
+    due, ramp = value * scale, course.ramp_of_triangle
     in_the_middle = _MIDDLE * course.steady**2 / course.way
     axis.trial.must(
         due / _RAMP <= ramp <= _RAMP * due

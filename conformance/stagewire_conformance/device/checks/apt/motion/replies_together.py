@@ -1,11 +1,13 @@
-"""Other replies of a motor, compared with its status: the bits alone (page 81), and the counter (page 28).
+"""Other replies of a motor, compared with its status.
 
-Each is read between two statuses, so that it can be compared while the motor moves.
+They are the bits alone (page 81), the position counter (page 28) and the encoder counter (page 29). Each is
+read between two statuses, so that it can be compared while the motor moves.
 """
 
 from __future__ import annotations
 
-from typing import Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.flags import DcStatusBits
@@ -14,8 +16,12 @@ from stagewire_conformance.device.checks.apt.broken_rules import rule_of_status
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, JITTER, Axis, Status
 from stagewire_conformance.device.lines.motions import reports_motion
 
+if TYPE_CHECKING:
+    from stagewire_conformance.device.lines.dialogue import Incoming
+
 _BITS: Final = "MOT_REQ_STATUSBITS"
 _COUNTER: Final = "MOT_REQ_POSCOUNTER"
+_ENCODER: Final = "MOT_REQ_ENCCOUNTER"
 _TRIES: Final = 3
 """The number of comparisons that must all fail."""
 
@@ -106,3 +112,68 @@ def judge_counter(axis: Axis, when: str, before: Status, ends: tuple[int, int]) 
         because=(Cause("MOT_SET_POSCOUNTER", EFFECT), Cause(counter.name, "position")),
         came=after.heard.raw if stays else counter.raw,
     )
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """An encoder count, and the positions that were read before and after it."""
+
+    before: int
+    came: Incoming
+    after: int
+
+    @property
+    def count(self) -> int:
+        """The encoder count."""
+        count: int = self.came.message.encoder_count
+        return count
+
+
+class EncoderReadings:
+    """Encoder counts of a motor, from the beginning of a motion to its end.
+
+    No page states the ratio of encoder counts to positions, nor which stages have an encoder. So the count
+    only has to change along with the position, if it changes with the motion at all.
+    """
+
+    def __init__(self, axis: Axis) -> None:
+        self._axis = axis
+        self._readings: list[_Reading] = []
+        self.read()
+
+    def read(self) -> None:
+        """Read the count, if it is claimed."""
+        axis = self._axis
+        if _ENCODER in axis.place.messages:
+            before = axis.status().position
+            came = axis.ask(m.MotReqEncCounter(axis.channel))
+            self._readings.append(_Reading(before, came, axis.status().position))
+
+    def judge(self, when: str) -> None:
+        """Report a count that did not follow the motion, which has ended. A wrong count is NON-STRICT.
+
+        Page 29 states for the encoder counter what page 28 states for the position counter, and names the
+        position counter.
+        """
+        if len(self._readings) < 2:
+            return
+        self.read()
+        first, *on_the_way, last = self._readings
+        ratio = (last.count - first.count) / ((last.after - first.before) or 1)
+        if abs(last.count - first.count) <= HELD:
+            return
+        for each in on_the_way:
+            low, high = sorted((each.before, each.after))
+            margin = HELD + (high - low) // 2
+            place = first.before + (each.count - first.count) / ratio
+            if not self._axis.trial.should(
+                low - margin <= place <= high + margin,
+                f"{self._axis.text}: {when}, between the positions {each.before} and {each.after}, "
+                f"{each.came.name} has {each.count}; from {first.count} at {first.before} to {last.count} at "
+                f"{last.after}, the count should follow the motion",
+                rule="encoder-counter-after-homing",
+                cause=Cause(each.came.name, "encoder_count"),
+                because=self._axis.spoilt,
+                came=each.came.raw,
+            ):
+                return

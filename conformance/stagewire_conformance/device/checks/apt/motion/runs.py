@@ -13,10 +13,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from stagewire_apt.enumerations import MoveDirection, StopMode
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command, rule_of_set
+from stagewire_conformance.device.checks.apt.motion.apart import start
 from stagewire_conformance.device.checks.apt.motion.axis import HELD, STOPPED, Axis, Status
-from stagewire_conformance.device.checks.apt.motion.course import Point, points_of, top_speed
+from stagewire_conformance.device.checks.apt.motion.course import (
+    Point,
+    is_speeding_up,
+    points_of,
+    speeds,
+    top_speed,
+)
 from stagewire_conformance.device.checks.apt.motion.early_ends import judge_over
 from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
@@ -25,12 +33,16 @@ from stagewire_conformance.device.checks.apt.motion.judgement import (
 )
 from stagewire_conformance.device.checks.apt.motion.pace import Pace, jog_pace_of, pace_of
 from stagewire_conformance.device.checks.apt.motion.parameters import change, present
-from stagewire_conformance.device.checks.apt.motion.stopping import judge_stopping, need_stops
+from stagewire_conformance.device.checks.apt.motion.stopping import (
+    StoppedMotion,
+    judge_modes,
+    judge_stopping,
+    need_stops,
+)
 from stagewire_conformance.device.checks.apt.motion.watch import Watched, is_outside, watch
 
 if TYPE_CHECKING:
     from stagewire import FramedMessage
-    from stagewire_apt.enumerations import MoveDirection
 
 _RUNNING: Final = 0.25
 """The approximate duration of a run in seconds."""
@@ -38,6 +50,12 @@ _LATE: Final = 0.25
 """Seconds by which a stop may be late; the range leaves room for the motion in that time."""
 _FASTER: Final = 1.4
 """The ratio of the speed of a run to the velocity that is set from which it does not obey it."""
+_RAMPING: Final = 0.6
+"""The ratio of the speed in the first tenth of a second to the highest one below which a ramp is visible."""
+_RAMP: Final = 0.05
+"""Seconds of the highest speed that such a ramp at least covers."""
+_TELLING: Final = 64
+"""Counts by which a profiled stop must be longer so that the modes can be compared."""
 LEAST_ROOM: Final = 64
 """Counts of room required in a direction."""
 
@@ -73,6 +91,13 @@ def slow_down(
     return slow
 
 
+WAYS: Final = (
+    (MoveDirection.FORWARD, StopMode.PROFILED),
+    (MoveDirection.REVERSE, StopMode.IMMEDIATE),
+)
+"""The directions of two runs, with the mode in which each is stopped."""
+
+
 @dataclass
 class Run:
     """A run of a motor.
@@ -82,6 +107,7 @@ class Run:
     :param acceleration: its acceleration in counts/s².
     :param jogging: whether the status must report a jog.
     :param pace: the pace of the command; that of moves by default.
+    :param mode: how it is stopped.
     :param telling: the counts that show that the motor runs on. A motor that is slower than its velocity
         allows is stopped after them.
     """
@@ -95,6 +121,7 @@ class Run:
     pace: Pace | None = None
     telling: int | None = None
     start: int = 0
+    mode: StopMode = StopMode.PROFILED
 
     @property
     def told(self) -> str:
@@ -168,10 +195,49 @@ class Run:
         return moved * self.axis.way_of(self.direction) if self.axis.clockwise else abs(moved)
 
 
-def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
+@dataclass(frozen=True)
+class Ran:
+    """A run that was stopped.
+
+    :param points: the positions of the motor until it was stopped.
+    :param rest: its position at rest after that.
+    """
+
+    points: list[Point]
+    rest: int
+
+    @property
+    def stopped(self) -> StoppedMotion:
+        """The stop of the run."""
+        start, last = self.points[0].position, self.points[-1].position
+        return StoppedMotion(last - start, abs(self.rest - last), is_speeding_up(self.points))
+
+    @property
+    def slows_down_visibly(self) -> bool:
+        """Whether it sped up so slowly that a profiled stop can be told from an immediate one."""
+        first, *_, fastest = speeds(self.points)[:1] + sorted(speeds(self.points))
+        return first < _RAMPING * fastest and fastest * _RAMP > _TELLING
+
+
+def judge_modes_of_runs(runs: Sequence[tuple[Run, Ran]]) -> None:
+    """Compare the profiled and the immediate stop of each motor, if both were made after a visible ramp."""
+    stopped = {(run.axis, run.mode): (run, ran) for run, ran in runs if ran.slows_down_visibly}
+    for (axis, mode), (run, ran) in stopped.items():
+        other = stopped.get((axis, StopMode.IMMEDIATE))
+        if mode is StopMode.PROFILED and other is not None:
+            command = run.message.layout.message
+            # A jog also has a stop mode among its parameters (page 32).
+            judge_modes(
+                axis, f" in {command}", other[1].stopped, ran.stopped, certain=not run.jogging
+            )
+
+
+def run_all(runs: Sequence[Run], *, alone: bool = False) -> dict[Axis, Ran] | None:
     """Run motors together, stop each, and judge the reaction.
 
-    Return the positions of each motor until it was stopped; None if not all followed their commands.
+    Return the motion of each motor until it was stopped; None if not all followed their commands.
+
+    :param alone: whether to start the first motor alone, to see whether the others obey its command.
     """
     by_axis = {run.axis: run for run in runs}
     need_stops(list(by_axis))
@@ -188,10 +254,8 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
         told = late and run.telling is not None and gone >= run.telling
         return told or gone >= run.enough or -gone > run.stopping
 
-    began: dict[Axis, Point] = {}
-    for run in runs:
-        run.axis.send(run.message)
-        began[run.axis] = Point(run.axis.trial.line.now, run.start)
+    times = start({run.axis: run.message for run in runs}, first_alone=alone)
+    began = {run.axis: Point(times[run.axis], run.start) for run in runs}
 
     def strays(axis: Axis, status: Status) -> bool:
         run = by_axis[axis]
@@ -199,12 +263,17 @@ def run_all(runs: Sequence[Run]) -> dict[Axis, list[Point]] | None:
         return is_outside(axis, status) or abs(run.gone(status)) > too_far
 
     limits = {run.axis: run.limit for run in runs}
-    latest = {run.axis: run.latest for run in runs}
-    seen = watch(list(by_axis), limits, stop=enough, strays=strays, deadlines=latest)
+    now = runs[0].axis.trial.line.now
+    latest = {run.axis: run.latest - (now - times[run.axis]) for run in runs}
+    mode = runs[0].mode
+    seen = watch(list(by_axis), limits, stop=enough, mode=mode, strays=strays, deadlines=latest)
     done = [_judge(run, seen[run.axis]) for run in runs]
     if not all(done):
         return None
-    return {axis: [began[axis], *points_of(each.statuses)] for axis, each in seen.items()}
+    return {
+        axis: Ran([began[axis], *points_of(each.statuses)], axis.position())
+        for axis, each in seen.items()
+    }
 
 
 def _judge(run: Run, seen: Watched) -> bool:
@@ -267,11 +336,11 @@ def _judge(run: Run, seen: Watched) -> bool:
             jogging=run.jogging,
         )
         axis.learn(1 if gone > 0 else -1, run.direction)
-    told = f"MOT_MOVE_STOP in {run.told}"
-    if not judge_stopping(axis, told, run.start, seen, endless=True):
+    told = f"MOT_MOVE_STOP {run.mode.name.lower()} in {run.told}"
+    if not judge_stopping(axis, told, run.start, seen, run.mode, endless=True):
         return False
     end = judge_end(axis, told, seen, STOPPED)
     if end is None or not judge_over(axis, told, end, seen):
         return False
-    judge_rest(axis, told, end)
+    judge_rest(axis, told, end, seen)
     return moved

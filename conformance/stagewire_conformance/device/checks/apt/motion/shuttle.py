@@ -52,6 +52,11 @@ class Course:
     over: int
     ramp: int
 
+    @property
+    def ramp_of_triangle(self) -> float:
+        """The acceleration in counts/s² of a move that only sped up and slowed down."""
+        return 4 * self.way / self.seconds**2
+
 
 @dataclass
 class Shuttle:

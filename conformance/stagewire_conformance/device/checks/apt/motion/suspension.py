@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_apt.enumerations import StopMode
-from stagewire_conformance.device.causes import EFFECT, Cause
+from stagewire_conformance.device.causes import DELIVERY, EFFECT, SHARED, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
@@ -42,7 +42,12 @@ _BEFORE_STOP: Final = 0.12
 KIND = Kind(
     name="suspend",
     title="End-of-move messages can be suspended and resumed",
-    rules=("end-messages-suspended", "end-messages-resumed", *MOTION_BITS),
+    rules=(
+        "end-messages-suspended",
+        "end-messages-resumed",
+        "slot-addressed-by-destination",
+        *MOTION_BITS,
+    ),
 )
 
 
@@ -68,7 +73,8 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
         missed = status.position - axis.start - ways[axis]
         return not status.moving and abs(missed) <= axis.tolerance(ways[axis])
 
-    suspend(axes)
+    targets = _one_of_each_target(axes)
+    suspend(targets[:1])
     limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
     for axis, way in ways.items():
         axis.send(m.MotMoveAbsolute(axis.channel, axis.start + way))
@@ -84,6 +90,16 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
             if each.source == axis.place.address and each.channel == axis.channel
         ]
         came = [*seen[axis].ends, *mine]
+        if axis.place != axes[0].place:
+            trial.must(
+                bool(came),
+                f"MOT_SUSPEND_ENDOFMOVEMSGS was sent to {axes[0].place.name}, but {axis.text} also sent no "
+                f"{COMPLETED} after MOT_MOVE_ABSOLUTE to {target}; its messages are not suspended",
+                rule="slot-addressed-by-destination",
+                cause=Cause("MOT_SUSPEND_ENDOFMOVEMSGS", SHARED),
+                because=(Cause(COMPLETED, DELIVERY),),
+            )
+            continue
         trial.must(
             not came,
             f"{axis.text}: after {told}, it sent "
@@ -95,6 +111,7 @@ def _suspend_and_resume(axes: Sequence[Axis]) -> None:
         )
         if not judge_place(axis, told, judge_rest(axis, told), axis.start, target):
             axis.halt()
+    suspend(targets[1:])
     _stop_suspended(axes)
     _resume(axes)
     about = " after end-of-move messages were resumed"
@@ -116,7 +133,8 @@ def _stop_suspended(axes: Sequence[Axis]) -> None:
 
 def suspend(axes: Sequence[Axis]) -> None:
     """Suspend the end messages of motors until the end of the check."""
-    axes[0].trial.undo("resumed end-of-move messages", lambda: _resume(axes))
+    for axis in axes[:1]:
+        axis.trial.undo("resumed end-of-move messages", lambda: _resume(axes))
     for axis in _one_of_each_target(axes):
         axis.send(m.MotSuspendEndOfMoveMsgs())
 

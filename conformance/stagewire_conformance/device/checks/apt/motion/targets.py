@@ -1,9 +1,8 @@
-"""Moves to a target: to a position, by a distance, to a stored target, and of one motor alone.
+"""Moves to a target: to a position, by a distance, and to a stored target.
 
-- ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46).
+- ``move-absolute``, ``move-relative``, ``move-stored``: to a target and back (pages 42 to 46). A move to the
+  present position also ends. After MOT_SET_POSCOUNTER, targets count from the new zero (page 28).
 - ``move-far``: to a position that needs more than 16 bits, if the range and the time allow it, and back.
-- ``move-alone``: of several motors, only the addressed one moves and reports it (pages 9 and 17). Bays differ
-  only by the address in their messages, channels of a module only by the channel.
 """
 
 from __future__ import annotations
@@ -13,8 +12,9 @@ from dataclasses import replace
 from typing import Final
 
 from stagewire_apt import messages as m
+from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
-from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, JITTER, Axis
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.motor_check import (
     APART,
     COMPLETION,
@@ -25,10 +25,15 @@ from stagewire_conformance.device.checks.apt.motion.moves import (
     Move,
     absolute,
     distances,
+    long_enough,
     move,
     relative,
 )
-from stagewire_conformance.device.checks.apt.motion.parameters import change, messages_of
+from stagewire_conformance.device.checks.apt.motion.parameters import (
+    change,
+    messages_of,
+    shift_counter,
+)
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
 
 _SECONDS: Final = 0.3
@@ -46,6 +51,7 @@ ABSOLUTE = Kind(
         "absolute-move",
         "absolute-move-long",
         "absolute-move-completed",
+        "position-counter-set",
         *COMPLETION,
         *APART,
     ),
@@ -68,12 +74,36 @@ RELATIVE = Kind(
     ABSOLUTE,
     "MOT_MOVE_ABSOLUTE moves {motors} to a position, and each reports the end once",
     messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves all motors together to positions within {range}, and back",
+    does="moves all motors together to positions within {range}, and back, and then to where they are",
+    seconds=1.9,
 )
 def _absolute(axes: Sequence[Axis]) -> None:
     ways = distances(axes, _LONGER)
-    if move([absolute(axis, axis.start + way) for axis, way in ways.items()]):
-        move([absolute(axis, axis.start) for axis in axes])
+    out = [absolute(axis, axis.start + way) for axis, way in ways.items()]
+    if move(out) and move([absolute(axis, axis.start) for axis in axes]):
+        move([absolute(axis, axis.position(), ", where it is") for axis in axes])
+
+
+@motor_check(
+    ABSOLUTE,
+    "After MOT_SET_POSCOUNTER, MOT_MOVE_ABSOLUTE moves {motors} to positions that count from the new zero",
+    messages=("MOT_MOVE_ABSOLUTE", *messages_of("POSCOUNTER"), COMPLETED),
+    does="sets the position counters of all motors to other values, moves them together within {range}, "
+    "restores the counters, and moves them back",
+    settings=True,
+    name="counter",
+    only="MOT_SET_LIMSWITCHPARAMS",  # page 28 advises against it for brushless controllers
+)
+def _from_another_zero(axes: Sequence[Axis]) -> None:
+    axes[0].trial.depends_on(Cause("MOT_SET_POSCOUNTER", EFFECT))
+    # A motor that still counts from its old zero goes twice as far, and remains within the range.
+    ways = {axis: way // 2 for axis, way in distances(axes, 2 * _SECONDS).items()}
+    ways = long_enough(ways, "a shift of {} counts is too short to be observed")
+    moves = []
+    for axis, way in ways.items():
+        shift_counter(axis, way)
+        moves.append(absolute(axis, axis.start + way, f" after the counter was raised by {way}"))
+    move(moves)
 
 
 @motor_check(
@@ -166,42 +196,3 @@ def _far(axes: Sequence[Axis]) -> None:
     if move([replace(each, accurate=True) for each in out]):
         back = [relative(axis, -way) for axis, way in ways.items()]
         move([replace(each, accurate=True) for each in back])
-
-
-_SECONDS_ALONE: Final = 0.25
-
-
-ALONE = Kind(
-    name="move-alone",
-    title="Of several motors, only the addressed one moves",
-    rules=("absolute-move", *APART),
-)
-
-
-@motor_check(
-    ALONE,
-    "Of {motors}, only the addressed motor moves, and only it reports a move",
-    messages=("MOT_MOVE_ABSOLUTE", COMPLETED),
-    does="moves one motor after the other within {range}, and back",
-    at_least=2,
-)
-def _one_alone(axes: Sequence[Axis]) -> None:
-    for axis, way in distances(axes, _SECONDS_ALONE).items():
-        target = axis.start + way
-        others = [other for other in axes if other is not axis]
-        stood = {other: other.status().position for other in others}
-        arrived = move([absolute(axis, target)])
-        for other in others:
-            status = other.status()
-            axis.trial.must(
-                abs(status.position - stood[other])
-                <= 2 * JITTER,  # it may have oscillated from one end to the other
-                f"{axis.text} alone was commanded to move, but {other.text} went from "
-                f"{stood[other]} to {status.position}; it should not move",
-                rule="slot-addressed-by-destination"
-                if axis.place != other.place
-                else "module-channels",
-                came=status.heard.raw,
-            )
-        if not arrived:
-            return

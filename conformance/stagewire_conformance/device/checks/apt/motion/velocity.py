@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from stagewire_apt import messages as m
-from stagewire_apt.enumerations import MoveDirection
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, HELD, STOPPED, Axis
 from stagewire_conformance.device.checks.apt.motion.course import (
     Point,
+    plateau,
     top_speed,
     until_steady,
 )
@@ -19,17 +19,22 @@ from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BI
 from stagewire_conformance.device.checks.apt.motion.moves import make_room
 from stagewire_conformance.device.checks.apt.motion.parameters import messages_of
 from stagewire_conformance.device.checks.apt.motion.runs import (
+    WAYS,
+    Ran,
     Run,
+    judge_modes_of_runs,
     room_for,
     run_all,
     slow_down,
 )
 from stagewire_conformance.device.checks.apt.motion.shuttle import Shuttle
 
-_FASTER: Final = 1.4
-"""The ratio of the speed of a run to that of a move from which the run is too fast."""
-_SLOWER: Final = 0.6
-"""The same ratio below which a run is too slow that was long enough to reach the speed."""
+_OFF: Final = 0.15
+"""The relative difference of the constant speeds of a run and a move from which they differ."""
+_ROUGHLY: Final = 0.4
+"""That of their highest speeds, if the run was short."""
+_LONG: Final = 0.2
+"""The least duration in seconds of a constant speed."""
 _SECONDS: Final = 0.3
 """Seconds that the move at least takes at the speed of the run."""
 
@@ -43,6 +48,7 @@ KIND = Kind(
         "velocity-direction-values",
         "velocity-parameters",
         "stop-any-move",
+        "stop-mode-values",
         "stop-completed",
         "move-stopped-status",
         *MOTION_BITS,
@@ -61,8 +67,8 @@ KIND = Kind(
         COMPLETED,
     ),
     does="slows all motors down with MOT_SET_VELPARAMS so that they stay within {range}, runs them "
-    "together forward and in reverse for less than a second, stops them, moves them at the same "
-    "velocity, and restores the velocity",
+    "together forward and in reverse for less than a second, stops them with a profile and immediately, "
+    "moves them at the same velocity, and restores the velocity",
     settings=True,
     seconds=5.5,
 )
@@ -75,15 +81,18 @@ def _run(axes: Sequence[Axis]) -> None:
         for axis, room in rooms.items()
     }
     courses: dict[Axis, list[Point]] = {}
-    for way in (MoveDirection.FORWARD, MoveDirection.REVERSE):
+    done: list[tuple[Run, Ran]] = []
+    for way, mode in WAYS:
         runs = [
-            Run(axis, way, m.MotMoveVelocity(axis.channel, way), *velocity)
+            Run(axis, way, m.MotMoveVelocity(axis.channel, way), *velocity, mode=mode)
             for axis, velocity in velocities.items()
         ]
-        found = run_all(runs)
+        found = run_all(runs, alone=not done)
         if found is None:
             return
-        courses |= {axis: course for axis, course in found.items() if len(course) > 1}
+        done += [(run, found[run.axis]) for run in runs]
+        courses |= {axis: ran.points for axis, ran in found.items() if len(ran.points) > 1}
+    judge_modes_of_runs(done)
     _compare(courses)
 
 
@@ -95,17 +104,25 @@ def _compare(runs: Mapping[Axis, list[Point]]) -> None:
     ways, begins = {}, {}
     for axis, points in runs.items():
         here = axis.position()
-        enough = max(2.5 * until_steady(points), _SECONDS * top_speed(points))
+        enough = max(4 * until_steady(points), _SECONDS * top_speed(points))
         way = axis.wider(here)
         inside = axis.low <= here <= axis.high  # otherwise, its counter is wrong
         if inside and axis.room(here, way) >= enough > HELD:
             begins[axis], ways[axis] = here, way * int(enough)
     shuttle = Shuttle(ways, begins)
     for axis, speed in shuttle.speeds(list(ways)).items():
-        run, gone = top_speed(runs[axis]), abs(runs[axis][-1].position - runs[axis][0].position)
-        slow = run < _SLOWER * speed and gone > shuttle.courses[axis][0].ramp
+        points, move = runs[axis], shuttle.courses[axis][0]
+        fast = plateau(points)
+        if (
+            fast and fast[-1].time - fast[0].time >= _LONG
+        ):  # an average over a longer time is more precise
+            run, speed, off = top_speed([fast[0], fast[-1]]), move.steady, _OFF
+        else:
+            run, off = top_speed(points), _ROUGHLY
+        gone = abs(points[-1].position - points[0].position)
+        slow = run < (1 - off) * speed and gone > move.ramp
         axis.trial.must(
-            run <= _FASTER * speed and not slow,
+            run <= (1 + off) * speed and not slow,
             f"{axis.text}: with the same velocity parameters, MOT_MOVE_VELOCITY reached {run:.0f} "
             f"counts/s, and MOT_MOVE_ABSOLUTE {speed:.0f} counts/s; both should obey the maximum velocity",
             rule="velocity-parameters",

@@ -66,6 +66,7 @@ class Watched:
     :param disabled: whether it was then disabled because it ignored the stop.
     :param unheard: whether it was stopped at its deadline without a recent position.
     :param seconds: seconds until its end, or until the watch ended.
+    :param slowing: its statuses after it was commanded to stop, in order.
     :param over: whether it is no longer watched.
     :param moved: when it was last seen to move.
     :param place: its position then.
@@ -83,6 +84,7 @@ class Watched:
     disabled: bool = False
     unheard: bool = False
     seconds: float = 0.0
+    slowing: list[Status] = field(default_factory=list)
     over: bool = False
     moved: float = 0.0
     place: int | None = None
@@ -102,6 +104,8 @@ class Watched:
         """Record a status. After a stop, it no longer belongs to the motion."""
         if self.stopped is None and self.halted is None and not self.unheard:
             self.statuses.append(status)
+        elif self.stopped is not None:
+            self.slowing.append(status)
         if self.place is None or abs(status.position - self.place) > 2 * JITTER:  # it may tremble
             self.place, self.moved = status.position, status.time
 

@@ -7,7 +7,7 @@ permission for motion: a stage that no loop holds may give way.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -18,6 +18,7 @@ from stagewire_apt.flags import BpcStatusBits, DcStatusBits
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.enable_state import (
+    CONFUSING,
     ENABLED_SETS,
     ENABLING,
     enable_state,
@@ -70,6 +71,8 @@ ENABLE = Kind(
     rules=(
         "channel-enable",
         "channel-idents",
+        "slot-addressed-by-destination",
+        "module-channels",
         "enable-states",
         "enable-state-read-back",
         "dc-status-bit-enabled",
@@ -96,8 +99,14 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
     trial.undo(
         f"enable state of {what}",
         partial(put_back, trial, place, channel, before),
-        because=lambda: ENABLING,
+        because=lambda: (*ENABLING, CONFUSING),
     )
+    others = [
+        (each, number, enable_state(trial, each, number))
+        for each in trial.declared.places
+        for number in each.channels
+        if (each, number) != (place, channel) and each.messages >= ENABLED_SETS
+    ]
     for state in (other, EnableState.DISABLE + EnableState.ENABLE - other):
         name = EnableState(state).name
         trial.line.send(m.ModSetChanEnableState(channel, state), place.address)
@@ -110,10 +119,35 @@ def _enable(trial: Trial, place: Target, channel: int) -> None:
             came=reply.raw,
             rule="channel-enable",
             cause=ENABLING,
+            because=(CONFUSING,),
         )
+        _judge_others(trial, place, f"{name} to {what}", others)
         for heard in trial.line.listen(0):
             judge_unasked(trial, heard, f"after MOD_SET_CHANENABLESTATE to {what}")
         _judge_bit(trial, place, channel, enabled=state == EnableState.ENABLE)
+
+
+def _judge_others(
+    trial: Trial, place: Target, wrote: str, others: Sequence[tuple[Target, int, int]]
+) -> None:
+    """Report other channels and bays whose state has changed.
+
+    :param place: the target whose channel was set.
+    :param wrote: the state that was written, and where.
+    :param others: the others, with their states before.
+    """
+    for other, channel, was in others:
+        reply = trial.reply(m.ModReqChanEnableState(channel), other.address)
+        now = reply.message.enable_state
+        trial.must(
+            now == was,
+            f"MOD_SET_CHANENABLESTATE wrote {wrote}, but MOD_GET_CHANENABLESTATE of {other.name} "
+            f"channel {channel} then returned {now} instead of {was}; it should be unchanged",
+            came=reply.raw,
+            rule="module-channels" if other == place else "slot-addressed-by-destination",
+            cause=CONFUSING,
+            because=ENABLING,
+        )
 
 
 def _see_to_it(trial: Trial, place: Target, channel: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
-from stagewire_conformance.device.causes import DELIVERY, Cause, silence
+from stagewire_conformance.device.causes import ADDRESSES, DELIVERY, Cause, silence
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import ANSWERED, rule_of_stray
 from stagewire_conformance.device.checks.apt.replies import (
@@ -13,11 +13,13 @@ from stagewire_conformance.device.checks.apt.replies import (
     ask_all,
     judge_addresses,
     judge_fault,
+    judge_strangers,
+    report_lost,
     requests_of,
 )
 from stagewire_conformance.device.checks.apt.undocumented import unused_parameters
 from stagewire_conformance.device.checks.apt.wording import described, joined
-from stagewire_conformance.device.lines.strays import bytes_of, cause_of_stray
+from stagewire_conformance.device.lines.strays import bytes_of, cause_of_stray, wrong_addresses
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.declaration import Declaration
@@ -91,15 +93,18 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
         answered = answered or bool(heard)
         if answered and silent == _ENOUGH:
             break
+        if not judge_strangers(trial, request, heard):
+            heard = [each for each in heard if each.source == place.address]
         for each in joined(heard):
             if each.kind not in ("message", "undocumented"):
                 trial.causes.report(bytes_of(each.raw), trial.check)
+            cause = _cause(trial, request, each)
             if trial.must(
                 each.kind in ("message", "undocumented"),
                 f"{request.about} was answered with {described(trial, [each])}; a message has a "
                 "header of six bytes, followed by as many bytes as the header states",
                 rule=rule_of_stray(trial, each),
-                cause=_cause(trial, request, each),
+                cause=cause,
                 came=each.raw,
             ):
                 if (each.dest, each.source) not in seen:
@@ -107,6 +112,8 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
                 seen.add((each.dest, each.source))
                 for fault in unused_parameters(each.message):
                     judge_fault(trial, each, fault)
+            elif cause.subject == ADDRESSES:
+                report_lost(trial, request.answers[0], cause)
     if silent:  # the next check could take a late reply for its own
         trial.line.drain(quiet=_LATE, limit=2 * _LATE)
     trial.must(
@@ -119,6 +126,9 @@ def _run(trial: Trial, place: Target, requests: Sequence[Request]) -> None:
 
 def _cause(trial: Trial, request: Request, heard: Incoming) -> Cause:
     """Return the cause of received bytes. Those that come instead of a reply, or before it, belong to it."""
+    wrong = wrong_addresses(trial.declared, heard, request.answers, request.place.address)
+    if wrong is not None:
+        return wrong
     cause = cause_of_stray(trial.declared, heard)
     is_reply = heard.kind in ("message", "undocumented") or heard.after in request.answers
     return cause if is_reply or not request.answers else Cause(request.answers[0], DELIVERY)

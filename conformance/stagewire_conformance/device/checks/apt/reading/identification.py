@@ -156,6 +156,7 @@ def _judge_hardware(trial: Trial, place: Target, heard: Incoming) -> None:
         f"{motherboard}",
         came=heard.raw,
         rule="info-type",
+        cause=Cause(heard.name, "type"),
     )
     version = message.software_version
     trial.should(

@@ -16,8 +16,19 @@ from stagewire_conformance.device.causes import CHANNEL, DELIVERY, EFFECT, ENDED
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel, rule_of_stray
 from stagewire_conformance.device.checks.apt.clean import clean_request
-from stagewire_conformance.device.checks.apt.replies import judge_message, judge_unasked
-from stagewire_conformance.device.checks.apt.streams import Stream, streams_of, unstopped
+from stagewire_conformance.device.checks.apt.replies import (
+    judge_addresses,
+    judge_message,
+    judge_unasked,
+    wrong_addresses,
+)
+from stagewire_conformance.device.checks.apt.streams import (
+    LATE,
+    Stream,
+    judge_ended,
+    streams_of,
+    unstopped,
+)
 from stagewire_conformance.device.checks.apt.wording import described, joined, raw_of
 from stagewire_conformance.device.lines.line import Jitter, jitter_of, percentile
 from stagewire_conformance.registry import about
@@ -45,7 +56,9 @@ def run_rate(trial: Trial, streams: Sequence[Stream], seconds: float) -> None:
     """Count status messages for ``seconds``, with as few keep-alive messages as the document allows."""
     jitter = jitter_of(trial.line)
     for stream in streams:
-        trial.depends_on(Cause(stream.status, DELIVERY), silence(stream.place.name))
+        trial.depends_on(
+            Cause(stream.status, DELIVERY), silence(stream.place.name), *wrong_addresses(trial)
+        )
         stream.begin(trial)
     began = trial.line.now
     heard = _listen(trial, streams, seconds)
@@ -148,9 +161,6 @@ _SECONDS: Final = 2.0
 _ALONE: Final = 0.35
 """Seconds during which only the first target is started, or only the first is stopped."""
 
-_LATE: Final = 0.3
-"""Seconds after a stop in which a message may still be on its way."""
-
 _PERIOD: Final = 1.0
 """Seconds in which a running stream sends at least one message, even at a low rate."""
 
@@ -160,7 +170,7 @@ _ROUGHLY: Final = 0.4
 _RATE: Final = "update-rate-fixed"
 """The rule for the units that it names."""
 
-_RATE_SECONDS: Final = 20.0
+_RATE_SECONDS: Final = 10.0
 
 
 UPDATES = Kind(
@@ -218,16 +228,17 @@ def _streams(declared: Declaration, signs: bool) -> Iterator[Case]:
 )
 def _run(trial: Trial, streams: Sequence[Stream]) -> None:
     line = trial.line
-    trial.depends_on(*(silence(stream.place.name) for stream in streams))
+    trial.depends_on(*(silence(stream.place.name) for stream in streams), *wrong_addresses(trial))
     first, *others = streams
     first.begin(trial)
     heard: list[Incoming] = line.listen(_ALONE if others else 0)
     for other in others:
         trial.must(
-            not (strays := _surely(other, heard)),
+            not (strays := other.surely(heard)),
             f"{first.start.layout.message} to {first.place.name} also started {other.status} "
             f"from {other.place.name}; a message to one bay should not affect another",
             rule="slot-addressed-by-destination",
+            cause=first.shared_start,
             came=raw_of(strays[:1]),
         )
         other.begin(trial)
@@ -236,16 +247,20 @@ def _run(trial: Trial, streams: Sequence[Stream]) -> None:
         trial.reply(request.message, request.place.address)
     heard += line.listen(_SECONDS / 2)
     _judge(trial, streams, heard)
-    _stop(trial, first, others)
+    _stop(trial, first, [other for other in others if other.of_it(heard)])
 
 
 def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -> None:
     """Report what is wrong with the received messages; of several with the same fault, only the first."""
     theirs: list[Incoming] = []
+    lost = _of_no_stream(streams, heard)
     for stream in streams:
         mine = stream.of_it(heard)
         theirs += mine
         place = stream.place
+        if not mine and lost:
+            judge_addresses(trial, place, lost[0])
+            continue
         kinds = {(each.raw[:6], each.channel): each for each in reversed(mine)}
         for each in kinds.values():
             judge_message(trial, place, None, each)
@@ -285,14 +300,21 @@ def _judge(trial: Trial, streams: Sequence[Stream], heard: Sequence[Incoming]) -
             judge_unasked(trial, each, "while status messages were running")
 
 
+def _of_no_stream(streams: Sequence[Stream], heard: Sequence[Incoming]) -> list[Incoming]:
+    """Return the status messages from an address that has no stream, such as that of the motherboard."""
+    mine = [each for stream in streams for each in stream.of_it(heard)]
+    names = {stream.status for stream in streams}
+    return [each for each in heard if each.name in names and each not in mine]
+
+
 def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
     """Stop the first target, and then the others: each must end with its own stop."""
     line = trial.line
     first.end(trial)
     if others:
-        line.listen(_LATE)
+        line.listen(LATE)
         heard = line.listen(_ALONE)
-        _judge_ended(trial, first, heard)
+        judge_ended(trial, first, heard)
         if not all(other.of_it(heard) for other in others):
             heard += line.listen(_PERIOD)
         for other in others:
@@ -301,39 +323,19 @@ def _stop(trial: Trial, first: Stream, others: Sequence[Stream]) -> None:
                 f"{first.stop.layout.message} to {first.place.name} also stopped {other.status} "
                 f"from {other.place.name}; a message to one bay should not affect another",
                 rule="slot-addressed-by-destination",
+                because=(first.shared_start,),
             )
             other.end(trial)
-    line.listen(_LATE)
+    line.listen(LATE)
     heard = line.listen(_ALONE)
     for stream in others or (first,):
-        _judge_ended(trial, stream, heard)
-
-
-def _judge_ended(trial: Trial, stream: Stream, heard: Sequence[Incoming]) -> None:
-    late = _surely(stream, heard)
-    trial.must(
-        not late,
-        f"more than {_LATE:g} s after {stream.stop.layout.message} to {stream.place.name}, it "
-        f"sent {described(trial, late)}; nothing more should come",
-        rule="updates-stop",
-        cause=Cause(stream.stop.layout.message, EFFECT),
-        because=unstopped(trial.declared),
-        came=raw_of(late[:1]),
-    )
+        judge_ended(trial, stream, heard)
 
 
 def _is_like(trial: Trial, stream: Stream, heard: Incoming) -> bool:
     """Return whether bytes begin like the status message of a stream."""
     id: int = trial.declared.registry.messages[stream.status]["id"]
     return heard.raw[:2] == id.to_bytes(2, "little")
-
-
-def _surely(stream: Stream, heard: Sequence[Incoming]) -> list[Incoming]:
-    """Return the messages that certainly came from the target of a stream."""
-    mine = stream.place.address
-    return [
-        each for each in heard if each.name == stream.status and mine in (each.source, each.dest)
-    ]
 
 
 UPDATES.check(
@@ -382,7 +384,7 @@ def _stay_quiet(trial: Trial, streams: list[Stream]) -> None:
     )
     for stream in streams:
         stream.end(trial)
-    trial.line.listen(_LATE)
+    trial.line.listen(LATE)
     heard = trial.line.listen(_QUIET_SECONDS)
     late = [each for stream in streams for each in stream.of_it(heard)]
     trial.must(

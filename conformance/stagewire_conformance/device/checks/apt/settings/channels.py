@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from stagewire_conformance.device.causes import SHARED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_channel
 from stagewire_conformance.device.checks.apt.settings.care import CARE, Care, When
@@ -88,6 +89,8 @@ _DOES: Final = (
 @BAYS_APART.check(_TITLE, does=_DOES, each=_bays)
 def _run(trial: Trial, apart: Sequence[PlacedSet]) -> None:
     care = CARE[apart[0].set.name]
+    for placed in apart:
+        trial.depends_on(*placed.reported(trial))
     now: list[tuple[PlacedSet, Values]] = []
     for placed in apart:
         before = placed.read(trial)
@@ -178,4 +181,5 @@ def _judge(trial: Trial, other: PlacedSet, theirs: Values, after: str) -> None:
         rule="slot-addressed-by-destination"
         if BAYS_APART.name in trial.check
         else rule_of_channel(trial, other.set.get),
+        cause=Cause(other.set.set, SHARED),
     )

@@ -1,7 +1,9 @@
 """``eeprom``: a message that saves a parameter set is not answered, and changes no value.
 
-Only a power cycle could show whether the set was saved. Because the memory wears out, each channel saves one
-set once. The previously saved values cannot be read, and are overwritten with the current ones.
+Only a power cycle could show whether the set was saved. One value is changed before, if that is harmless, so
+that a controller that falls back to other values shows. Because the memory wears out, each channel saves one
+set once, and a second time to save the current values again. The previously saved values cannot be read, and
+are overwritten with the current ones.
 """
 
 from __future__ import annotations
@@ -13,7 +15,9 @@ from stagewire_conformance.device.causes import UNSOLICITED, Cause
 from stagewire_conformance.device.check import Case, Kind
 from stagewire_conformance.device.checks.apt.clean import clean
 from stagewire_conformance.device.checks.apt.replies import judge_unasked
+from stagewire_conformance.device.checks.apt.settings.care import CARE, Care
 from stagewire_conformance.device.checks.apt.settings.sets import Neighbours, PlacedSet, placed_sets
+from stagewire_conformance.device.checks.apt.settings.variants import first_variant, why_not_now
 from stagewire_conformance.device.checks.apt.wording import described, joined
 from stagewire_conformance.device.permissions import Need
 
@@ -70,8 +74,8 @@ def _savings(declared: Declaration, allowed: Permissions) -> Iterator[Case]:
 @KIND.check(
     "{saving} saves {placed.set.set} at {placed.text} without a reply",
     needs={Need.EEPROM},
-    does="saves the current values of {placed.set.set} to the EEPROM for each channel, and "
-    "overwrites the saved ones",
+    does="saves {placed.set.set} to the EEPROM for each channel, with one value changed for a moment and "
+    "then with the current values, and overwrites the saved ones",
     seconds=0.5,
     each=_savings,
 )
@@ -80,7 +84,20 @@ def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
     others = Neighbours.of(trial, placed)
     id = trial.declared.registry.messages[placed.set.set]["id"]
     message = trial.declared.make(saving, channel, msg_id=id)
+    care = CARE.get(placed.set.name, Care())
+    changed = first_variant(placed.set, care, before, trial.random)
+    saved = dict(before)
+    if changed is not None and not why_not_now(trial, placed, care):
+        name, value = changed
+        saved[name] = value
+        placed.undo(trial, before)  # saving may change the values again
+        trial.undo(
+            f"saved {placed.set.set} at {placed.text}",
+            lambda: trial.line.send(message, placed.place.address),
+        )
     placed.undo(trial, before)
+    if saved != before:
+        placed.write(trial, saved)
     trial.line.send(message, placed.place.address)
     for heard in joined(trial.line.listen(_QUIET)):
         when = f"after {saving} to {placed.text}"
@@ -98,10 +115,10 @@ def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
         return
     came = placed.ask(trial)
     trial.must(
-        placed.values(came) == before,
+        placed.values(came) == saved,
         f"{placed.text}: {saving} saved {placed.set.set}, but its values changed; they "
         "should stay the same",
-        wanted=placed.expected(trial, before, came),
+        wanted=placed.expected(trial, saved, came),
         came=came.raw,
         rule="piezo-eeprom-message-id" if saving.startswith("PZ_") else "eeprom-message-id",
     )

@@ -11,13 +11,14 @@ from stagewire_conformance.device.checks.ms2000.motion import (
     speeds,
     stops,
     targets,
+    together,
     vector,
 )
 
 KINDS: Final[tuple[Kind, ...]] = (
     targets.TARGETS,
+    together.TOGETHER,
     increments.INCREMENTS,
-    targets.TOGETHER,
     stops.KIND,
     speeds.SPEEDS,
     vector.KIND,

@@ -30,12 +30,16 @@ _EXPECTED: Final = 20.0
 ARRIVED: Final = 10
 """Counts (1 µm) by which an axis may miss its target; the document does not say."""
 
+STOPS_BOTH: Final = Cause("STOP_MOTOR", "another axis")
+"""The defect that a stop of one axis also stops another one."""
+
 EVIDENCE: Final = (
     Cause("READ_STATUS", "busy"),
     Cause("READ_STATUS", "busy at rest"),
     Cause("READ_MOTOR_POSITION", "position"),
     Cause("STOP_MOTOR", EFFECT),
     Cause("START_MOTOR", EFFECT),
+    STOPS_BOTH,
     BYTE_ORDER,
 )
 """The defects with which nothing is moved: where an axis is and whether it moves is unknown, or it does not

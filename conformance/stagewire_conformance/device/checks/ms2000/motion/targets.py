@@ -1,29 +1,14 @@
-"""Moves to a target, from rest and on the way (section 18).
-
-Two axes move at the same time: each must go to its own target, and be busy only while it moves itself.
-"""
+"""Moves to a target, from rest and on the way (section 18)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
 from typing import Final
 
 from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.ms2000.axis import DITHER, Axis
-from stagewire_conformance.device.checks.ms2000.axis_check import AxisCase
 from stagewire_conformance.device.checks.ms2000.motion.judgement import judge_course, judge_rest
-from stagewire_conformance.device.checks.ms2000.motion.mover import (
-    ARRIVED,
-    MOVES,
-    Mover,
-    lacks_of,
-    motion_check,
-)
-from stagewire_conformance.device.declaration import Declaration
-from stagewire_conformance.device.permissions import Permissions
-from stagewire_conformance.device.targets import Target
+from stagewire_conformance.device.checks.ms2000.motion.mover import Mover, motion_check
 from stagewire_ms2000 import messages as m
 
 _SHORT: Final = 0.2
@@ -136,56 +121,3 @@ def _status_byte(mover: Mover) -> None:
         rule="status-moving-bit",
         cause=Cause("READ_STATUS_BYTE", "motion at rest"),
     )
-
-
-_FIRST, _SECOND = 0.3, 0.6
-"""The durations of the two moves in seconds."""
-
-
-TOGETHER: Final = Kind(
-    name="move-together",
-    title="Two axes that move at the same time are not confused",
-    rules=("axis-identifiers", "target-moves", "status-busy", "status-not-busy"),
-)
-
-
-def _pairs(declared: Declaration, allowed: Permissions) -> Iterator[AxisCase]:
-    for first, second in pairwise(declared.places):
-        yield AxisCase(
-            place=first,
-            name=second.name,
-            arguments={"other": second},
-            skip=second.why_none(MOVES),
-            lacks=lacks_of(declared, allowed, second),
-        )
-
-
-@motion_check(
-    TOGETHER,
-    "{axis} and axis {other.name} move to their own targets at the same time",
-    seconds=2.8,
-    each=_pairs,
-)
-def _both(first: Mover, other: Target) -> None:
-    second = Mover(first.trial, other)
-    first.ready()
-    second.ready()
-    near, far = first.goal(_FIRST), second.goal(_SECOND)
-    second.begin(m.WriteTargetPosition(far))
-    first.begin(m.WriteTargetPosition(near))
-    first.follow(f"on its way to {near}", abs(near - first.start))
-    where = second.position
-    if abs(where - far) > ARRIVED and not second.is_busy:
-        stands = abs(second.position - where) <= DITHER
-        first.trial.need(
-            abs(second.position - far) <= ARRIVED,
-            f"axis {second.name} {'has stopped' if stands else 'is not busy'} at {where} on its way to "
-            f"{far}, after axis {first.name} was moved",
-            wanted=b"B",
-            came=b"b",
-            rule="target-moves" if stands else "status-busy",
-            cause=Cause("motion", "two axes") if stands else Cause("READ_STATUS", "busy"),
-        )
-    second.follow(f"on its way to {far}", abs(far - second.start))
-    judge_rest(first, near)
-    judge_rest(second, far)

@@ -27,6 +27,10 @@ It moves at half that speed, and has almost half a second to come to rest.
 """
 _OFF: Final = 0.05
 """The relative tolerance of a reported speed."""
+_CHANGED: Final = 0.3
+"""Seconds after a ramp in which an axis has certainly reached its speed."""
+_NEAR: Final = 0.15
+"""The relative tolerance of a measured speed."""
 _FASTEST: Final = 65_535
 """The speed in µm/s that a controller may read instead of a negative one."""
 _GLANCE: Final = 0.1
@@ -55,9 +59,9 @@ def _runs(mover: Mover) -> None:
     mover.ready()
     trial, line = mover.trial, mover.line
     ramp = mover.ramp_time / 1000
-    _make_room(mover)
+    make_room(mover)
     room = mover.high - mover.position - mover.counts_in(_BRAKE)
-    speed = min(mover.top_speed // 2, int(room / mover.counts_in(3 * (ramp + _CRUISE), 1)))
+    speed = speed_for(mover)
     if speed < _SLOWEST:
         trial.inconclusive(f"{mover.low}..{mover.high} leaves too little room for a speed")
         raise EnoughError
@@ -88,6 +92,7 @@ def _runs(mover: Mover) -> None:
         end = line.now + _CRUISE
         last = mover.follow(what, room, until=lambda at: at.time > end or at.position > brake)[-1]
         _judge_cruise(mover, what, speed, reached, last)
+        _change(mover, speed)
         line.send(m.WriteVectorSpeed(0), mover.address)
         end = line.now + ramp + _CRUISE
         ended = mover.follow("set to 0 µm/s", room, until=lambda at: at.time > end)[-1]
@@ -124,11 +129,49 @@ def _judge_cruise(mover: Mover, what: str, speed: int, first: Sample, last: Samp
     )
 
 
+def speed_for(mover: Mover) -> int:
+    """Return a speed for which an axis has enough room to go up; 0 or less if it has none."""
+    room = mover.high - mover.position - mover.counts_in(_BRAKE)
+    seconds = 3 * (mover.ramp_time / 1000 + _CRUISE)
+    return min(mover.top_speed // 2, int(room / mover.counts_in(seconds, 1)))
+
+
+def follow_to_speed(mover: Mover, speed: int) -> Sample:
+    """Follow an axis until it has reached a speed, or should have; return its last values."""
+    brake = mover.high - mover.counts_in(_BRAKE)
+    end = mover.line.now + mover.ramp_time / 1000 + _CHANGED
+    return mover.follow(
+        f"at a vector speed of {speed} µm/s",
+        mover.high - mover.position,
+        until=lambda at: _is(at.speed, speed) or at.time > end or at.position > brake,
+    )[-1]
+
+
+def is_near(found: float, due: float) -> bool:
+    """Return whether a measured speed is about the due one."""
+    return abs(found - due) <= _NEAR * due
+
+
+def _change(mover: Mover, speed: int) -> None:
+    """Command another speed on the way, which replaces the first one."""
+    half = speed // 2
+    mover.line.send(m.WriteVectorSpeed(half), mover.address)
+    now = follow_to_speed(mover, half)
+    mover.trial.must(
+        _is(now.speed, half) or now.position > mover.high - mover.counts_in(_BRAKE),
+        f"axis {mover.name}, moving at {speed} µm/s, was commanded to move at {half} µm/s, but moves at "
+        f"{now.speed} µm/s; the last speed should apply",
+        rule="vector-speed-runs",
+        cause=Cause("WRITE_VECTOR_SPEED", "on the way"),
+        because=(*SPEED_REPLY, Cause("WRITE_VECTOR_SPEED", EFFECT)),
+    )
+
+
 def _is(found: int, speed: int) -> bool:
     return abs(found - speed) <= max(2, _OFF * speed)
 
 
-def _make_room(mover: Mover) -> None:
+def make_room(mover: Mover) -> None:
     """Go to the lower part of the range, unless the axis is there: the document has no way to move down."""
     middle = (mover.low + mover.high) // 2
     if mover.start > middle:

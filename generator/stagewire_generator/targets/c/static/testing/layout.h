@@ -30,7 +30,15 @@ enum stagewire_kind {
     STAGEWIRE_UNSIGNED,
     STAGEWIRE_SIGNED,
     STAGEWIRE_TEXT, /**< characters, not terminated */
-    STAGEWIRE_BYTES
+    STAGEWIRE_BYTES,
+    STAGEWIRE_UNSIGNED_ARRAY, /**< a struct stagewire_array; the last field of a packet */
+    STAGEWIRE_SIGNED_ARRAY
+};
+
+/** The array at the end of a packet, as the array type of each package. */
+struct stagewire_array {
+    const uint8_t *bytes; /**< integers as on the wire; of a decoded message, a part of its bytes */
+    size_t count;
 };
 
 /** Whether a command has a size slot. */
@@ -56,7 +64,7 @@ struct stagewire_field {
     const char *name;
     uint16_t offset; /**< in the C struct, not on the wire */
     uint16_t size; /**< bytes in the C struct */
-    uint16_t wire_size; /**< bytes on the wire */
+    uint16_t wire_size; /**< bytes on the wire; of an array, of one integer */
     enum stagewire_kind kind;
     bool optional; /**< may be left out; then the constant is sent */
     bool unnamed; /**< an unused parameter of a header */

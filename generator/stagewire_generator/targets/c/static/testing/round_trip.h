@@ -22,6 +22,12 @@
 #define CHECK_SAME(member) \
     CHECK(stagewire_same(message.member, sizeof(message.member), content->member))
 
+/** Checks that an array in `message` is equal to that in `content`; its integers have `bytes` bytes. */
+#define CHECK_ARRAY(member, bytes_each) \
+    CHECK(message.member.count == content->member.count \
+        && stagewire_same(message.member.bytes, message.member.count * (bytes_each), \
+            content->member.bytes))
+
 /** The initialiser of a content. */
 #define CONTENT(...) \
     { \

@@ -122,6 +122,17 @@ static void check_envelope(const struct stagewire_envelope *from,
     }
 }
 
+static bool same_field(
+    const struct stagewire_field *field, const uint8_t *left, const uint8_t *right)
+{
+    if (field->kind == STAGEWIRE_UNSIGNED_ARRAY || field->kind == STAGEWIRE_SIGNED_ARRAY) {
+        const struct stagewire_array *const a = (const struct stagewire_array *)(const void *)left;
+        const struct stagewire_array *const b = (const struct stagewire_array *)(const void *)right;
+        return a->count == b->count && same_bytes(a->bytes, b->bytes, a->count * field->wire_size);
+    }
+    return same_bytes(left, right, field->size);
+}
+
 static void check_decode(const struct stagewire_layout *layout,
     const struct stagewire_vector *vector, struct stagewire_finding *finding)
 {
@@ -145,7 +156,7 @@ static void check_decode(const struct stagewire_layout *layout,
     for (size_t i = 0; i < layout->field_count; ++i) {
         const struct stagewire_field *const field = &layout->fields[i];
         look_at(finding, field->name);
-        expect(finding, same_bytes(&message[field->offset], &wanted[field->offset], field->size),
+        expect(finding, same_field(field, &message[field->offset], &wanted[field->offset]),
             "decoded another value");
     }
 }

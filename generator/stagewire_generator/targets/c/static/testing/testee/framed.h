@@ -9,7 +9,8 @@
 
 enum {
     FRAMED_HEADER = 6,
-    FRAMED_LONGEST_PACKET = 255,
+    FRAMED_LONGEST_PACKET = 255, /**< without an array */
+    FRAMED_ROOM = 0xFFFF, /**< the most that a header can announce */
     /** Flag in the receiver's address: a packet follows, and bytes 2 and 3 are its length. */
     FRAMED_DATA_FLAG = 0x80,
     FRAMED_HIGHEST_ADDRESS = 0x7F

@@ -17,7 +17,7 @@ static void put_16(uint8_t *bytes, size_t value)
 /* A frame under construction. */
 struct draft {
     struct stagewire_envelope envelope;
-    uint8_t bytes[FRAMED_HEADER + FRAMED_LONGEST_PACKET];
+    uint8_t bytes[FRAMED_HEADER + FRAMED_ROOM];
     size_t size;
 };
 
@@ -75,7 +75,7 @@ static bool encode_message(
 /* Append bytes to the packet of a frame without a layout. */
 static bool append(struct testee *testee, const uint8_t *bytes, size_t size, struct draft *draft)
 {
-    if (size > sizeof draft->bytes - draft->size) {
+    if (size > FRAMED_HEADER + FRAMED_LONGEST_PACKET - draft->size) {
         return testee_passes(testee, STAGEWIRE_NO_SPACE, testee_get(testee, "message"));
     }
     if (size != 0) {

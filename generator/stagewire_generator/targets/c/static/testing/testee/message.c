@@ -110,6 +110,70 @@ static enum stagewire_verdict set_integer(
     return STAGEWIRE_OK;
 }
 
+/* The bytes of the array of the message that is being encoded. */
+static uint8_t array_bytes[UINT16_MAX];
+
+/* The field of one integer of an array, as in a struct of its own. */
+static struct stagewire_field item_of(const struct stagewire_field *array)
+{
+    struct stagewire_field item = *array;
+    item.kind = array->kind == STAGEWIRE_SIGNED_ARRAY ? STAGEWIRE_SIGNED : STAGEWIRE_UNSIGNED;
+    item.offset = 0;
+    item.size = sizeof(uint64_t);
+    return item;
+}
+
+static bool is_in_range(const struct stagewire_field *field, const void *message);
+
+static enum stagewire_verdict set_array(
+    const struct stagewire_field *field, const struct json_value *value, void *message)
+{
+    const struct stagewire_field item = item_of(field);
+    struct stagewire_array array = {array_bytes, 0};
+    if (value->kind != JSON_LIST) {
+        return STAGEWIRE_BAD_VALUE;
+    }
+    for (const struct json_value *at = json_first(value); at != json_next(value);
+         at = json_next(at)) {
+        uint64_t bits = 0;
+        const enum stagewire_verdict verdict = set_integer(&item, at, &bits);
+        const size_t end = (array.count + 1) * field->wire_size;
+        if (verdict != STAGEWIRE_OK) {
+            return verdict;
+        }
+        if (!is_in_range(&item, &bits) || end > sizeof array_bytes) {
+            return STAGEWIRE_OUT_OF_RANGE;
+        }
+        for (size_t i = 0; i < field->wire_size; ++i) {
+            array_bytes[end - field->wire_size + i] = (uint8_t)(bits >> 8 * i & UINT8_MAX);
+        }
+        ++array.count;
+    }
+    memcpy((uint8_t *)message + field->offset, &array, sizeof array);
+    return STAGEWIRE_OK;
+}
+
+static void write_array(
+    struct json_writer *writer, const struct stagewire_field *field, const uint8_t *at)
+{
+    struct stagewire_array array = {NULL, 0};
+    memcpy(&array, at, sizeof array);
+    json_open(writer, '[');
+    for (size_t i = 0; i < array.count; ++i) {
+        const uint64_t sign = UINT64_C(1) << (8U * field->wire_size - 1U);
+        uint64_t bits = 0;
+        for (size_t byte = 0; byte < field->wire_size; ++byte) {
+            bits |= (uint64_t)array.bytes[i * field->wire_size + byte] << 8 * byte;
+        }
+        if (field->kind == STAGEWIRE_SIGNED_ARRAY) {
+            json_put_integer(writer, as_signed((bits ^ sign) - sign));
+        } else {
+            json_put_unsigned(writer, bits);
+        }
+    }
+    json_close(writer, ']');
+}
+
 static bool is_integer(const struct stagewire_field *field)
 {
     return field->kind == STAGEWIRE_UNSIGNED || field->kind == STAGEWIRE_SIGNED;
@@ -183,6 +247,9 @@ enum stagewire_verdict message_set(
         return set_text(field, value, message);
     case STAGEWIRE_BYTES:
         return set_bytes(field, value, message);
+    case STAGEWIRE_UNSIGNED_ARRAY:
+    case STAGEWIRE_SIGNED_ARRAY:
+        return set_array(field, value, message);
     case STAGEWIRE_UNSIGNED:
     case STAGEWIRE_SIGNED:
     default:
@@ -280,6 +347,10 @@ void message_write_field(struct testee *testee, const struct stagewire_field *fi
         break;
     case STAGEWIRE_BYTES:
         json_put_hex(writer, at, length);
+        break;
+    case STAGEWIRE_UNSIGNED_ARRAY:
+    case STAGEWIRE_SIGNED_ARRAY:
+        write_array(writer, field, at);
         break;
     case STAGEWIRE_SIGNED:
         json_put_integer(writer, as_signed(stored(field, testee->message)));
