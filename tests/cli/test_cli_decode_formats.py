@@ -23,10 +23,8 @@ from stagewire import Frame
 from stagewire.framing import Received, Undocumented
 from stagewire.protocols import Message, UndocumentedMessage
 from stagewire_apt import PROTOCOL
-from stagewire_apt import messages as m
 from stagewire_cli import decode, inputs
 from stagewire_cli.inputs import Source
-from stagewire_conformance.answers import frame_answer
 from stagewire_conformance.framings import codec_of
 from stagewire_conformance.notation import spaced
 

@@ -37,12 +37,12 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.MotMoveAbsolute(65536, 5),
         OutOfRangeError,
-        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536; see page 45",
+        "MOT_MOVE_ABSOLUTE.chan_ident must be 0 to 65535 (raw counts), not 65536; see page 45 of Issue 3",
     ),
     (
-        lambda: m.MotSetSolCycleParams(1, 399, 400, 0),
+        lambda: m.MotSetSolCycleParams(1, 99, 400, 0),
         OutOfRangeError,
-        "MOT_SET_SOL_CYCLEPARAMS.on_time must be 400 to 40000000 (raw counts of ms), not 399; see page 87",
+        "MOT_SET_SOL_CYCLEPARAMS.on_time must be 100 to 40000000 (raw counts of ms), not 99; see page 87 of Issue 3",
     ),
     (
         lambda: m.MotMoveAbsolute(1, True),
@@ -63,7 +63,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwGetInfo(1, "123456789", 44, bytes(4), "", 1, 0, 1),
         OutOfRangeError,
-        "HW_GET_INFO.model_number must have at most 8 characters, not 9; see page 22",
+        "HW_GET_INFO.model_number must have at most 8 characters, not 9; see page 53 of Issue 37",
     ),
     (
         lambda: m.HwGetInfo(1, "a\0", 44, bytes(4), "", 1, 0, 1),
@@ -78,7 +78,7 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.HwGetInfo(1, "a", 44, bytes(5), "", 1, 0, 1),
         OutOfRangeError,
-        "HW_GET_INFO.software_version must be exactly 4 bytes, not 5; see page 22",
+        "HW_GET_INFO.software_version must be exactly 4 bytes, not 5; see page 53 of Issue 37",
     ),
     (
         lambda: m.MotMoveStoppedUndecided(bytes(13)),
