@@ -42,7 +42,8 @@ REFUSALS: list[tuple[Callable[[], object], type[StagewireError], str]] = [
     (
         lambda: m.MotSetSolCycleParams(1, 99, 400, 0),
         OutOfRangeError,
-        "MOT_SET_SOL_CYCLEPARAMS.on_time must be 100 to 40000000 (raw counts of ms), not 99; see page 87 of Issue 3",
+        "MOT_SET_SOL_CYCLEPARAMS.on_time must be 100 to 40000000 (raw counts of ms), not 99; see page 87 of "
+        "Issue 3",
     ),
     (
         lambda: m.MotMoveAbsolute(1, True),
