@@ -10,6 +10,9 @@ from stagewire.protocols import Protocol
 
 Json = dict[str, Any]
 
+PLAIN: Final = "data"
+"""The form that is sent of a message with packets of several lengths."""
+
 
 class Registry:
     """An index of the JSON of one protocol's registry. It computes nothing."""
@@ -56,6 +59,10 @@ class Registry:
             if overlay["document"]["name"] == entry.get("document"):
                 return str(overlay["name"])
         return ""
+
+    def forms(self, message: str) -> list[str]:
+        """Return the forms of a message; empty for an unknown one."""
+        return [layout["form"] for layout in self.messages.get(message, {}).get("layouts", ())]
 
     def where(self, pages: Iterable[int], overlay: str = "") -> str:
         """Return a reference into a document, such as ``page 45`` or ``Issue 37, page 58``.

@@ -161,6 +161,9 @@ class Field:
     ranged: bool = False  # the document gives a range
     open: bool = False  # other values or bits are possible here, although the table is complete
     default: int | None = None
+    omitted: int | None = (
+        None  # sent for a header parameter that is left out; None: it must be given
+    )
     constant: int | None = None
     selects: bool = False  # its constant selects the message among those of its id
     target: str = ""  # absolute | relative: the position to move to, or the distance
@@ -408,6 +411,7 @@ class Overlay:
     summary: str
     document: Json  # title, issue, date; pages or sections
     place: Place
+    default: bool = False  # whether it is applied unless the user leaves it out
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -62,25 +62,35 @@ def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
 
 
 def check_overlays(
-    source: SourceFolder, base: Files, chosen: Sequence[str], diagnostics: Diagnostics, say: Say
+    source: SourceFolder,
+    base: Files,
+    requested: Sequence[str],
+    diagnostics: Diagnostics,
+    say: Say,
+    *,
+    defaults: bool = True,
 ) -> tuple[Protocol | None, dict[str, Checked]]:
-    """Check each overlay of a protocol on its own, then all chosen overlays together.
+    """Check each overlay of a protocol on its own, then all that apply together.
 
     The document of the protocol is not compared again: unchanged entries were compared before, and replaced
     entries belong to another document.
 
     :param base: the files of the protocol, which have no errors.
-    :param chosen: names of overlays, in the order in which they are applied.
-    Returns the protocol with the chosen overlays, or None if none is chosen or one has errors; and the
+    :param requested: names of overlays, in the order in which they are applied.
+    :param defaults: whether the overlays that are on by default apply, before those that are requested.
+    Returns the protocol with the overlays that apply, or None if none applies or one has errors; and the
     protocol with each overlay, by ``PROTOCOL/OVERLAY``.
     """
     right: dict[str, tuple[Files, Protocol]] = {}
     checked: dict[str, Checked] = {}
+    on: list[str] = []
     for overlay in source.overlays:
         before = len(diagnostics.found)
         files = read_overlay(overlay, diagnostics, say)
         if len(diagnostics.found) > before:
             continue
+        if defaults and files["overlay"][0].data.get("default"):
+            on.append(overlay.path.name)
         composed = compose(base, [files], diagnostics)
         if composed is None:
             continue
@@ -93,6 +103,7 @@ def check_overlays(
         compared = check_errata(protocol, files, diagnostics, name, composed)
         checked[title] = Checked(protocol, compared, files)
         right[name] = files, protocol
+    chosen = [*on, *(name for name in requested if name not in on)]
     if not chosen or not right.keys() >= set(chosen):
         return None, checked
     if len(chosen) == 1:
@@ -172,7 +183,7 @@ class Counts:
 class CheckedSpec(Sequence[Protocol]):
     """A spec without errors: a sequence of its protocols, with everything that was checked.
 
-    :param protocols: the protocols, with the requested overlays applied, in the order of their directories.
+    :param protocols: the protocols, with the overlays that apply, in the order of their directories.
     :param checked: models and files, by protocol and by ``PROTOCOL/OVERLAY``.
     """
 
@@ -199,13 +210,16 @@ def check(
     spec: Path | SpecFolder,
     progress: Callable[[str], None] | None = None,
     overlays: Sequence[str] = (),
+    *,
+    base: bool = False,
 ) -> CheckedSpec:
     """Load and check all protocols in ``spec``, and each of their overlays.
 
     :param spec: the directory, or the files found in it.
     :param progress: called with the name of each file read, and of each check.
     :param overlays: overlays to apply to the returned protocols, as ``PROTOCOL/OVERLAY`` after their
-        directories; names that this spec does not have are ignored.
+        directories, besides those that are on by default; names that this spec does not have are ignored.
+    :param base: leave out the overlays that are on by default.
     Raises :class:`SpecError` with all diagnostics of the run.
     """
     say = progress or (lambda _: None)
@@ -230,7 +244,9 @@ def check(
             wanted = [
                 Path(name).name for name in overlays if Path(name).parent.name == source.path.name
             ]
-            composed, under = check_overlays(source, files, wanted, diagnostics, say)
+            composed, under = check_overlays(
+                source, files, wanted, diagnostics, say, defaults=not base
+            )
             protocol = composed or protocol
             checked |= under
         for other in protocols:

@@ -226,8 +226,12 @@ def _examples(protocol: Protocol, scales: Collection[_ScaleKey], kept: Collectio
         for erratum in protocol.errata
         if erratum.messages and not set(erratum.messages) & set(kept)
     }
+    gone = {message.name for message in protocol.messages} - {*kept}
     found = {}
     for name, example in protocol.examples.get("examples", {}).items():
+        named = {str(part).partition(".")[0] for part in example.get("claim", {}).values()}
+        if named & gone:
+            continue  # a statement about a message that is left out
         if (
             example["message"] in kept
             if "message" in example

@@ -63,7 +63,7 @@ def test_nothing_of_issue_3_changes_on_the_wire_unnoticed() -> None:
     """The only changes of existing layouts are those that a later document prints."""
     kinds = {
         (change.kind, change.where.get("message"))
-        for change in compare(check(SPEC), check(SPEC, overlays=[NAME]))
+        for change in compare(check(SPEC, base=True), check(SPEC, overlays=[NAME]))
         if change.level.name == "WIRE" and change.kind != "layout-added"
     }
     changed = {name for _, name in kinds if name}

@@ -9,13 +9,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from issues import OF_ISSUE_3
 from stagewire.protocols import load_protocol
 
 Json = Mapping[str, Any]
 HOST = 0x01
 APT: Json = load_protocol("thorlabs_apt").registry()
 MESSAGES: dict[str, Json] = {message["name"]: message for message in APT["messages"]}
-UNITS: dict[str, Json] = {unit["name"]: unit for unit in APT["units"]}
+UNITS: dict[str, Json] = {unit["name"]: unit for unit in APT["units"] if unit["name"] in OF_ISSUE_3}
+"""The units of Issue 3, which this oracle follows in every detail."""
 BY_ID = {message["id"]: message for message in APT["messages"]}
 CHANNEL = "chan_ident"
 CHOICES = ("lowest", "highest", "between")

@@ -83,7 +83,7 @@ class Declaration:
         return next((place for place in self.places if place.address == address), None)
 
     def make(
-        self, message: str, channel: int | None = None, form: str | None = None, **fields: Any
+        self, message: str, channel: int | None = None, form: str | None = None, /, **fields: Any
     ) -> Any:
         """Make a message by its name.
 
@@ -98,11 +98,18 @@ class Declaration:
         return self.protocol.build(message, fields, form)
 
     def request(self, message: str, channel: int | None = None) -> FramedMessage:
-        """Make a request by its name. All fields other than the channel, such as a bay, are 0."""
+        """Make a request by its name.
+
+        Fields other than the channel, such as a bay, have the lowest documented value, or 0.
+        """
         layout = self.protocol.message_class(message).layout
         name = getattr(self.protocol, "channel", None)
-        others: dict[str, Any]
-        others = {field: 0 for field in layout.fields if field not in (name, *layout.optional)}
+        facts = self.registry.fields(message, layout.form)
+        others: dict[str, Any] = {
+            field: min(facts[field].get("enum", {"": 0}).values())
+            for field in layout.fields
+            if field not in (name, *layout.optional)
+        }
         made: FramedMessage = self.make(message, channel, **others)
         return made
 

@@ -9,6 +9,7 @@
  * and 0.
  *
  * 1. A header that announces a packet of more than 255 bytes is garbage.
+ *    For a message with an array the limit is that of its longest packet.
  * 2. In step, a header with an id of ours, in a form that the id has and with tolerated addresses,
  *    begins a message. A packet shorter than every layout has a bad length. A longer packet is a
  *    message with extra bytes. But if the extra bytes have room for a header, and the packet
@@ -17,6 +18,8 @@
  *    also garbage: it is a packet that lost its data flag.
  * 3. In step, a frame with an unknown or undocumented id and valid addresses is skipped by its
  *    length.
+ *    A packet that ends with an array has the length that its fields state. With another length it is
+ *    garbage if it contains a header that would be accepted out of step, otherwise a bad length.
  * 4. Anything else in step is garbage: one byte is dropped, and the parser is out of step.
  * 5. Out of step, bytes are dropped up to a header with an id of ours, in a form that the id has. A
  *    header with a packet needs a known length and tolerated addresses, a header without one needs
@@ -43,8 +46,18 @@
 extern "C" {
 #endif
 
+/**
+ * Length of the longest packet in bytes, with an array; it determines the size of the parser. Define a
+ * smaller one for all files, at least APT_MAXIMUM_LENGTH, to save memory: longer packets are then garbage.
+ */
+#ifndef APT_LONGEST_PACKET
+#define APT_LONGEST_PACKET 4104U
+#endif
+
+APT_STATIC_ASSERT(APT_LONGEST_PACKET >= APT_MAXIMUM_LENGTH, apt_longest_packet_is_too_small);
+
 /** Length of the longest frame in bytes. */
-#define APT_LONGEST_FRAME (APT_HEADER_SIZE + APT_MAXIMUM_LENGTH)
+#define APT_LONGEST_FRAME (APT_HEADER_SIZE + APT_LONGEST_PACKET)
 
 /** The end of the line that a parser is at. A parser that knows its end recovers sooner. */
 typedef enum apt_end {
@@ -96,6 +109,9 @@ typedef struct apt_event {
 #define APT_ENTRY_UNDOCUMENTED 0x10U
 /** Form of an entry: the previous entry has the same id and a shorter packet. */
 #define APT_ENTRY_SHORTER 0x20U
+
+/** Form of an entry: the packet ends with an array, and the length of the entry is that without it. */
+#define APT_ENTRY_ARRAY 0x80U
 
 /** Entry of the table: the properties of a message that the parser needs. */
 typedef struct apt_entry {

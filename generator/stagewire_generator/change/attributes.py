@@ -350,6 +350,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "ranged": Ignored("the source of the range, which is compared"),
         "open": "field-open",
         "default": "field-default",
+        "omitted": "parameter-omitted",
         "constant": "field-constant",
         "selects": Ignored("follows from the sub-message of its message, which is compared"),
         "target": "field-target",
@@ -492,5 +493,6 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "summary": "document",
         "document": _DOCUMENT,
         "place": _PLACE,
+        "default": "overlay-default",
     },
 }

@@ -203,9 +203,13 @@ def _overlays(
     was, is_ = old.overlays_of(before), new.overlays_of(after)
     for name in (name for name in was if name not in is_):
         yield change("overlay-removed", after, {"overlay": name}, old=name)
+        if _is_default(old, f"{before}/{name}", name):
+            yield change("overlay-default", after, {"overlay": name}, old="true")
     for name in is_:
         if name not in was:
             yield change("overlay-added", after, {"overlay": name}, new=name)
+            if _is_default(new, f"{after}/{name}", name):
+                yield change("overlay-default", after, {"overlay": name}, new="true")
             continue
         titles = f"{before}/{name}", f"{after}/{name}"
         for found in _protocol(old.overlays[titles[0]], new.overlays[titles[1]]):
@@ -213,6 +217,10 @@ def _overlays(
             own = find_place(found, spec.overlays[title], spec.files[title])
             if own or _facts(found) not in told:
                 yield replace(found, overlay=name)
+
+
+def _is_default(spec: Spec, title: str, name: str) -> bool:
+    return any(o.default for o in spec.overlays[title].overlays if o.name == name)
 
 
 def _facts(change: Change) -> tuple[object, ...]:

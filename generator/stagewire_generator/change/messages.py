@@ -252,6 +252,7 @@ def _nameless(key: str, named: Field) -> Field:
         ranged=False,
         open=False,
         default=None,
+        omitted=None if named.omitted is None else 0,
         constant=None if named.constant else named.constant,
         quantity=None,
         enum=None,

@@ -111,11 +111,13 @@ class _Merger:
         self.source = source
         self.diagnostics = diagnostics
         self.places = dict(target.places)
+        self.added: dict[KeyPath, Any] = {}  # positions in the entry of the overlay
 
     def merged(self, key: Key, entry: Any) -> Document:
         """Return the file with an entry added to that of the same name."""
         section, name = key
         known = self.target.data[section]
+        self.added = {p: mark for p, mark in self.source.places.items() if p[:2] == key}
         whole = {**known, name: self._merged(known[name], entry, key, key)}
         sources = {**self.target.sources, self.source.name: self.source.overlay}
         data = {**self.target.data, section: whole}
@@ -150,7 +152,7 @@ class _Merger:
 
     def _move(self, at: KeyPath, to: KeyPath) -> None:
         """Take over the positions of an added value."""
-        for path, mark in self.source.places.items():
+        for path, mark in self.added.items():
             if path[: len(at)] == at:
                 self.places[(*to, *path[len(at) :])] = mark
 

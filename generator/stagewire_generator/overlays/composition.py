@@ -80,7 +80,10 @@ def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) ->
         for key, place in own.items():
             if key in defined:
                 what = f"{key[0]}.{key[1]} would replace the entry of the overlay {defined[key]}"
-                hint = "apply only one of the two overlays, or write one that combines them"
+                hint = (
+                    "apply only one of the two overlays (--base leaves out the default ones), or write one "
+                    "that combines them"
+                )
                 diagnostics.add(place, "SW060", what, hint)
             defined[key] = head.overlay
     if len(diagnostics.found) > before:

@@ -183,7 +183,8 @@ def header_layout(
         spelled = {"format": "byte", "name": key, **param}
         if "constant" in param and "name" not in param:
             spelled["role"] = "constant"
-        params.append(resolve_field(tables, document, at, spelled["name"], spelled, offset, page))
+        field = resolve_field(tables, document, at, spelled["name"], spelled, offset, page)
+        params.append(field and replace(field, omitted=field.default))
     place = document.place(*path)
     note = entry.get("note", "")
     only_zero = entry.get("only_zero", False)

@@ -73,6 +73,8 @@ def bench(
     """Return a correctly declared unit on a bench; ``ends`` states whether its travel is also declared."""
     facts = UNITS[unit]
     motion = "0..2000000counts" if "MOT_MOVE_HOME" in facts["messages"] else "-10000..20000counts"
+    if "built_in" in facts:  # the travel of its stage may be shorter
+        motion = "0..500000counts"
     pics = Pics(unit=unit)
     if stage is not None:
         options["stage"] = getattr(stages, stage)

@@ -110,7 +110,8 @@ def wanted(registry: Json) -> Iterator[tuple[Any, ...]]:
 
 def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
     name = field["name"]
-    if field["role"] == "value":
+    may_lack = here[1] == "header" and field["default"] is not None  # tried by leaving it out
+    if field["role"] == "value" and not may_lack:
         yield *here, "encode", "missing_field", name
     if field["role"] == "reserved":
         yield *here, "decode", name, "kept"
@@ -119,7 +120,8 @@ def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
         return
     if field["kind"] == "integer":
         least, greatest = field["minimum"], field["maximum"]
-        outside = {"out_of_range": (least - 1, greatest + 1), "ok": (least, greatest)}
+        inside = {least, greatest} - ({field["default"]} if may_lack else set())
+        outside = {"out_of_range": (least - 1, greatest + 1), "ok": inside}
         for verdict, values in outside.items():
             for value in values:
                 yield *here, "encode", verdict, name, value

@@ -40,8 +40,28 @@ def registry(protocol: str = "thorlabs_apt") -> Any:
     return load_protocol(protocol).registry()
 
 
+UNLIKE = {
+    "BBD301": "requests that name a connector, and a message with an array",
+    "BBD302": "as the BBD301",
+    "BBD303": "as the BBD301",
+    "K10CR1": "a built-in rotation stage, whose limits refuse most values in degrees",
+    "KDC101": "the acceleration of its first stage is unknown",
+    "KVS30": "a built-in stage, whose limits refuse most values",
+    "LTS150": "a scale that depends on the hardware version",
+    "LTS300": "as the LTS150",
+    "MFF101": "two positions, and no status message",
+    "MFF102": "as the MFF101",
+    "MLJ050": "a scale on which the sources contradict each other",
+    "MLJ150": "as the MLJ050",
+}
+"""Units of Issue 37 that the proofs leave out because of a premise that does not hold for them.
+
+``tests/generator/test_issue_37_units.py`` and the conformance suite on virtual controllers cover them.
+"""
+
+
 def units(protocol: str = "thorlabs_apt") -> list[str]:
-    return [unit["name"] for unit in registry(protocol)["units"]]
+    return [unit["name"] for unit in registry(protocol)["units"] if unit["name"] not in UNLIKE]
 
 
 def facts_of(unit: str, protocol: str = "thorlabs_apt") -> Any:

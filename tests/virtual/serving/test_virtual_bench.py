@@ -192,7 +192,7 @@ def test_only_the_name_of_a_unit_is_required() -> None:
         ),
         ({"name": "RACK"}, "(RACK), key bays", "missing; list the modules"),
         (
-            {"name": "RACK", "bays": ["MST602"], "channel": [{}]},
+            {"name": "RACK", "bays": ["MST603"], "channel": [{}]},
             "(RACK), key bays",
             "did you mean MST601",
         ),

@@ -144,14 +144,20 @@ def _aliases(names: Names, message: Message) -> Iterator[str]:
     """Yield the definition of each other name of the message, its types, functions and macros."""
     for alias in message.aliases:
         for part in ("ID", "SUB_MESSAGE") if message.sub_message is not None else ("ID",):
-            yield f"#define {names.macro(alias)}_{part} {names.macro(message.name)}_{part}"
+            yield _define(f"{names.macro(alias)}_{part}", f"{names.macro(message.name)}_{part}")
     for alias, name in c_aliases(message):
         of, to = (f"{names.prefix}_{each}" for each in (alias, name))
         arrays = any(layout.array for layout in message.layouts)
         types = (*_OF_TYPE, *(_OF_ARRAYS if arrays else ()))
         macros = (*_OF_MACRO, *(["_LONGEST"] if arrays else []))
-        yield from (f"#define {of}{part} {to}{part}" for part in types)
-        yield from (f"#define {of.upper()}{part} {to.upper()}{part}" for part in macros)
+        yield from (_define(of + part, to + part) for part in types)
+        yield from (_define(of.upper() + part, to.upper() + part) for part in macros)
+
+
+def _define(name: str, meaning: str) -> str:
+    """Return the definition of a macro, on two lines if it is long."""
+    whole = f"#define {name} {meaning}"
+    return whole if len(whole) <= 100 else f"#define {name} \\\n    {meaning}"
 
 
 def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) -> HeaderLayoutView:

@@ -218,10 +218,10 @@ def _below(
     for wanted in part.split("|"):
         named = not set("*?[") & set(wanted)
         matched = [
-            (f"{at}/{key}".lstrip("/"), inner, named and (exact or not in_an_entry))
+            (f"{at}/{key}".lstrip("/"), holder[key], named and (exact or not in_an_entry))
             for at, holder, exact in found
-            for key, inner in holder.items()
-            if isinstance(inner, dict) and fnmatchcase(key, wanted)
+            for key in ([wanted] if named and wanted in holder else () if named else holder)
+            if isinstance(holder[key], dict) and (named or fnmatchcase(key, wanted))
         ]
         without = [
             f"{at}/{wanted}"

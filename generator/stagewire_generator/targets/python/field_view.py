@@ -92,7 +92,9 @@ def wire_type(field: Field) -> str:
 
 def is_optional(slot: Slot) -> bool:
     """Whether a field may be left out when a message is created."""
-    return isinstance(slot, str) or slot.role in ("reserved", "constant")
+    if isinstance(slot, str) or slot.role in ("reserved", "constant"):
+        return True
+    return slot.omitted is not None
 
 
 def default(slot: Slot) -> str:
@@ -103,7 +105,7 @@ def default(slot: Slot) -> str:
         return '""'
     if slot.format.kind == "bytes":
         return f"bytes({slot.format.size})"
-    return integer(slot.constant or 0)
+    return integer(slot.constant or slot.omitted or 0)
 
 
 def packed(slot: Slot) -> Source:

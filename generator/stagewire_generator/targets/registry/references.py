@@ -8,6 +8,8 @@ from typing import Any
 from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_evidence import Evidence, EvidenceTable
 
+_NESTED = frozenset({dict, list})
+
 
 def with_documents(protocol: Protocol, data: Json) -> Json:
     """Return a registry in which every page has its document, if there are several."""
@@ -28,7 +30,10 @@ def _documented(value: Any, documents: Mapping[str, str], overlay: str = "") -> 
     if not isinstance(value, dict):
         return value
     overlay = value.get("overlay", overlay)
-    whole = {key: _documented(item, documents, overlay) for key, item in value.items()}
+    whole = {
+        key: _documented(item, documents, overlay) if item.__class__ in _NESTED else item
+        for key, item in value.items()
+    }
     if whole.get("overlay") == "":
         del whole["overlay"]
     if "page" in value or isinstance(value.get("pages"), list):

@@ -119,6 +119,7 @@ _Registered: TypeAlias = (
     | Stage
 )
 _TABLES_OF_UNITS = ("families", "lists", "addresses", "hardware_types")
+_LONG_LISTS = ("errata", "messages", "rules", "stages", "units")
 
 
 def render(protocol: Protocol) -> dict[str, str]:
@@ -129,7 +130,8 @@ def render(protocol: Protocol) -> dict[str, str]:
 @lru_cache(maxsize=1)
 def registry_text(protocol: Protocol) -> str:
     """Return the resolved registry as canonical JSON, which the Python package also contains."""
-    return canonical(with_documents(protocol, with_evidence(protocol, _registry_json(protocol))))
+    data = with_documents(protocol, with_evidence(protocol, _registry_json(protocol)))
+    return canonical(data, lines=_LONG_LISTS)
 
 
 def _registry_json(protocol: Protocol) -> Json:

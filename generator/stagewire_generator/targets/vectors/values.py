@@ -186,7 +186,7 @@ _LATIN_1 = "\u00b5\u00e9\u00ff"  # characters with two bytes in UTF-8
 
 def is_optional(field: Field) -> bool:
     """Whether a request to an encoder may leave the field out."""
-    return field.role in ("reserved", "constant")
+    return field.role in ("reserved", "constant") or field.omitted is not None
 
 
 def default(field: Field) -> Value:
@@ -195,7 +195,9 @@ def default(field: Field) -> Value:
         return ""
     if field.array:
         return []
-    return "00" * field.format.size if field.format.kind == "bytes" else field.constant or 0
+    if field.format.kind == "bytes":
+        return "00" * field.format.size
+    return field.constant or field.omitted or 0
 
 
 def plain(field: Field) -> Value:

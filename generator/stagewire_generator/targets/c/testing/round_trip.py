@@ -13,8 +13,8 @@ from stagewire_generator.targets.c.source import WIDTH, Names, integer, names_of
 from stagewire_generator.targets.c.testing.values import can_hold, filled, literal, members
 from stagewire_generator.targets.vectors.cases import framing_of as frames_of
 from stagewire_generator.targets.vectors.subject import Subject
+from stagewire_generator.targets.vectors.values import default, greatest, is_optional, least
 from stagewire_generator.targets.vectors.values import filled as filled_in
-from stagewire_generator.targets.vectors.values import greatest, is_optional, least
 
 _LIMITS = {
     -(1 << 15): "INT16_MIN",
@@ -159,7 +159,7 @@ def _field(type: str, layout: Layout, field: Field) -> str:
         kind, limits = format.kind.upper(), (0, 0)
     arguments = [type, field.name, str(format.size), kind, *map(_number, limits)]
     if is_optional(field):
-        return filled("{OPTIONAL(", [*arguments, _number(field.constant or 0)], ")}", 4)
+        return filled("{OPTIONAL(", [*arguments, _number(int(default(field)))], ")}", 4)
     return filled("{MEMBER(", arguments, ")}", 4)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -254,11 +255,11 @@ def facts_view(protocol: Protocol, units: tuple[UnitPlan, ...], tables: TableWri
 
 
 def _channels(protocol: Protocol) -> str:
-    """Return the class of the named channels; empty if there is none."""
+    """Return the class that most messages use for the channel; empty if there is none."""
     channel = protocol.framing.get("channel")
     fields = (f for m in protocol.messages for layout in m.layouts for f in layout.all_fields)
-    classes = {table_class(field) for field in fields if field.name == channel}
-    return classes.pop() if len(classes) == 1 else ""
+    classes = Counter(table_class(f) for f in fields if f.name == channel and f.enum)
+    return next((name for name, _ in classes.most_common(1)), "")
 
 
 def _list_name(entry: Json) -> str:
