@@ -159,7 +159,9 @@ def _field(type: str, layout: Layout, field: Field) -> str:
         kind, limits = format.kind.upper(), (0, 0)
     arguments = [type, field.name, str(format.size), kind, *map(_number, limits)]
     if is_optional(field):
-        return filled("{OPTIONAL(", [*arguments, _number(int(default(field)))], ")}", 4)
+        omitted = default(field)
+        number = 0 if isinstance(omitted, list) else int(omitted)
+        return filled("{OPTIONAL(", [*arguments, _number(number)], ")}", 4)
     return filled("{MEMBER(", arguments, ")}", 4)
 
 
