@@ -215,6 +215,8 @@ def judge_course(
     """
     if statuses and (statuses[-1].position - start) * (target - start) < 0:
         return  # it went the other way, which the judgement of its place reports
+    if axis.trial.causes.check_of(Cause(command_in(told), EFFECT)):
+        return  # the command is known to move it elsewhere
     low, high = min(start, target), max(start, target)
     edge = max(1, (high - low) // _MIDWAY)
     way, towards = (1, "up") if target > start else (-1, "down")

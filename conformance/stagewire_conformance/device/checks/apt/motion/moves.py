@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import Cause
-from stagewire_conformance.device.checks.apt.broken_rules import rule_of_miss
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command, rule_of_miss
 from stagewire_conformance.device.checks.apt.motion.apart import (
     CONFUSED,
     rule_of_apart,
@@ -189,7 +189,9 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
         direction=direction,
         jogging=one.jog is not None,
     )
-    end = judge_end(axis, one.told, seen, COMPLETED, rule=one.rule)
+    stayed = not seen.ends and abs(one.target - start) > HELD and not _has_moved(start, seen)
+    rule = rule_of_command(one.told) if stayed else one.rule
+    end = judge_end(axis, one.told, seen, COMPLETED, rule=rule)
     judge_no_reply(axis, one.told, seen)
     if end is None:
         return False
@@ -202,6 +204,11 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
     if arrived and direction is not None:
         axis.learn(1 if one.target > start else -1, direction)
     return arrived
+
+
+def _has_moved(start: int, seen: Watched) -> bool:
+    """Return whether a motor has moved, or has reported motion."""
+    return any(each.moving or abs(each.position - start) > HELD for each in seen.statuses)
 
 
 def _as_it_went(one: Move, start: int, seen: Watched) -> Move:

@@ -13,6 +13,8 @@ from stagewire_conformance.device.checks.apt.motion.pace import coarsest_velocit
 
 _TELLING: Final = 1.5
 """The minimum velocity, in units of the status, that must not be reported as 0."""
+_AT_REST: Final = "velocity at rest"
+"""The aspect of a velocity that is reported at rest, which explains wrong ones on the way."""
 _ROUNDED: Final = 3.0
 """The tolerance of a reported velocity, in units of the status."""
 _OFF: Final = 0.4
@@ -63,6 +65,7 @@ def _judge_zero(axis: Axis, told: str, midway: Sequence[Status]) -> bool:
         f"{last.heard.name} still reported a velocity of 0",
         rule="dc-status-velocity",
         cause=Cause(last.heard.name, "velocity"),
+        because=(Cause(last.heard.name, _AT_REST),),
         came=last.heard.raw,
     )
     return False
@@ -87,7 +90,7 @@ def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bo
             Cause(wrong.heard.name, aspect)
             for aspect in ("sign of the velocity", "velocity")[: 1 + is_up]
         ],
-        because=(Cause(wrong.heard.name, "velocity at rest"),),
+        because=(Cause(wrong.heard.name, _AT_REST),),
         came=wrong.heard.raw,
     )
 
@@ -114,6 +117,7 @@ def _judge_size(axis: Axis, told: str, midway: Sequence[Status]) -> bool:
         f"{reported:.0f} counts/s",
         rule="dc-status-velocity",
         cause=Cause(last.heard.name, "velocity"),
+        because=(Cause(last.heard.name, _AT_REST),),
         came=last.heard.raw,
     )
 
@@ -141,6 +145,7 @@ def judge_changing_velocities(axis: Axis, told: str, moving: Sequence[Status]) -
         "the velocity should follow the motion",
         rule="dc-status-velocity",
         cause=Cause(last.name, "velocity"),
+        because=(Cause(last.name, _AT_REST),),
         came=last.raw,
     )
 
