@@ -23,6 +23,8 @@ _LONG: Final = 0.12
 """The minimum time in seconds over which velocities and positions are compared."""
 _WINDOW: Final = 0.08
 """The minimum time in seconds of a part of the way whose speed is measured."""
+_FAR: Final = 8 * HELD
+"""The minimum counts of such a part."""
 _APART: Final = 2.0
 """The ratio of two speeds from which their reported velocities are compared."""
 _PRECISE: Final = 20
@@ -169,7 +171,7 @@ def _windows(moving: Sequence[Status]) -> Iterator[_Window]:
         seconds, way = status.time - begin.time, abs(status.position - begin.position)
         if max(abs(each.velocity or 0) for each in velocities) >= _MOST:
             begin, velocities = status, [status]
-        elif seconds >= _WINDOW and way >= HELD:
+        elif seconds >= _WINDOW and way >= _FAR:
             reported = sum(
                 (abs(before.velocity or 0) + abs(after.velocity or 0))
                 / 2

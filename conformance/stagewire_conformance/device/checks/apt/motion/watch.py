@@ -165,7 +165,7 @@ def watch(
                 axis.send(m.MotMoveStop(axis.channel, mode))
                 each.stopped_at = axis.position()
             each.seconds = line.now - began
-            stands = not status.moving and status.time - each.moved > _PATIENCE
+            stands = status.time - each.moved > _PATIENCE
             is_done = done is not None and done(axis, status)
             each.over = stands or is_done
     _take(seen, line.listen(_BEHIND), line.now - began)
