@@ -78,8 +78,6 @@ def shift_counter(axis: Axis, shift: int) -> None:
 
     axis.trial.undo(f"position counter of {axis.text}", put_back, rule=rule_of_set(placed.set.set))
     placed.write(axis.trial, {"position": before + shift})
-    shifted = True
-    _shift_range(axis, shift)
     came = axis.status()
     axis.trial.need(
         abs(came.position - before - shift) <= HELD,
@@ -89,6 +87,8 @@ def shift_counter(axis: Axis, shift: int) -> None:
         cause=Cause(placed.set.set, EFFECT),
         came=came.heard.raw,
     )
+    shifted = True  # until here, the motor is where it was before
+    _shift_range(axis, shift)
 
 
 def _shift_range(axis: Axis, by: int) -> None:
