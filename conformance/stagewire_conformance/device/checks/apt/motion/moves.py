@@ -248,6 +248,7 @@ def go_back(axes: Sequence[Axis]) -> None:
     A motor that does not arrive is stopped, and reported.
     """
     away = {}
+    inside = set()
     trusted = axes[0].trial.result is Result.PASS
     for axis in axes:
         status = axis.settled(axis.status())
@@ -255,13 +256,16 @@ def go_back(axes: Sequence[Axis]) -> None:
             status = axis.halt()
         if not trusted or abs(status.position - axis.start) > JITTER:
             away[axis] = axis.start - status.position
+            if not is_outside(axis, status):
+                inside.add(axis)
     if not away:
         return
     axes[0].trial.line.listen(0)  # end messages of earlier stops do not belong to the way back
 
     def goes_away(axis: Axis, status: Status) -> bool:
         distance = abs(away[axis]) + abs(axis.backlash)
-        return abs(status.position - axis.start) > distance + HELD
+        leaves = axis in inside and is_outside(axis, status)
+        return leaves or abs(status.position - axis.start) > distance + HELD
 
     for axis in away:
         axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
