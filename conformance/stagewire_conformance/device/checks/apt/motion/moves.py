@@ -14,6 +14,7 @@ from stagewire_conformance.device.checks.apt.motion.apart import (
     rule_of_apart,
     start,
 )
+from stagewire_conformance.device.checks.apt.motion.arrival import judge_place, judge_positions
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     HELD,
@@ -27,8 +28,6 @@ from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_end,
     judge_no_reply,
-    judge_place,
-    judge_positions,
     judge_rest,
 )
 from stagewire_conformance.device.checks.apt.motion.speed_notes import note_speed

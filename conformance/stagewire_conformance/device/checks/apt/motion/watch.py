@@ -115,6 +115,12 @@ def is_outside(axis: Axis, status: Status) -> bool:
     return not axis.low - HELD <= status.position <= axis.high + HELD
 
 
+def drop_ends(axis: Axis) -> None:
+    """Drop the end messages of earlier motions that wait in the inbox."""
+    heard = axis.trial.line.heard
+    heard[:] = [each for each in heard if each.name not in ENDS]
+
+
 def watch(
     axes: Sequence[Axis],
     limits: Mapping[Axis, float],
