@@ -34,6 +34,7 @@ from stagewire_conformance.device.checks.apt.motion.speed_notes import note_spee
 from stagewire_conformance.device.checks.apt.motion.watch import (
     Decision,
     Watched,
+    drop_ends,
     is_outside,
     watch,
 )
@@ -269,7 +270,7 @@ def go_back(axes: Sequence[Axis]) -> None:
     for axis in away:
         axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
     limits = {axis: axis.pace.limit(distance) for axis, distance in away.items()}
-    watch(list(away), limits, strays=goes_away)
+    seen = watch(list(away), limits, strays=goes_away)
     for axis, distance in away.items():
         status = axis.settled(axis.status())
         near = max(HELD, abs(distance) // 200)
@@ -279,10 +280,13 @@ def go_back(axes: Sequence[Axis]) -> None:
             status = _go_back_alone(axis, next(other for other in away if other is not axis))
         if status.moving or abs(status.position - axis.start) > near:
             status = axis.halt()
+            drop_ends(axis)  # those of the stops just sent
+            strayed = seen[axis].strayed
+            stopped = f", stopped when it reached {strayed.position}" if strayed else ""
             axis.trial.need(
                 False,
                 f"not restored: {axis.text} is at {status.position} after MOT_MOVE_ABSOLUTE to "
-                f"{axis.start}; move it there",
+                f"{axis.start}{stopped}; move it there",
                 rule=rule_of_miss("MOT_MOVE_ABSOLUTE", status.position - axis.start, distance),
                 cause=axis.cause_of_miss(
                     "MOT_MOVE_ABSOLUTE", status.position - axis.start, distance
