@@ -189,12 +189,14 @@ READ_BY: dict[tuple[str, str], Callable[[str, Path], None]] = {
 """The function that reads a block, by document and first line."""
 
 
-def block_of(document: str, first: str) -> str:
-    """Return the text of a block."""
-    [text] = [block.text for block in blocks(ROOT / document) if block.first == first]
-    return text
+def blocks_of(document: str, first: str) -> list[str]:
+    """Return the texts of the blocks that begin with a line; at least one."""
+    found = [block.text for block in blocks(ROOT / document) if block.first == first]
+    assert found
+    return found
 
 
 @pytest.mark.parametrize(("document", "first"), list(READ_BY))
 def test_a_data_block_is_valid(document: str, first: str, tmp_path: Path) -> None:
-    READ_BY[document, first](block_of(document, first), tmp_path)
+    for text in blocks_of(document, first):
+        READ_BY[document, first](text, tmp_path)

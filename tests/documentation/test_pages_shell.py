@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from block_runners import BY_MACHINE, LONG, NOT_RUN, here
 from shell import Shell, lines
-from test_pages_data import block_of
+from test_pages_data import blocks_of
 
 from checkout import ROOT
 
@@ -37,7 +37,7 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for part in PARTS:
         shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
     (folder / "capture.bin").write_bytes(STATUS)
-    (folder / "expected.toml").write_text(block_of(*EXPECTED), encoding="utf-8")
+    (folder / "expected.toml").write_text(*blocks_of(*EXPECTED), encoding="utf-8")
     for words in (
         ["init", "--quiet"],
         ["add", "."],

@@ -112,8 +112,16 @@ def test_a_time_as_a_limit_is_converted_to_counts(
     timed = field(protocol, "sample_time")
     assert timed.quantity
     assert timed.unit == "ms"
-    assert limit("1s", timed) is None  # no factor for all units
     assert limit(text, replace(timed, quantity=replace(timed.quantity, factor=factor))) == wanted
+
+
+def test_a_time_whose_steps_depend_on_the_unit_is_converted_as_of_the_first_unit(
+    protocol: Protocol,
+) -> None:
+    timed = field(protocol, "sample_time")
+    assert timed.quantity
+    assert [*timed.quantity.by_unit] == ["TP1"]
+    assert limit("1s", timed) == 7000
 
 
 def test_a_time_is_not_a_limit_in_another_unit(protocol: Protocol) -> None:

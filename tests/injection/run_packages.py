@@ -20,6 +20,7 @@ from stagewire.protocols import (
     Command,
     CommandFrame,
     CommandProtocol,
+    CountedMessage,
     FramedMessage,
     Message,
     Packet,
@@ -36,7 +37,14 @@ sys.dont_write_bytecode = True
 
 AXIS = 1
 # bytes before the fields
-HEAD = {FramedMessage: 6, Command: 3, Reply: 0, SetupCommand: 2, PacketMessage: 0}
+HEAD = {
+    FramedMessage: 6,
+    CountedMessage: 6,
+    Command: 3,
+    Reply: 0,
+    SetupCommand: 2,
+    PacketMessage: 0,
+}
 
 
 def main() -> None:
@@ -157,6 +165,9 @@ def example(kind: type[Message], highest: bool) -> Any:
             values[field] = "é" if highest else ""
         elif isinstance(value, bytes):
             values[field] = bytes([255 * highest]) * len(value)
+        elif issubclass(kind, CountedMessage) and field == kind.counted.name:
+            count = values[kind.counted.rows] * kind.counted.width(values)
+            values[field] = (int(highest),) * count
         else:
             values[field] = within(kind, values, field, highest)
     return kind(**values)

@@ -6,7 +6,7 @@ import math
 
 from corpus_faults import Faults
 from corpus_motion import Path
-from corpus_motor import JOG, MOVE, RUN
+from corpus_motor import HOME, JOG, MOVE, RUN
 from corpus_tdc001 import ShortTdc001, Tdc001
 
 FAULTS = Faults()
@@ -268,7 +268,8 @@ class ForwardSwitchIgnored(ShortTdc001):
     """The forward limit switch does not stop a motion."""
 
     def span(self) -> tuple[float, float]:
-        return super().span()[0], math.inf
+        low, high = super().span()
+        return low, high if high < self.SPAN else math.inf
 
 
 @SHORT.breaks("dc-status-bits-limits")
@@ -305,3 +306,13 @@ class RelativeMovesOfSixteenBits(Tdc001):
 
     def move_relative(self, distance: int) -> None:
         super().move_relative((distance + 0x8000) % 0x10000 - 0x8000)
+
+
+@FAULTS.moves("stop-completed", "home-completed")
+class StoppedHomingSendsHomed(Tdc001):
+    """A stop in homing is reported with MOVE_HOMED and MOVE_STOPPED."""
+
+    def arrive(self) -> None:
+        if self.axis.motion == HOME and self.axis.stopping:
+            self.send_end(0x0444)
+        super().arrive()

@@ -224,6 +224,7 @@ def test_slow_replies_cause_no_failure(seconds: float) -> None:
         "ramps": 0.02,
         "move-increment": 0.02,
         "stop-start": 0.04,
+        "move-together": 0.04,
     }  # fails above this number of seconds
     assert undecided == {"timing", *(kind for kind, least in too_slow.items() if seconds > least)}
 

@@ -131,7 +131,7 @@ def test_unsupported_messages_are_skipped_with_their_reason() -> None:
         ("BMS002", "long_status", "answers/0x50/MOT_REQ_STATUSUPDATE/1"),
         ("TDC001", "zero_addresses", "identification/0x50"),
         ("BSC001", "zero_addresses", "identification/0x50"),
-        ("BBD102", "unswapped_addresses", "identification/0x22"),
+        ("BBD102", "unswapped_addresses", "identification/0x11"),
         ("TDC001", "serial_number_of_another_model", "identification/0x50"),
     ],
 )

@@ -172,7 +172,9 @@ def test_each_module_of_a_rack_is_identified() -> None:
     assert report.outcomes == ()
     assert moving(link.writes) == []
     assert set(not_run(report).values()) == {
-        "its motors are declared alike but report different controllers; give counts_per_mm of each in a PICS"
+        "its motors are declared alike but report different controllers; give counts_per_mm of each in a "
+        "PICS",
+        "not allowed: needs --allow-settings",
     }
 
 

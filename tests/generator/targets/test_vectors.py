@@ -87,6 +87,7 @@ def wanted(registry: Json) -> Iterator[tuple[Any, ...]]:
             yield message["name"], "decode", "unknown_message"
         for position, field in enumerate(fields):
             selects = "sub_message" in message and position == 0
+            selects |= field["name"] in shape_of(fields)
             for item in wanted_of(field, here):  # with another sub-message it is another message
                 if not selects or item[2:4] != ("decode", field["name"]):
                     yield item
@@ -95,7 +96,8 @@ def wanted(registry: Json) -> Iterator[tuple[Any, ...]]:
         if message["kind"] != "setup":
             yield *here, "decode", "truncated"
         yield *here, "decode", "trailing"
-        if layout["length"] and kind != "slots":
+        has_array = any("array" in field for field in fields)  # its length must fit
+        if layout["length"] and kind != "slots" and not has_array:
             yield *here, "decode", "extra"
     for code in {
         "truncated", "trailing", "bad_length", "unknown_message", "unknown_field", "missing_field",
@@ -106,6 +108,13 @@ def wanted(registry: Json) -> Iterator[tuple[Any, ...]]:
         yield ("event", event)
     if kind == "header" and any(not message["layouts"] for message in registry["messages"]):
         yield ("event", "undocumented")
+
+
+def shape_of(fields: list[Json]) -> set[str]:
+    """Return the fields on which the length of an array depends; with another value, it does not fit."""
+    arrays = [field["array"] for field in fields if "array" in field]
+    each = {column["each"] or "" for array in arrays for column in array["columns"]}
+    return each | {str(array["rows"]) for array in arrays}
 
 
 def wanted_of(field: Json, here: tuple[str, str]) -> Iterator[tuple[Any, ...]]:
@@ -188,6 +197,7 @@ def found(registry: Json, cases: list[Json]) -> Iterator[tuple[Any, ...]]:
             if "extra" in answer:
                 yield *here, "decode", "extra"
             for field, value in answer["fields"].items():
+                value = hashable(value)
                 yield *here, "decode", field, value
                 if is_something(value):
                     yield *here, "decode", field, "kept"
@@ -197,9 +207,16 @@ def found(registry: Json, cases: list[Json]) -> Iterator[tuple[Any, ...]]:
             yield from found_in_fields(here, request.get("fields", {}), verdict, case["id"])
 
 
-def is_something(value: int | str) -> bool:
+def is_something(value: Any) -> bool:
     """Whether a value is not all zeros; zeros are also sent for missing fields."""
-    return str(value).strip("0") != ""
+    return value not in ((), []) and str(value).strip("0") != ""
+
+
+def hashable(value: Any) -> Any:
+    """Return a value, with the rows of an array as tuples."""
+    if isinstance(value, list):
+        return tuple(map(hashable, value))
+    return tuple(sorted(value.items())) if isinstance(value, dict) else value
 
 
 def found_in_fields(
@@ -211,12 +228,12 @@ def found_in_fields(
         yield *here, "encode", verdict, about
     for field, value in fields.items():
         if verdict == "ok":
-            yield *here, "encode", verdict, field, value
+            yield *here, "encode", verdict, field, hashable(value)
             if is_something(value):
                 yield *here, "encode", field, "kept"
         elif field == about and not isinstance(value, bool):
             yield *here, "encode", verdict, field
-            yield *here, "encode", verdict, field, value
+            yield *here, "encode", verdict, field, hashable(value)
             if id.endswith(".beyond") and value.bit_length() > 8:  # its low bytes are in range
                 yield *here, "encode", verdict, field, "beyond the format"
 

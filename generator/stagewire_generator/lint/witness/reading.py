@@ -96,7 +96,10 @@ def number(text: str, maximum: int) -> int | None:
 
 
 def limit(text: str, field: Field) -> int | None:
-    """Read a printed limit of a field, and convert a time such as 10,000s to counts."""
+    """Read a printed limit of a field, and convert a time such as 10,000s to counts.
+
+    If the steps depend on the unit, the limit is one of the first unit.
+    """
     quantity = field.quantity if field.unit == "ms" else None
     factor = quantity.factor or next(iter(quantity.by_unit.values()), None) if quantity else None
     time = _TIME.match(text)

@@ -414,7 +414,7 @@ DYNAMICS = (
     _dynamic(1, "The end of a move is reported on its way", "move-absolute", lambda: EarlyEnd(target=False)),
     _dynamic(1, "The end of a move is reported on its way with the target", "move-absolute",
              lambda: EarlyEnd(target=True)),
-    _dynamic(1, "A move goes beyond its target and comes back", "move-absolute", Overshoots),
+    _dynamic(1, "A move goes beyond its target and comes back", "move-absolute home", Overshoots),
     _dynamic(4, "The position stays during a move", "move-absolute", FrozenOnTheWay),
     _dynamic(1, "The directions in the status are swapped", "move-velocity move-jog",
              _changes((*_STATUSES, *_ENDS), _swapped_bits)),

@@ -71,8 +71,9 @@ def _corrects(axes: Sequence[Axis]) -> None:
     with_negative = _overshoots(distances, begins, -1)
     right = [
         axis
-        for axis in with_positive.keys() & with_negative.keys()
-        if _judge(axis, distances[axis], with_positive[axis], with_negative[axis])
+        for axis in with_negative
+        if axis in with_positive
+        and _judge(axis, distances[axis], with_positive[axis], with_negative[axis])
     ]
     _stop_after_the_turn({axis: distances[axis] for axis in right}, begins, with_negative)
 

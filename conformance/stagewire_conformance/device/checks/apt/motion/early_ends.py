@@ -7,14 +7,18 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_end
 from stagewire_conformance.device.checks.apt.motion.axis import (
-    ENDS,
     HELD,
     JITTER,
     POLL,
     STOPPED,
     Axis,
 )
-from stagewire_conformance.device.checks.apt.motion.watch import Decision, Watched, is_outside
+from stagewire_conformance.device.checks.apt.motion.watch import (
+    Decision,
+    Watched,
+    drop_ends,
+    is_outside,
+)
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
@@ -77,8 +81,7 @@ def judge_over(
             break
     if halted:
         status = axis.halt()
-    heard = axis.trial.line.heard
-    heard[:] = [each for each in heard if each.name not in ENDS]  # of this motion
+    drop_ends(axis)  # of this motion
     is_ignored = end.name == STOPPED and (halted or ignored(axis, status))
     return axis.trial.must(
         False,

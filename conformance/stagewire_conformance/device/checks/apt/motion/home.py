@@ -201,7 +201,7 @@ def _stop_homing(axes: Sequence[Axis], limits: Mapping[Axis, float], strays: Dec
         _judge_way(axis, each.statuses)
         _judge_not_homed(axis, before[axis], each)
         was_over = [end.name for end in each.ends] == [HOMED, STOPPED]
-        if each.stopped is None or was_over:
+        if each.stopped is None or (was_over and _is_home(axis, axis.status(), before[axis])):
             continue
         told = "MOT_MOVE_STOP in MOT_MOVE_HOME"
         if not judge_stopping(axis, told, before[axis].position, each, StopMode.PROFILED):

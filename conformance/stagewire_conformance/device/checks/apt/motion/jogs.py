@@ -39,7 +39,7 @@ _LESS: Final = 0.75
 _STEPS: Final = 8
 """The number of steps that a continuous jog covers, so that it is certainly not a single step."""
 
-_FAR: Final = 0x1_1000
+_FAR: Final = 0x1_0800
 """Counts of a step that needs more than 16 bits."""
 _SECONDS_FAR: Final = 3.0
 """The maximum duration of such a step in seconds, approximately."""

@@ -1,4 +1,4 @@
-"""Judgement of a motion: its end, the status on the way, and the final position."""
+"""Judgement of a motion: its end, the status on the way, and the status at rest."""
 
 from __future__ import annotations
 
@@ -16,23 +16,20 @@ from stagewire_conformance.device.causes import (
 )
 from stagewire_conformance.device.checks.apt.broken_rules import (
     command_in,
-    rule_of_command,
     rule_of_distance,
     rule_of_end,
-    rule_of_miss,
     rule_of_status,
 )
 from stagewire_conformance.device.checks.apt.enable_state import ENABLING
 from stagewire_conformance.device.checks.apt.motion.axis import (
     HELD,
-    JITTER,
     Axis,
     Status,
 )
-from stagewire_conformance.device.checks.apt.motion.course import beyond, points_of
 from stagewire_conformance.device.checks.apt.motion.early_ends import SETTLES
 from stagewire_conformance.device.checks.apt.motion.replies_together import judge_bits_alone
 from stagewire_conformance.device.checks.apt.motion.velocities import (
+    AT_REST,
     judge_changing_velocities,
     judge_velocities,
 )
@@ -54,13 +51,6 @@ _WAYS = {
 }
 """Names of the directions in sentences; None is an unknown direction."""
 
-_ACCURATE = 32
-"""Counts from its target at which a settled servo may rest."""
-
-_FEW = 3
-"""The minimum number of statuses between the first and the last that must show a motion."""
-_FOLLOWS = 0.1
-"""Seconds after which the position must have changed."""
 _STILL_SPEED = 3
 """The highest velocity, in units of the status, that a motor at rest may report."""
 
@@ -215,6 +205,8 @@ def judge_course(
     """
     if statuses and (statuses[-1].position - start) * (target - start) < 0:
         return  # it went the other way, which the judgement of its place reports
+    if axis.trial.causes.check_of(Cause(command_in(told), EFFECT)):
+        return  # the command is known to move it elsewhere
     low, high = min(start, target), max(start, target)
     edge = max(1, (high - low) // _MIDWAY)
     way, towards = (1, "up") if target > start else (-1, "down")
@@ -301,7 +293,7 @@ def judge_rest(
             f"{axis.text}: {told} has ended, but {status.heard.name} reports a velocity of "
             f"{status.velocity}; at rest it should be 0",
             rule="dc-status-velocity",
-            cause=Cause(status.heard.name, "velocity at rest"),
+            cause=Cause(status.heard.name, AT_REST),
             came=status.heard.raw,
         )
     if end is not None and end.name != "MOT_MOVE_HOMED":
@@ -332,71 +324,6 @@ def _judge_jump(
         cause=Cause(rest.heard.name, "position"),
         because=(*axis.spoilt, Cause(end.name, "position")),
         came=rest.heard.raw,
-    )
-
-
-def judge_positions(
-    axis: Axis, told: str, statuses: Sequence[Status], start: int, target: int
-) -> None:
-    """Report positions that did not follow a motion that has ended at its target, or went beyond it."""
-    middle = [status for status in statuses[1:-1] if status.moving]
-    seconds = middle[-1].time - middle[0].time if middle else 0.0
-    if len(middle) >= _FEW and seconds >= _FOLLOWS and abs(target - start) > HELD:
-        for end, where in ((start, "where the motion began"), (target, "its target")):
-            axis.trial.must(
-                any(abs(each.position - end) > JITTER for each in middle),
-                f"{axis.text}: after {told}, {len(middle)} statuses of the moving motor in "
-                f"{seconds:.2f} s had the position {middle[-1].position}, {where}; the position should "
-                "follow the motion",
-                rule=rule_of_status(axis.place, "position"),
-                cause=Cause(middle[-1].heard.name, "position"),
-                came=middle[-1].heard.raw,
-            )
-    over = beyond(points_of(statuses), start, target)
-    place = target + (over if target >= start else -over)
-    axis.trial.must(
-        over <= abs(axis.backlash) + axis.overshoot(target - start),
-        f"{axis.text}: after {told} from {start}, it was at {place}, {over} counts beyond its "
-        "target; it should not go further"
-        + (f" than its backlash distance of {axis.backlash}" if axis.backlash else ""),
-        rule=rule_of_command(told),
-        cause=Cause(command_in(told), "overshoot"),
-    )
-
-
-def judge_place(
-    axis: Axis, told: str, status: Status, start: int, target: int, *, accurate: bool = False
-) -> bool:
-    """Report a motor that is not at its target; return whether it is.
-
-    A motor that was commanded to where it was may stay anywhere a servo holds its stage.
-
-    :param accurate: whether even a small distance from the target is reported, as NON-STRICT.
-    """
-    missed = status.position - target
-    near = HELD if abs(target - start) <= JITTER else axis.tolerance(target - start)
-    bits = status.bits
-    limit = bits.forward_hardware_limit or bits.reverse_hardware_limit
-    hint = " (a limit switch is active: is the range within the travel?)" if limit else ""
-    if accurate and abs(missed) <= near:
-        axis.trial.should(
-            abs(missed) <= _ACCURATE,
-            f"{axis.text}: after {told}, it rests at {status.position}, {abs(missed)} counts away from its "
-            f"target {target}; a move is complete when the axis has settled at the demanded position",
-            rule=rule_of_command(told),
-            cause=axis.cause_of_miss(command_in(told), missed, target - start),
-            because=axis.spoilt,
-            came=status.heard.raw,
-        )
-        return True
-    return axis.trial.must(
-        abs(missed) <= near,
-        f"{axis.text}: after {told}, it is at {status.position}; from {start} it should have "
-        f"gone to {target}{hint}",
-        rule=rule_of_miss(told, missed, target - start),
-        cause=axis.cause_of_miss(command_in(told), missed, target - start),
-        because=axis.spoilt,
-        came=status.heard.raw,
     )
 
 

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Final
 from stagewire_conformance.device.causes import EFFECT, Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
-from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, ENDS, Axis, Status
+from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis, Status
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import absolute
 from stagewire_conformance.device.checks.apt.motion.parameters import messages_of, placed_set
 from stagewire_conformance.device.checks.apt.motion.shuttle import distances_lasting
-from stagewire_conformance.device.checks.apt.motion.watch import watch
+from stagewire_conformance.device.checks.apt.motion.watch import drop_ends, watch
 
 if TYPE_CHECKING:
     from stagewire_conformance.device.lines.dialogue import Incoming
@@ -51,13 +51,12 @@ def _turn_round(axes: Sequence[Axis]) -> None:
     No page states what a move during a move does, so a motor that does not obey the last command is
     NON-STRICT.
     """
-    line = axes[0].trial.line
     axes[0].trial.depends_on(*_MOVES)
     ways = distances_lasting(axes, _SECONDS)
     limits = {axis: axis.pace.bound(way) for axis, way in ways.items()}
     for axis, way in ways.items():
         axis.send(absolute(axis, axis.start + way).message)
-    line.pause(_BEGUN)
+    axes[0].pause(_BEGUN)
     turned = {axis: axis.position() for axis in axes}
     for axis in axes:
         axis.send(absolute(axis, axis.start).message)
@@ -74,7 +73,7 @@ def _turn_round(axes: Sequence[Axis]) -> None:
             because=axis.doubts,
             came=rest.heard.raw,
         )
-    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]
+    drop_ends(axes[0])
 
 
 @motor_check(

@@ -119,7 +119,7 @@ def _judge_stream(
     if not axis.trial.must(
         last is not None,
         f"{axis.text} sent no periodic {stream.status} within {wait:g} s of the end of a move",
-        rule="updates-content",
+        rule="updates-until-stop",
         cause=Cause(stream.status, DELIVERY),
         because=(Cause(stream.status, ENDED),),
     ):
@@ -267,6 +267,7 @@ def _judge_positions(axis: Axis, came: Sequence[Status], begin: int) -> None:
         f"no motion at {begin}",
         rule="status-updates-position",
         cause=Cause(came[-1].heard.name, "periodic") if came else None,
+        because=axis.doubts,
         came=came[-1].heard.raw if came else None,
     )
     moving = [status for status in came if status.moving]

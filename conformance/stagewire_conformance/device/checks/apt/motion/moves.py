@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Final
 
 from stagewire_apt import messages as m
 from stagewire_conformance.device.causes import Cause
-from stagewire_conformance.device.checks.apt.broken_rules import rule_of_miss
+from stagewire_conformance.device.checks.apt.broken_rules import rule_of_command, rule_of_miss
 from stagewire_conformance.device.checks.apt.motion.apart import (
     CONFUSED,
     rule_of_apart,
     start,
 )
+from stagewire_conformance.device.checks.apt.motion.arrival import judge_place, judge_positions
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     HELD,
@@ -27,14 +28,13 @@ from stagewire_conformance.device.checks.apt.motion.judgement import (
     judge_course,
     judge_end,
     judge_no_reply,
-    judge_place,
-    judge_positions,
     judge_rest,
 )
 from stagewire_conformance.device.checks.apt.motion.speed_notes import note_speed
 from stagewire_conformance.device.checks.apt.motion.watch import (
     Decision,
     Watched,
+    drop_ends,
     is_outside,
     watch,
 )
@@ -189,7 +189,9 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
         direction=direction,
         jogging=one.jog is not None,
     )
-    end = judge_end(axis, one.told, seen, COMPLETED, rule=one.rule)
+    stayed = not seen.ends and abs(one.target - start) > HELD and not _has_moved(start, seen)
+    rule = rule_of_command(one.told) if stayed else one.rule
+    end = judge_end(axis, one.told, seen, COMPLETED, rule=rule)
     judge_no_reply(axis, one.told, seen)
     if end is None:
         return False
@@ -202,6 +204,11 @@ def _judge(one: Move, start: int, seen: Watched) -> bool:
     if arrived and direction is not None:
         axis.learn(1 if one.target > start else -1, direction)
     return arrived
+
+
+def _has_moved(start: int, seen: Watched) -> bool:
+    """Return whether a motor has moved, or has reported motion."""
+    return any(each.moving or abs(each.position - start) > HELD for each in seen.statuses)
 
 
 def _as_it_went(one: Move, start: int, seen: Watched) -> Move:
@@ -241,6 +248,7 @@ def go_back(axes: Sequence[Axis]) -> None:
     A motor that does not arrive is stopped, and reported.
     """
     away = {}
+    inside = set()
     trusted = axes[0].trial.result is Result.PASS
     for axis in axes:
         status = axis.settled(axis.status())
@@ -248,18 +256,21 @@ def go_back(axes: Sequence[Axis]) -> None:
             status = axis.halt()
         if not trusted or abs(status.position - axis.start) > JITTER:
             away[axis] = axis.start - status.position
+            if not is_outside(axis, status):
+                inside.add(axis)
     if not away:
         return
     axes[0].trial.line.listen(0)  # end messages of earlier stops do not belong to the way back
 
     def goes_away(axis: Axis, status: Status) -> bool:
         distance = abs(away[axis]) + abs(axis.backlash)
-        return abs(status.position - axis.start) > distance + HELD
+        leaves = axis in inside and is_outside(axis, status)
+        return leaves or abs(status.position - axis.start) > distance + HELD
 
     for axis in away:
         axis.send(m.MotMoveAbsolute(axis.channel, axis.start))
     limits = {axis: axis.pace.limit(distance) for axis, distance in away.items()}
-    watch(list(away), limits, strays=goes_away)
+    seen = watch(list(away), limits, strays=goes_away)
     for axis, distance in away.items():
         status = axis.settled(axis.status())
         near = max(HELD, abs(distance) // 200)
@@ -269,10 +280,13 @@ def go_back(axes: Sequence[Axis]) -> None:
             status = _go_back_alone(axis, next(other for other in away if other is not axis))
         if status.moving or abs(status.position - axis.start) > near:
             status = axis.halt()
+            drop_ends(axis)  # those of the stops just sent
+            strayed = seen[axis].strayed
+            stopped = f", stopped when it reached {strayed.position}" if strayed else ""
             axis.trial.need(
                 False,
                 f"not restored: {axis.text} is at {status.position} after MOT_MOVE_ABSOLUTE to "
-                f"{axis.start}; move it there",
+                f"{axis.start}{stopped}; move it there",
                 rule=rule_of_miss("MOT_MOVE_ABSOLUTE", status.position - axis.start, distance),
                 cause=axis.cause_of_miss(
                     "MOT_MOVE_ABSOLUTE", status.position - axis.start, distance

@@ -9,7 +9,8 @@ from stagewire.errors import StagewireError
 from stagewire_apt.enumerations import JogMode
 from stagewire_conformance.device.causes import EFFECT, SHARED, Cause
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
-from stagewire_conformance.device.checks.apt.motion.axis import ENDS, HELD, Axis
+from stagewire_conformance.device.checks.apt.motion.axis import HELD, Axis
+from stagewire_conformance.device.checks.apt.motion.watch import drop_ends
 from stagewire_conformance.device.checks.apt.settings.sets import PlacedSet, Values, parameter_sets
 from stagewire_conformance.device.trial import EnoughError
 
@@ -78,8 +79,6 @@ def shift_counter(axis: Axis, shift: int) -> None:
 
     axis.trial.undo(f"position counter of {axis.text}", put_back, rule=rule_of_set(placed.set.set))
     placed.write(axis.trial, {"position": before + shift})
-    shifted = True
-    _shift_range(axis, shift)
     came = axis.status()
     axis.trial.need(
         abs(came.position - before - shift) <= HELD,
@@ -89,6 +88,8 @@ def shift_counter(axis: Axis, shift: int) -> None:
         cause=Cause(placed.set.set, EFFECT),
         came=came.heard.raw,
     )
+    shifted = True  # until here, the motor is where it was before
+    _shift_range(axis, shift)
 
 
 def _shift_range(axis: Axis, by: int) -> None:
@@ -97,10 +98,9 @@ def _shift_range(axis: Axis, by: int) -> None:
 
 def _come_to_rest(axis: Axis) -> None:
     """Let all motors come to rest, and drop their end messages; end the check if one does not rest."""
-    line = axis.trial.line
-    if not line.come_to_rest():
+    if not axis.trial.line.come_to_rest():
         raise EnoughError
-    line.heard[:] = [heard for heard in line.heard if heard.name not in ENDS]
+    drop_ends(axis)
 
 
 def placed_set(axis: Axis, setting: str) -> PlacedSet:

@@ -6,18 +6,12 @@ scale, the speed is also compared with the setting. Settings are only lowered.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
 from typing import Final
 
-from stagewire_apt import messages as m
-from stagewire_apt.enumerations import ProfileMode
-from stagewire_conformance.device.causes import SHARED, Cause
+from stagewire_conformance.device.causes import Cause
 from stagewire_conformance.device.check import Kind
 from stagewire_conformance.device.checks.apt.broken_rules import rule_of_set
-from stagewire_conformance.device.checks.apt.motion.apart import rule_of_apart
 from stagewire_conformance.device.checks.apt.motion.axis import COMPLETED, Axis
 from stagewire_conformance.device.checks.apt.motion.jogs import JOGS
 from stagewire_conformance.device.checks.apt.motion.motor_check import motor_check
@@ -35,13 +29,9 @@ from stagewire_conformance.device.checks.apt.motion.parameters import (
     present,
     switch_backlash_off,
 )
-from stagewire_conformance.device.checks.apt.motion.profile_laws import (
-    Search,
-    acceleration_law,
-    search,
-    velocity_law,
-)
+from stagewire_conformance.device.checks.apt.motion.profile_laws import Profile, Search
 from stagewire_conformance.device.checks.apt.motion.shuttle import Course, JogShuttle, Shuttle
+from stagewire_conformance.device.checks.apt.motion.velocities import AT_REST, HIGHEST, SIGN
 
 _SECONDS: Final = 0.3
 """The approximate duration of the first move in seconds."""
@@ -61,93 +51,14 @@ _BEYOND: Final = 1.3
 """The least ratio of the speed of a move to that of a jog with at most half its velocity."""
 _TELLABLE: Final = 40
 """The least velocity in a status whose quarter is precise enough to be compared."""
-_MOST: Final = 0x7FFF
-"""The highest velocity that a status can represent with a sign."""
-_APART: Final = 0.6
-"""The ratio of the values of successive motors."""
-_ALIKE: Final = 1.2
-"""The ratio of two measurements up to which they are alike."""
-_DIFFERENT: Final = 1.5
-"""The ratio of two values from which they differ."""
 _TOO_SHORT: Final = "a move of {} counts is too short to measure its speed"
 
 _VELPARAMS: Final = messages_of("VELPARAMS")
 _JOGPARAMS: Final = messages_of("JOGPARAMS")
 
 
-@dataclass(frozen=True)
-class _Profile:
-    """The parameters of a kind of motion.
-
-    :param what: the motion, for sentences.
-    :param setting: the message that sets its parameters.
-    :param velocity: the field with the maximum velocity.
-    :param acceleration: the field with the acceleration.
-    """
-
-    what: str
-    setting: str
-    velocity: str
-    acceleration: str
-
-    @property
-    def defect(self) -> Cause:
-        """The defect that the motion does not obey its velocity."""
-        return Cause(self.setting, self.velocity)
-
-    def velocity_of(self, axis: Axis) -> int:
-        """Return the present maximum velocity."""
-        velocity: int = present(axis, self.setting)[self.velocity]
-        return velocity
-
-    def search_velocity(self, axes: Sequence[Axis], shuttle: Shuttle) -> dict[Axis, Search]:
-        """Lower the velocity until the motors are slower."""
-        law = velocity_law(self.setting, self.velocity, self.what)
-        return search(axes, law, shuttle.speeds)
-
-    def search_acceleration(self, axes: Iterable[Axis], shuttle: Shuttle) -> dict[Axis, Search]:
-        """Lower the acceleration until the motions take longer."""
-        law = acceleration_law(self.setting, self.acceleration, self.what)
-        return search([axis for axis in axes if _is_trapezoidal(axis)], law, shuttle.durations)
-
-    def restore_velocity(self, axis: Axis, velocity: int) -> None:
-        """Set the maximum velocity to an earlier value."""
-        change(axis, self.setting, at_most=self.velocity, **{self.velocity: velocity})
-
-    def differ(self, axes: Sequence[Axis], name: str) -> None:
-        """Give each of several motors another value of a parameter, lower than that of the one before."""
-        for number, axis in enumerate(axes[1:], start=1):
-            value = int(present(axis, self.setting)[name] * _APART**number)
-            change(axis, self.setting, at_most=name, **{name: max(1, value)})
-
-    def judge_apart(
-        self, found: Mapping[Axis, Search], name: str, measured: Mapping[Axis, float]
-    ) -> bool:
-        """Report motors that do the same with different values; return whether each uses its own.
-
-        Motors of one check are declared alike, so a value has the same unit for all of them.
-
-        :param measured: a measurement for each motor that is proportional to the parameter.
-        """
-        for first, other in pairwise(found):
-            values = found[first].values[-1], found[other].values[-1]
-            alike = abs(math.log(measured[first] / measured[other])) <= math.log(_ALIKE)
-            apart = abs(math.log(values[0] / values[1])) >= math.log(_DIFFERENT)
-            if not first.trial.must(
-                not (alike and apart),
-                f"{self.setting} set {name} = {values[0]} of {first.text} and {values[1]} of {other.text}, "
-                f"but {self.what} of both was alike: {measured[first]:.0f} and {measured[other]:.0f} counts/s"
-                f"{'²' if name == self.acceleration else ''}; each should use its own value",
-                rule=rule_of_apart(first, other),
-                cause=Cause(self.setting, SHARED),
-                because=(Cause(self.setting, name),),
-            ):
-                return False
-        return True
-
-
-_MOVES: Final = _Profile("a move", "MOT_SET_VELPARAMS", "max_velocity", "acceleration")
-_JOGS: Final = _Profile("a jog", "MOT_SET_JOGPARAMS", "jog_max_velocity", "jog_acceleration")
+_MOVES: Final = Profile("a move", "MOT_SET_VELPARAMS", "max_velocity", "acceleration")
+_JOGS: Final = Profile("a jog", "MOT_SET_JOGPARAMS", "jog_max_velocity", "jog_acceleration")
 
 
 KIND = Kind(
@@ -329,20 +240,7 @@ def _judge_alike_ramps(axis: Axis, jogs: Search, took: float) -> None:
     )
 
 
-def _is_trapezoidal(axis: Axis) -> bool:
-    """Return whether the profile has a constant acceleration; the duration of an S-curve has another law."""
-    if "MOT_REQ_PMDPROFILEMODEPARAMS" not in axis.place.messages:
-        return True
-    told = axis.ask(m.MotReqPmdProfileModeParams(axis.channel)).message
-    if told.mode == ProfileMode.TRAPEZOIDAL:
-        return True
-    axis.trial.info(
-        f"{axis.text}: its profile is not trapezoidal, so its acceleration was not measured"
-    )
-    return False
-
-
-def _judge_scale(axis: Axis, velocity: int, course: Course, profile: _Profile) -> None:
+def _judge_scale(axis: Axis, velocity: int, course: Course, profile: Profile) -> None:
     """Compare the measured speed with the velocity parameter.
 
     If the document does not have its scale, a controller may also take the printed unit literally, which is
@@ -396,7 +294,7 @@ def _judge_ramp(axis: Axis, value: int, course: Course, unit: float) -> None:
 def _judge_reported(axis: Axis, courses: Sequence[Course]) -> None:
     """Compare the ratio of the reported velocities of a fast and a slow move with that of their speeds."""
     fast, slow = courses[-2:]
-    if slow.reported is None or fast.reported is None or not _TELLABLE <= fast.reported < _MOST:
+    if slow.reported is None or fast.reported is None or not _TELLABLE <= fast.reported < HIGHEST:
         return
     reported, measured = slow.reported / fast.reported, slow.speed / fast.speed
     axis.trial.must(
@@ -405,8 +303,5 @@ def _judge_reported(axis: Axis, courses: Sequence[Course]) -> None:
         f"its statuses were {fast.reported} and {slow.reported}; they should have the same ratio",
         rule="dc-status-velocity",
         cause=Cause(axis.status_name, "velocity"),
-        because=tuple(
-            Cause(axis.status_name, aspect)
-            for aspect in ("sign of the velocity", "velocity at rest")
-        ),
+        because=tuple(Cause(axis.status_name, aspect) for aspect in (SIGN, AT_REST)),
     )

@@ -214,7 +214,7 @@ class Ran:
 
     @property
     def slows_down_visibly(self) -> bool:
-        """Whether it sped up so slowly that a profiled stop can be told from an immediate one."""
+        """Whether it sped up so slowly that a profiled stop differs visibly from an immediate one."""
         first, *_, fastest = speeds(self.points)[:1] + sorted(speeds(self.points))
         return first < _RAMPING * fastest and fastest * _RAMP > _TELLING
 

@@ -10,13 +10,14 @@ from stagewire_apt import messages as m
 from stagewire_apt.enumerations import StopMode
 from stagewire_conformance.device.causes import DELIVERY, EFFECT, SHARED, Cause
 from stagewire_conformance.device.check import Kind
+from stagewire_conformance.device.checks.apt.motion.arrival import judge_place
 from stagewire_conformance.device.checks.apt.motion.axis import (
     COMPLETED,
     ENDS,
     Axis,
     Status,
 )
-from stagewire_conformance.device.checks.apt.motion.judgement import judge_place, judge_rest
+from stagewire_conformance.device.checks.apt.motion.judgement import judge_rest
 from stagewire_conformance.device.checks.apt.motion.motor_check import MOTION_BITS, motor_check
 from stagewire_conformance.device.checks.apt.motion.moves import (
     absolute,

@@ -190,6 +190,7 @@ FAR = Kind(
     messages=("MOT_MOVE_ABSOLUTE", "MOT_MOVE_RELATIVE", COMPLETED),
     does=f"moves all motors together by up to {_FAR} counts within {{range}}, and back",
     seconds=4.5,
+    also=messages_of("VELPARAMS"),
 )
 def _far(axes: Sequence[Axis]) -> None:
     lasting = distances_lasting(axes, _SECONDS_FAR)

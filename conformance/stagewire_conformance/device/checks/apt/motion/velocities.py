@@ -13,6 +13,10 @@ from stagewire_conformance.device.checks.apt.motion.pace import coarsest_velocit
 
 _TELLING: Final = 1.5
 """The minimum velocity, in units of the status, that must not be reported as 0."""
+AT_REST: Final = "velocity at rest"
+"""The aspect of a velocity that is reported at rest, which explains wrong ones on the way."""
+SIGN: Final = "sign of the velocity"
+"""The aspect of a velocity with the wrong sign."""
 _ROUNDED: Final = 3.0
 """The tolerance of a reported velocity, in units of the status."""
 _OFF: Final = 0.4
@@ -21,11 +25,13 @@ _LONG: Final = 0.12
 """The minimum time in seconds over which velocities and positions are compared."""
 _WINDOW: Final = 0.08
 """The minimum time in seconds of a part of the way whose speed is measured."""
+_FAR: Final = 8 * HELD
+"""The minimum counts of such a part."""
 _APART: Final = 2.0
 """The ratio of two speeds from which their reported velocities are compared."""
 _PRECISE: Final = 20
 """The minimum velocity, in units of the status, of the faster one."""
-_MOST: Final = 0x7FFF
+HIGHEST: Final = 0x7FFF
 """The highest velocity that a status can represent with a sign."""
 _FOLLOWS: Final = 1.6
 """The tolerance of the ratio of two reported velocities, as a factor."""
@@ -63,6 +69,7 @@ def _judge_zero(axis: Axis, told: str, midway: Sequence[Status]) -> bool:
         f"{last.heard.name} still reported a velocity of 0",
         rule="dc-status-velocity",
         cause=Cause(last.heard.name, "velocity"),
+        because=(Cause(last.heard.name, AT_REST),),
         came=last.heard.raw,
     )
     return False
@@ -83,11 +90,8 @@ def _judge_sign(axis: Axis, told: str, midway: Sequence[Status], way: int) -> bo
         f"velocity of {wrong.velocity}; while positions {'rise' if is_up else 'fall'}, the velocity should "
         f"be {'positive' if is_up else 'negative'}",
         rule="dc-status-velocity",
-        cause=[
-            Cause(wrong.heard.name, aspect)
-            for aspect in ("sign of the velocity", "velocity")[: 1 + is_up]
-        ],
-        because=(Cause(wrong.heard.name, "velocity at rest"),),
+        cause=[Cause(wrong.heard.name, aspect) for aspect in (SIGN, "velocity")[: 1 + is_up]],
+        because=(Cause(wrong.heard.name, AT_REST),),
         came=wrong.heard.raw,
     )
 
@@ -114,6 +118,7 @@ def _judge_size(axis: Axis, told: str, midway: Sequence[Status]) -> bool:
         f"{reported:.0f} counts/s",
         rule="dc-status-velocity",
         cause=Cause(last.heard.name, "velocity"),
+        because=(Cause(last.heard.name, AT_REST),),
         came=last.heard.raw,
     )
 
@@ -141,6 +146,7 @@ def judge_changing_velocities(axis: Axis, told: str, moving: Sequence[Status]) -
         "the velocity should follow the motion",
         rule="dc-status-velocity",
         cause=Cause(last.name, "velocity"),
+        because=(Cause(last.name, AT_REST),),
         came=last.raw,
     )
 
@@ -162,9 +168,9 @@ def _windows(moving: Sequence[Status]) -> Iterator[_Window]:
     for status in moving[1:]:
         velocities.append(status)
         seconds, way = status.time - begin.time, abs(status.position - begin.position)
-        if max(abs(each.velocity or 0) for each in velocities) >= _MOST:
+        if max(abs(each.velocity or 0) for each in velocities) >= HIGHEST:
             begin, velocities = status, [status]
-        elif seconds >= _WINDOW and way >= HELD:
+        elif seconds >= _WINDOW and way >= _FAR:
             reported = sum(
                 (abs(before.velocity or 0) + abs(after.velocity or 0))
                 / 2

@@ -113,9 +113,9 @@ def _compare(runs: Mapping[Axis, list[Point]]) -> None:
     for axis, speed in shuttle.speeds(list(ways)).items():
         points, move = runs[axis], shuttle.courses[axis][0]
         fast = plateau(points)
-        if (
-            fast and fast[-1].time - fast[0].time >= _LONG
-        ):  # an average over a longer time is more precise
+        # An average over a longer time is more precise, if the move also had a constant speed.
+        is_long = bool(fast) and fast[-1].time - fast[0].time >= _LONG
+        if is_long and move.steady >= (1 - _OFF) * speed:
             run, speed, off = top_speed([fast[0], fast[-1]]), move.steady, _OFF
         else:
             run, off = top_speed(points), _ROUGHLY

@@ -115,6 +115,12 @@ def is_outside(axis: Axis, status: Status) -> bool:
     return not axis.low - HELD <= status.position <= axis.high + HELD
 
 
+def drop_ends(axis: Axis) -> None:
+    """Drop the end messages of earlier motions that wait in the inbox."""
+    heard = axis.trial.line.heard
+    heard[:] = [each for each in heard if each.name not in ENDS]
+
+
 def watch(
     axes: Sequence[Axis],
     limits: Mapping[Axis, float],
@@ -165,7 +171,7 @@ def watch(
                 axis.send(m.MotMoveStop(axis.channel, mode))
                 each.stopped_at = axis.position()
             each.seconds = line.now - began
-            stands = not status.moving and status.time - each.moved > _PATIENCE
+            stands = status.time - each.moved > _PATIENCE
             is_done = done is not None and done(axis, status)
             each.over = stands or is_done
     _take(seen, line.listen(_BEHIND), line.now - began)

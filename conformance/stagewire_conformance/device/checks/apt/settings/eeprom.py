@@ -1,9 +1,9 @@
 """``eeprom``: a message that saves a parameter set is not answered, and changes no value.
 
-Only a power cycle could show whether the set was saved. One value is changed before, if that is harmless, so
-that a controller that falls back to other values shows. Because the memory wears out, each channel saves one
-set once, and a second time to save the current values again. The previously saved values cannot be read, and
-are overwritten with the current ones.
+Only a power cycle could show whether the set was saved. One value is changed before, if that is harmless and
+allowed, so that a controller that falls back to other values shows. Because the memory wears out, each
+channel saves one set once, and a second time to save the current values again. The previously saved values
+cannot be read, and are overwritten with the current ones.
 """
 
 from __future__ import annotations
@@ -85,9 +85,11 @@ def _run(trial: Trial, placed: PlacedSet, saving: str, channel: int) -> None:
     id = trial.declared.registry.messages[placed.set.set]["id"]
     message = trial.declared.make(saving, channel, msg_id=id)
     care = CARE.get(placed.set.name, Care())
-    changed = first_variant(placed.set, care, before, trial.random)
     saved = dict(before)
-    if changed is not None and not why_not_now(trial, placed, care):
+    changed = None
+    if trial.allowed.settings and not why_not_now(trial, placed, care):
+        changed = first_variant(placed.set, care, before, trial.random)
+    if changed is not None:
         name, value = changed
         saved[name] = value
         placed.undo(trial, before)  # saving may change the values again

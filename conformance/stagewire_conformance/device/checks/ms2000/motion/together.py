@@ -15,6 +15,7 @@ from stagewire_conformance.device.checks.ms2000.motion.mover import (
     ARRIVED,
     MOVES,
     STOPS_BOTH,
+    TARGET,
     Mover,
     lacks_of,
     motion_check,
@@ -162,6 +163,7 @@ def _need_enabled(mover: Mover, goal: int) -> None:
         f"axis {mover.name} was stopped at {place} and started again, but does not move to its target {goal}",
         rule="start-enables",
         cause=Cause("START_MOTOR", EFFECT),
+        because=(TARGET,),
     )
     mover.follow(f"on its way to {goal}", abs(goal - place))
 
