@@ -447,6 +447,9 @@ class Protocol:
     captures: Json
     evidence: EvidenceTable = field(default_factory=EvidenceTable)
     overlays: tuple[Overlay, ...] = ()  # in the order in which they were applied
+    later_messages: Mapping[str, tuple[str, ...]] = field(
+        default_factory=dict
+    )  # unit -> from overlays
 
     def document_of(self, overlay: str) -> Json:
         """Return the document of an overlay, or that of the protocol for an empty name."""

@@ -63,7 +63,7 @@ def check_protocol(files: Files, diagnostics: Diagnostics, say: Say) -> Checked:
 
 def check_overlays(
     source: SourceFolder,
-    base: Files,
+    base: Checked,
     requested: Sequence[str],
     diagnostics: Diagnostics,
     say: Say,
@@ -75,7 +75,7 @@ def check_overlays(
     The document of the protocol is not compared again: unchanged entries were compared before, and replaced
     entries belong to another document.
 
-    :param base: the files of the protocol, which have no errors.
+    :param base: the protocol, which has no errors.
     :param requested: names of overlays, in the order in which they are applied.
     :param defaults: whether the overlays that are on by default apply, before those that are requested.
     Returns the protocol with the overlays that apply, or None if none applies or one has errors; and the
@@ -91,10 +91,10 @@ def check_overlays(
             continue
         if defaults and files["overlay"][0].data.get("default"):
             on.append(overlay.path.name)
-        composed = compose(base, [files], diagnostics)
+        composed = compose(base.files, [files], diagnostics)
         if composed is None:
             continue
-        protocol = _resolved(composed, diagnostics, say)
+        protocol = _laid_over(base.protocol, composed, diagnostics, say)
         name = overlay.path.name
         view = replace(protocol, document=protocol.document_of(name))
         check_pages(view, files, diagnostics)
@@ -108,15 +108,25 @@ def check_overlays(
         return None, checked
     if len(chosen) == 1:
         return right[chosen[0]][1], checked
-    return _laid_over(base, [right[name][0] for name in chosen], diagnostics, say), checked
+    together = compose(base.files, [right[name][0] for name in chosen], diagnostics)
+    if together is None:
+        return None, checked
+    return _laid_over(base.protocol, together, diagnostics, say), checked
 
 
-def _laid_over(
-    base: Files, overlays: Sequence[Files], diagnostics: Diagnostics, say: Say
-) -> Protocol | None:
-    """Return the protocol with overlays applied, or None, with diagnostics, if they do not fit."""
-    files = compose(base, overlays, diagnostics)
-    return None if files is None else _resolved(files, diagnostics, say)
+def _laid_over(base: Protocol, composed: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
+    """Return the model of a protocol with overlays, and the messages that they add to its units."""
+    before = len(diagnostics.found)
+    protocol = _resolved(composed, diagnostics, say)
+    if len(diagnostics.found) > before:
+        return protocol
+    units = protocol.units.get("units", {})
+    later = {
+        name: tuple(sorted(protocol.messages_of(units[name]) - base.messages_of(earlier)))
+        for name, earlier in base.units.get("units", {}).items()
+        if name in units
+    }
+    return replace(protocol, later_messages={name: found for name, found in later.items() if found})
 
 
 def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
@@ -245,7 +255,7 @@ def check(
                 Path(name).name for name in overlays if Path(name).parent.name == source.path.name
             ]
             composed, under = check_overlays(
-                source, files, wanted, diagnostics, say, defaults=not base
+                source, alone, wanted, diagnostics, say, defaults=not base
             )
             protocol = composed or protocol
             checked |= under

@@ -65,6 +65,11 @@ class Declaration:
         return self.pics.unsupported
 
     @property
+    def issue(self) -> str:
+        """The issue of the document that the firmware is judged by."""
+        return self.pics.issue or issues_of(self.protocol, self.pics.unit)[0]
+
+    @property
     def firmware(self) -> str | None:
         """The firmware version, if the PICS states it."""
         return self.pics.firmware or None
@@ -176,6 +181,19 @@ def axes_of(protocol: CommandProtocol) -> dict[str, int]:
     """Return the documented axes with their identifiers, without reserved ones."""
     axes = registry_of(protocol).axes
     return {name: axis["value"] for name, axis in axes.items() if not axis.get("reserved")}
+
+
+def issues_of(protocol: Protocol, unit: str) -> list[str]:
+    """Return the issues of the document that describe a unit. A rack of modules is in all of them."""
+    registry = registry_of(protocol)
+    first = registry.document()
+    later = [each["document"] for each in first.get("overlays", ())]
+    entry = registry.table("units").get(unit, {})
+    if "later_messages" not in entry and entry.get("document", first.get("name")) != first.get(
+        "name"
+    ):
+        return [each["issue"] for each in later if each["name"] == entry["document"]]
+    return [first["issue"], *(each["issue"] for each in later)]
 
 
 @functools.cache  # finding the installed protocols takes longer than reading a PICS

@@ -126,7 +126,8 @@ class Target:
     :param bay: counted from 1; None outside a rack.
     :param is_motherboard: whether it is the motherboard of a rack, which has no channels.
     :param channels: by number; empty for an axis.
-    :param listed: its documented messages.
+    :param listed: its documented messages, in the issue of the document that the firmware follows.
+    :param later: those of its messages that only a later issue lists.
     :param unsupported: those that the PICS lists as unsupported, with the reasons.
     :param fitted: channel -> the stage or actuator on it; for an axis the key is None.
     """
@@ -139,6 +140,7 @@ class Target:
     is_motherboard: bool = False
     channels: tuple[int, ...] = ()
     listed: frozenset[str] = field(repr=False)
+    later: frozenset[str] = field(default=frozenset(), repr=False)
     unsupported: Mapping[str, str] = field(default_factory=dict, repr=False)
     fitted: Mapping[int | None, Attachment] = field(default_factory=dict, repr=False)
 
@@ -172,6 +174,8 @@ class Target:
             return ""
         if message in self.unsupported:
             return f"the PICS lists {message} as unsupported: {self.unsupported[message]}"
+        if message in self.later:
+            return f"only a later issue of the document lists {message} for {self.unit.name}"
         return f"{message} is not in the list of {self.unit.name}"
 
     def why_none(self, messages: Iterable[str]) -> str:
@@ -238,6 +242,16 @@ def rack_of(facts: Facts, pics: Pics) -> Unit:
     )
 
 
+def _later(facts: Facts, unit: Unit, pics: Pics) -> frozenset[str]:
+    """Return the messages of a unit that the firmware need not have: a later issue adds them to its list."""
+    registry = facts.protocol.registry()
+    if pics.issue not in ("", registry["document"]["issue"]):
+        return frozenset()
+    entry: dict[str, Any]
+    entry = next((each for each in registry["units"] if each["name"] == unit.name), {})
+    return frozenset(entry.get("later_messages", ()))
+
+
 def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     assert isinstance(facts.protocol, CommandProtocol)
     fitted = {channel.axis: channel for channel in pics.channels if channel.axis}
@@ -257,6 +271,7 @@ def _axes(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
 
 def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
     addressees = _Addressees.of(facts.protocol.registry())
+    later = _later(facts, unit, pics)
     has_modules = unit.kind == "bay" or unit.name == RACK
     bays = unit.bays[:1] if unit.kind == "bay" else unit.bays
     board = Target(
@@ -265,7 +280,8 @@ def _rack(facts: Facts, unit: Unit, pics: Pics) -> tuple[Target, ...]:
         unit=unit,
         facts=facts,
         is_motherboard=True,
-        listed=addressees.of_any_board if has_modules else addressees.of_board(unit),
+        listed=addressees.of_any_board if has_modules else addressees.of_board(unit) - later,
+        later=later,
         unsupported=pics.unsupported,
     )
     cards = pics.bays
@@ -332,6 +348,7 @@ def _place(
     bay = card.number if card else None
     channels = tuple(range(1, unit.channels + 1))
     stated = {each.number: each for each in pics.channels if each.bay in (bay, None)}
+    later = _later(facts, unit, pics)
     return Target(
         address=address,
         name=f"{address:#04x}",
@@ -339,7 +356,8 @@ def _place(
         facts=facts,
         bay=bay,
         channels=channels,
-        listed=listed,
+        listed=listed - later,
+        later=later,
         unsupported={**pics.unsupported, **(card.unsupported if card else {})},
         fitted={
             number: attachment_of(unit, facts, stated.get(number, ChannelPics(number=number)))

@@ -277,6 +277,7 @@ ATTRIBUTES: dict[type, dict[str, Attribute]] = {
         "controllers": Elsewhere("scales"),
         "stages": Elsewhere("scales"),
         "units": _UNITS,
+        "later_messages": Ignored("follows from the lists and families, which are compared"),
         "errata": Elsewhere("proofs"),
         "rules": Elsewhere("proofs"),
         "examples": Elsewhere("proofs"),

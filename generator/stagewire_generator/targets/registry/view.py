@@ -137,6 +137,7 @@ def registry_text(protocol: Protocol) -> str:
 def _registry_json(protocol: Protocol) -> Json:
     """Return the resolved registry as the architecture describes it."""
     units, uncompared = protocol.units, protocol.not_compared
+    later = protocol.later_messages
     return {
         "schema_version": SCHEMA_VERSION,
         "protocol": protocol.name,
@@ -188,7 +189,12 @@ def _registry_json(protocol: Protocol) -> Json:
         },
         "stages": [_stage(stage) for stage in sorted(protocol.stages, key=lambda s: s.name)],
         "units": [
-            {"name": name, **entry, "messages": sorted(protocol.messages_of(entry))}
+            {
+                "name": name,
+                **entry,
+                "messages": sorted(protocol.messages_of(entry)),
+                **({"later_messages": list(later[name])} if name in later else {}),
+            }
             for name, entry in sorted(units.get("units", {}).items())
         ],
         **{key: units[key] for key in _TABLES_OF_UNITS if key in units},
