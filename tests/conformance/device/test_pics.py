@@ -307,7 +307,7 @@ VALUES: list[Any] = [
 ]
 
 ONLY_THE_REGISTRY_KNOWS = re.compile(
-    r"is not a message of|unknown (unit|stage|axis) |uses|does not depend on it|has no bays|"
+    r"is not a message of|unknown (unit|stage|axis|issue) |uses|does not depend on it|has no bays|"
     r"does not exist|is not occupied|does not move a stage|give only one of them|is not known|"
     r"is a duplicate of|has (axes|channels), not|missing; (the (occupied bays|axes|modules) are|list each)|"
     r"no keep-alive|must not exceed|cannot be converted|counts in tenths|is not a number|above 0, not 0|"
