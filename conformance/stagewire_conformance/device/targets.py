@@ -97,15 +97,16 @@ def moves_stages(unit: Unit) -> bool:
 def attachment_of(
     unit: Unit, facts: Facts, stated: ChannelPics, names: tuple[str, ...] = ()
 ) -> Attachment:
-    """Return the stage or actuator on a channel.
+    """Return the stage or actuator on a channel: the declared one, or the one that is built into the unit.
 
     :param names: the units and aliases that the controller may be, whose scales apply; empty for ``unit``.
 
     Raises :class:`.RangeError` for a travel that cannot be converted to counts.
     """
     stage: Stage | None = None
-    if stated.stage:
-        stage = getattr(import_module(f"{facts.package}.stages"), stated.stage)
+    name = stated.stage or ("" if stated.counts_per_mm else unit.built_in)
+    if name:
+        stage = getattr(import_module(f"{facts.package}.stages"), name)
     elif stated.counts_per_mm is not None:
         stage = Stage.of_user("stage of the PICS", position=Scale(stated.counts_per_mm, "mm"))
     scales = Scales(unit.name, facts.quantities, stage=stage, stages=unit.stages, names=names)

@@ -39,8 +39,9 @@ MOVES = (
 )  # fmt: skip
 EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
 
-_SERIES_TRAVEL = {"Z8": "25", "MLS203": "110", "APT_STEPPER": "25"}
-"""Travel on the bench in millimetres, for stages without a travel in the registry."""
+_TRAVEL = {"MLS203": 110}
+"""Travel on the bench, in the unit of the stage, for a stage without a travel in the registry."""
+_OTHERS = 25
 
 
 @dataclass
@@ -78,21 +79,27 @@ def bench(
     pics = Pics(unit=unit)
     if stage is not None:
         options["stage"] = getattr(stages, stage)
-        length = _travel_mm(stage)
-        travel = Range.parse(f"0..{length}mm") if ends else None
+        length = _travel_in_counts(unit, stage)
+        travel = Range.parse(f"0..{length}counts") if ends else None
         fitted = [ChannelPics(number=n, stage=stage, travel=travel) for n in (1, 2)]
         pics = replace(pics, channels=tuple(fitted))
-        motion = f"0..{min(float(length), 12):g}mm"
+        motion = f"0..{min(length, _travel_in_counts(unit, stage, 12))}counts"
     if facts["address"] == "bay":
         pics = replace(pics, bays=(BayPics(number=1, unit=unit),))
     controller = getattr(stagewire_virtual, unit)(seed=seed, **options)
     return Bench(controller, declare(pics), motion)
 
 
-def _travel_mm(stage: str) -> str:
-    """Return the travel of a stage in millimetres, from the registry if possible."""
+def _travel_in_counts(unit: str, stage: str, length: int | None = None) -> int:
+    """Return the travel of a stage, from the registry if possible, or another length in its unit."""
     limit = getattr(stages, stage).limits["travel"]
-    return str(limit.value) if isinstance(limit, Limit) else _SERIES_TRAVEL[stage]
+    value = limit.value if isinstance(limit, Limit) else _TRAVEL.get(stage, _OTHERS)
+    fitted = tuple(ChannelPics(number=n, stage=stage) for n in (1, 2))
+    place = declare(replace(Pics(unit=unit), channels=fitted)).places[-1]
+    scale = place.position_scale(1)
+    if scale is None:  # the sources of the scale contradict each other
+        return 500_000
+    return int((value if length is None else length) * scale.counts_per_unit)
 
 
 def run_on(

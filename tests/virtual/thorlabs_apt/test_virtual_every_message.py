@@ -281,6 +281,7 @@ RANGED = sorted({
     for bits in [8 * field["size"]]
     if field["maximum"] not in ((1 << bits) - 1, (1 << bits - 1) - 1, None)
     and MESSAGES[message["name"]]["set"]["name"] in oracle.APT["sets"]
+    and any(message["name"] in unit["messages"] for unit in UNITS.values())
 })  # fmt: skip
 
 

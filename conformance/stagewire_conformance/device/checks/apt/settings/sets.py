@@ -72,7 +72,8 @@ def parameter_sets(declared: Declaration, place: Target) -> Iterator[ParameterSe
         if not {setting, asking, telling} <= place.listed:
             continue
         entry = registry.messages[setting]
-        fields, told = _values(registry, setting), _values(registry, telling)
+        unit = place.unit.name
+        fields, told = _values(registry, setting, unit), _values(registry, telling, unit)
         asked = _arguments(registry, asking)
         unread = ", ".join(field for field in fields if field not in told)
         lacking = f"{telling} does not contain {unread}" if unread else ""
@@ -98,10 +99,12 @@ def _arguments(registry: Registry, message: str) -> list[str]:
     return [name for name, facts in fields.items() if facts["role"] == "value"]
 
 
-def _values(registry: Registry, message: str, form: str | None = None) -> Mapping[str, Json]:
+def _values(
+    registry: Registry, message: str, unit: str = "", form: str | None = None
+) -> Mapping[str, Json]:
     """Return the registry entries of the fields with values of a form, by default the plain one."""
     forms = registry.forms(message)
-    fields = registry.fields(message, form or (PLAIN if PLAIN in forms else forms[0]))
+    fields = registry.fields(message, form or (PLAIN if PLAIN in forms else forms[0]), unit)
     return {field: facts for field, facts in fields.items() if facts["role"] == "value"}
 
 
@@ -224,7 +227,7 @@ class PlacedSet:
             form = next(
                 form
                 for form in registry.forms(name)
-                if values.keys() >= _values(registry, name, form).keys() - {CHANNEL}
+                if values.keys() >= _values(registry, name, form=form).keys() - {CHANNEL}
             )
         allowed = {
             field: max(facts["minimum"], min(values[field], facts["maximum"]))
