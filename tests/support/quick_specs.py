@@ -101,15 +101,15 @@ def _check_once(patch: pytest.MonkeyPatch) -> None:
         )
 
     def overlays_once(
-        source: Any, files: Any, requested: Any, diagnostics: Any, say: Any, **options: Any
+        source: Any, base: Any, requested: Any, diagnostics: Any, say: Any, **options: Any
     ) -> Any:
         before = len(diagnostics.found)
         found = sorted(path for path in (source.path / "overlays").rglob("*") if path.is_file())
         contents = ((path, path.read_bytes()) for path in found)
-        key = (source, same(files), tuple(requested), *options.items(), *contents)
+        key = (source, same(base.files), tuple(requested), *options.items(), *contents)
         return over.get(
             key,
-            lambda: overlays(source, files, requested, diagnostics, say, **options),
+            lambda: overlays(source, base, requested, diagnostics, say, **options),
             lambda: len(diagnostics.found) == before,
         )
 
