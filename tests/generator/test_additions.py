@@ -158,6 +158,21 @@ def test_an_entry_with_its_additions_must_fit_the_schema(fourth: Fourth) -> None
     assert "SW010 messages.POS_MOVE: unknown key colour" in found
 
 
+def test_an_addition_that_an_entry_cannot_have_is_an_error_of_the_overlay(fourth: Fourth) -> None:
+    for file, old, new in (
+        ("units.yaml", "stages: [Slide]", "stages: [Slide, Other]"),
+        ("stages.yaml", "stages:\n", "stages:\n  Other: {title: another, page: 3, like: Slide}\n"),
+    ):
+        path = fourth.spec / "tiny" / file
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+    scales = {"TP9": {"distance": {"counts_per_mm": 1}}}
+    fourth.write({"stages": {"Other": {"controllers": scales}}})
+    [found] = fourth.errors()
+    assert "overlays/fourth/additions.yaml:2:3: SW010 stages.Other: a stage has either" in found
+
+
 def test_an_addition_to_an_unknown_entry_is_refused(fourth: Fourth) -> None:
     fourth.write({"messages": {"POS_FLY": {"note": "away"}}})
     [found] = fourth.errors()
@@ -379,7 +394,12 @@ def test_overlays_with_the_same_error_are_reported_without_a_traceback(
 
 
 def test_an_unknown_message_in_a_list_is_one_error(pair: Pair) -> None:
-    pair.write("later", {}, default=True)
+    """The other overlay has a similar message, so the hint would be another with both."""
+    folder = pair.write("later", {}, default=True)
+    (folder / "messages").mkdir()
+    lamp = {"id": 0x0299, "page": 2, "direction": "to_host", "summary": "Glows.", "header": {}}
+    chapter = {"chapter": "extra", "messages": {"POS_VELPARAN": lamp}}
+    (folder / "messages" / "extra.yaml").write_text(yaml.safe_dump(chapter))
     pair.write("mine", {"lists": {"TP1": {"messages": ["POS_VELPARAM"]}}})
     [(folder, what, hint)] = pair.found()
     assert (folder, what) == ("mine", "SW021 lists.TP1: unknown message POS_VELPARAM")

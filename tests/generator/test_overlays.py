@@ -151,7 +151,7 @@ def test_entries_are_replaced_as_a_whole(second: Protocol) -> None:
     stages = {s.name: s for s in second.stages}
     assert stages["Slide"].title == "a slide of twenty millimetres"
     assert stages["Slide"].scales["TPx"]["distance"].value == 10000  # type: ignore[union-attr]
-    assert {c.name: c.page for c in second.controllers}["TP9"] == 2
+    assert {c.name: c.units for c in second.controllers}["TP9"] == ("TP9", "TP11")
     assert second.units["units"]["TP9"]["family"] == "warm"
     assert "completes" not in second.units["lists"]["TP1"]
     assert second.units["addresses"]["bays"]["count"] == 2

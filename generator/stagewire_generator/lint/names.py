@@ -256,9 +256,6 @@ def _members(protocol: Protocol, diagnostics: Diagnostics) -> None:
                 )
                 hint = "list it under `aliases` with the source of its scales"
                 diagnostics.add(controller.place, "SW021", what, hint)
-            elif known and name not in known:
-                what = f"controllers.{controller.name}: unknown unit {name}"
-                diagnostics.add(controller.place, "SW021", what, meant(name, known))
         for name in controller.aliases:
             if name not in known:
                 what = f"controllers.{controller.name}: unknown alias {name}"

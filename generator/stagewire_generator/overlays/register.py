@@ -15,7 +15,7 @@ ONE_OF_THEM = (
     "apply only one of the two overlays (--base leaves out the default ones), or write one that "
     "combines them"
 )
-"""What to do if two overlays cannot be applied together."""
+"""The hint about two overlays that cannot be applied together."""
 
 
 @dataclass(slots=True)
