@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from stagewire_generator.diagnostics import Diagnostics, Place, meant
@@ -31,9 +31,9 @@ class Register:
 
     overlay: str
     homes: dict[Key, Home]
-    members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    gone: dict[Key, str] = field(default_factory=dict)
-    others: Mapping[Key, str] = field(default_factory=dict)
+    members: Mapping[str, tuple[str, ...]]
+    gone: dict[Key, str]
+    others: Mapping[Key, str]
 
     def has(self, key: Key, place: Place, diagnostics: Diagnostics, advice: str = "") -> bool:
         """Return whether the protocol has an entry; report an error if it does not.
@@ -45,8 +45,8 @@ class Register:
         entry, by, other = ".".join(key), self.gone.get(key), self.others.get(key)
         what = f"the protocol does not define {entry}"
         if by == self.overlay:
-            what = f"the overlay itself withdraws {entry}"
-            hint = "remove this, or the withdrawal"
+            what = f"the overlay itself withdraws or renames {entry}"
+            hint = "remove one of the two"
         elif by:
             what = f"the overlay {by} withdraws or renames {entry}"
             hint = ONE_OF_THEM
