@@ -339,13 +339,14 @@ GROUPS: tuple[Group, ...] = (
                 "an overlay replaces an entry without declaring it",
                 "A new entry accidentally has the name of an existing one, or an intended replacement is "
                 "not listed.",
-                "list it under `overrides` in overlay.yaml, or choose another name",
+                "choose another name; to replace the entry, list it under `overrides` in overlay.yaml; "
+                "to add to it, use additions.yaml",
             ),
             "SW061": Code(
-                "an override that replaces nothing",
-                "The name is misspelt in `overrides` or at the entry, or is listed under the wrong "
-                "section. Or the protocol no longer has the entry.",
-                "correct the name or the section, or remove it from `overrides`",
+                "an override, addition, withdrawal or renaming of an entry that does not exist",
+                "The name is misspelt in overlay.yaml, in additions.yaml or at the entry, or is under the "
+                "wrong section. Or the protocol no longer has the entry, or only another overlay has it.",
+                "correct the name or the section, or remove it",
             ),
             "SW062": Code(
                 "an overlay whose name differs from its directory",
@@ -354,9 +355,9 @@ GROUPS: tuple[Group, ...] = (
                 "rename one of the two",
             ),
             "SW063": Code(
-                "an addition that changes an entry",
+                "an addition that changes or repeats a part of an entry, or would be lost",
                 "An entry in additions.yaml gives a key that the entry of the protocol already has, or an "
-                "item that is already in its list.",
+                "item that is already in its list. Or the overlay replaces the same entry.",
                 "remove it; to change a value, copy the whole entry and list it under `overrides`",
             ),
         },

@@ -26,7 +26,7 @@ from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import c_prefix
 from stagewire_generator.output import MANIFEST, digest, manifest
-from stagewire_generator.overlays.composition import compose
+from stagewire_generator.overlays.composition import compose, entries_of
 from stagewire_generator.reader import (
     Files,
     SourceFolder,
@@ -84,25 +84,29 @@ def check_overlays(
     right: dict[str, tuple[Files, Protocol]] = {}
     checked: dict[str, Checked] = {}
     on: list[str] = []
+    readable: dict[str, Files] = {}
     for overlay in source.overlays:
-        before = len(diagnostics.found)
+        before = diagnostics.reported
         files = read_overlay(overlay, diagnostics, say)
-        if len(diagnostics.found) > before:
-            continue
+        if diagnostics.reported == before:
+            readable[overlay.path.name] = files
+    others = {key: name for name, files in readable.items() for key, _ in entries_of(files)}
+    for name, files in readable.items():
+        before = diagnostics.reported
         if defaults and files["overlay"][0].data.get("default"):
-            on.append(overlay.path.name)
-        composed = compose(base.files, [files], diagnostics)
+            on.append(name)
+        composed = compose(base.files, [files], diagnostics, others)
         if composed is None:
             continue
         protocol = _laid_over(base.protocol, composed, diagnostics, say)
-        name = overlay.path.name
         view = replace(protocol, document=protocol.document_of(name))
         check_pages(view, files, diagnostics)
         title = f"{protocol.name}/{name}"
         say(f"{title}: witness and errata")
         compared = check_errata(protocol, files, diagnostics, name, composed)
         checked[title] = Checked(protocol, compared, files)
-        right[name] = files, protocol
+        if diagnostics.reported == before:  # otherwise a combination would repeat the errors
+            right[name] = files, protocol
     chosen = [*on, *(name for name in requested if name not in on)]
     if not chosen or not right.keys() >= set(chosen):
         return None, checked
@@ -116,9 +120,9 @@ def check_overlays(
 
 def _laid_over(base: Protocol, composed: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     """Return the model of a protocol with overlays, and the messages that they add to its units."""
-    before = len(diagnostics.found)
+    before = diagnostics.reported
     protocol = _resolved(composed, diagnostics, say)
-    if len(diagnostics.found) > before:
+    if diagnostics.reported > before:
         return protocol
     units = protocol.units.get("units", {})
     later = {
@@ -131,7 +135,7 @@ def _laid_over(base: Protocol, composed: Files, diagnostics: Diagnostics, say: S
 
 def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     """Return the model after all checks that do not need the document."""
-    before = len(diagnostics.found)
+    before = diagnostics.reported
     protocol = resolve(files, diagnostics)
     say(f"{'/'.join([protocol.name, *(o.name for o in protocol.overlays)])}: names and layouts")
     units = next(iter(files.get("units", [])), None)
@@ -140,7 +144,7 @@ def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
     check_framing(protocol, files["protocol"][0], diagnostics)
     check_devices(protocol, files.get("quantities", ()), diagnostics)
     check_effects(protocol, diagnostics)
-    if units is not None and len(diagnostics.found) == before:  # so all references are valid
+    if units is not None and diagnostics.reported == before:  # so all references are valid
         check_units(protocol, units, diagnostics)
         check_contexts(protocol, files["protocol"][0], diagnostics)
     return protocol
@@ -243,14 +247,14 @@ def check(
     protocols: list[Protocol] = []
     all_checked: dict[str, Checked] = {}
     for source in spec.protocols:
-        before = len(diagnostics.found)
+        before = diagnostics.reported
         files = read(source, diagnostics, say)
-        if len(diagnostics.found) > before or "protocol" not in files:
+        if diagnostics.reported > before or "protocol" not in files:
             continue  # a partly read spec would only produce spurious errors
         alone = check_protocol(files, diagnostics, say)
         protocol = alone.protocol
         checked = {protocol.name: alone}
-        if len(diagnostics.found) == before:  # otherwise every overlay would repeat the errors
+        if diagnostics.reported == before:  # otherwise every overlay would repeat the errors
             wanted = [
                 Path(name).name for name in overlays if Path(name).parent.name == source.path.name
             ]

@@ -320,7 +320,8 @@ class _Rules:
                 other = printed.setdefault(prefix, name)
                 if self.units[other]["family"] != unit["family"]:
                     what = f"{prefix} is the prefix of {other}, which is of another family"
-                    self.refuse("SW083", ("units", name, key), what)
+                    hint = "look up the prefix, and the families: units with one prefix are of one family"
+                    self.refuse("SW083", ("units", name, key), what, hint)
         aliases = self.protocol.units.get("aliases", {})
         refused = self.protocol.units.get("unsupported", {}).values()
         unsupported = {prefix for one in refused for prefix in one.get("prefixes", ())}

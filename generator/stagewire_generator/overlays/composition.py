@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.overlays.additions import Home, Key, revise
+from stagewire_generator.overlays.additions import added, member, revise
+from stagewire_generator.overlays.register import ONE_OF_THEM, Home, Key, Register, resembling
 from stagewire_generator.reader import Files
 from stagewire_generator.schemas import fits_schema
 from stagewire_generator.strict_yaml import Document
@@ -61,32 +63,44 @@ _LISTED = (
 _ONE = ("units", "examples", "captures")  # kinds with one file per protocol
 
 
-def compose(base: Files, overlays: Sequence[Files], diagnostics: Diagnostics) -> Files | None:
+def compose(
+    base: Files,
+    overlays: Sequence[Files],
+    diagnostics: Diagnostics,
+    others: Mapping[Key, str] = MappingProxyType({}),
+) -> Files | None:
     """Return the files of a protocol with overlays applied in the given order.
 
     The witness is left out, because a document is only compared with the entries transcribed from it. Returns
     None, with diagnostics, if an overlay replaces an entry that it does not list, lists an entry that it does
-    not replace, or defines an entry that another overlay also defines.
+    not replace, names an entry that does not exist, or defines or adds to an entry that another overlay
+    defines.
+
+    :param others: entry -> the overlay that defines it, for hints.
     """
-    before = len(diagnostics.found)
+    before = diagnostics.reported
+    applied = {files["overlay"][0].overlay for files in overlays}
+    others = {key: name for key, name in others.items() if name not in applied}
+    gone: dict[Key, str] = {}
     for files in overlays:
-        base = revise(base, files, _homes(base), diagnostics)
-    known = dict(_entries(base, "protocol"))
+        name = files["overlay"][0].overlay
+        register = Register(name, _homes(base), _members(base), gone, others)
+        base = revise(base, files, register, diagnostics)
+    homes, members = _homes(base), _members(base)
     defined: dict[Key, str] = {}
     for files in overlays:
         head = files["overlay"][0]
-        own = dict(_entries(files, "overlay"))
-        _check_overrides(head, own, known, diagnostics)
+        own = dict(entries_of(files))
+        register = Register(head.overlay, homes, members, gone, others)
+        _check_overrides(head, own, register, diagnostics)
         for key, place in own.items():
             if key in defined:
                 what = f"{key[0]}.{key[1]} would replace the entry of the overlay {defined[key]}"
-                hint = (
-                    "apply only one of the two overlays (--base leaves out the default ones), or write one "
-                    "that combines them"
-                )
-                diagnostics.add(place, "SW060", what, hint)
+                diagnostics.add(place, "SW060", what, f"choose another name, or {ONE_OF_THEM}")
             defined[key] = head.overlay
-    if len(diagnostics.found) > before:
+    for files in overlays:
+        _check_additions(files, defined, diagnostics)
+    if diagnostics.reported > before:
         return None
     composed: Files = {"overlay": [files["overlay"][0] for files in overlays]}
     composed["protocol"] = [_head(base["protocol"][0], composed["overlay"])]
@@ -113,20 +127,27 @@ def _homes(files: Files) -> dict[Key, Home]:
     }
 
 
-def _entries(files: Files, head: str) -> Iterator[tuple[Key, Place]]:
-    """Yield the section, name and position of every entry.
+def _members(files: Files) -> dict[str, tuple[str, ...]]:
+    """Return the messages of each parameter set of a protocol."""
+    groups = files["protocol"][0].data.get("groups", ())
+    return {
+        name: tuple(member(name, role.upper(), groups) for role in entry["ids"])
+        for document in files.get("messages", ())
+        for name, entry in document.data.get("parameter_sets", {}).items()
+    }
 
-    :param head: the kind of file that contains formats and contexts.
-    """
+
+def entries_of(files: Files) -> Iterator[tuple[Key, Place]]:
+    """Yield the section, name and position of every entry that an overlay defines."""
     for kind, sections in SECTIONS.items():
-        for document in files.get(head if kind in _HEADS else kind, ()):
+        for document in files.get(kind, ()):
             for section in sections:
                 for name in document.data.get(section, ()):
                     yield (section, name), document.place(section, name)
 
 
 def _check_overrides(
-    head: Document, own: Mapping[Key, Place], known: Collection[Key], diagnostics: Diagnostics
+    head: Document, own: Mapping[Key, Place], register: Register, diagnostics: Diagnostics
 ) -> None:
     """Check that exactly the replaced entries are listed in ``overrides``."""
     listed = {
@@ -135,14 +156,34 @@ def _check_overrides(
         for index, name in enumerate(names)
     }
     for key, place in own.items():
-        if key in known and key not in listed:
+        if key in register.homes and key not in listed:
             what = f"{key[0]}.{key[1]} would replace the entry of the protocol"
             diagnostics.add(place, "SW060", what)
     for key, place in listed.items():
         if key not in own:
-            diagnostics.add(place, "SW061", f"the overlay does not define {key[0]}.{key[1]}")
-        elif key not in known:
-            diagnostics.add(place, "SW061", f"the protocol does not define {key[0]}.{key[1]}")
+            what = f"the overlay does not define {key[0]}.{key[1]}"
+            hint = resembling(key, own) or "define it, or remove it from `overrides`"
+            diagnostics.add(place, "SW061", what, hint)
+        else:
+            register.has(key, place, diagnostics, "if it is new, remove it from `overrides`")
+
+
+def _check_additions(files: Files, defined: Mapping[Key, str], diagnostics: Diagnostics) -> None:
+    """Check that no overlay replaces an entry that this one adds to: the additions would be lost."""
+    overridden = files["overlay"][0].data.get("overrides", {})
+    for document in files.get("additions", ()):
+        for key, place in added(document):
+            by = defined.get(key)
+            if by == document.overlay:
+                if key[1] not in overridden.get(key[0], ()):
+                    continue  # not allowed to replace it, which is another error
+                what = f"{key[0]}.{key[1]}: the overlay also replaces this entry"
+                diagnostics.add(place, "SW063", what, "write the addition into the new entry")
+            elif by is not None:
+                what = (
+                    f"{key[0]}.{key[1]}: the overlay {by} replaces the entry that this would add to"
+                )
+                diagnostics.add(place, "SW060", what, ONE_OF_THEM)
 
 
 def _head(head: Document, overlays: Sequence[Document]) -> Document:

@@ -6,12 +6,11 @@ group and the words as the document spells them.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
-from stagewire_generator.diagnostics import Diagnostics, Place
+from stagewire_generator.diagnostics import Diagnostics, Place, meant
 from stagewire_generator.model import (
     Chapter,
     Enumeration,
@@ -80,9 +79,8 @@ class Tables:
         """Return the definition of a name, or None, with a diagnostic, if it is undefined."""
         found = table.get(name)
         if found is None:
-            close = difflib.get_close_matches(name, table, cutoff=0.5)
-            hint = f"did you mean {' or '.join(close)}?" if close else ""
-            self.diagnostics.add(place, "SW021", f"unknown {kind} {name}", hint)
+            what = f"unknown {kind} {name}"
+            self.diagnostics.add(place, "SW021", what, meant(name, table))
         return found
 
     def repeated(self, text: str) -> tuple[str, int] | None:
