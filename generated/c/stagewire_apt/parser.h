@@ -18,8 +18,9 @@
  *    also garbage: it is a packet that lost its data flag.
  * 3. In step, a frame with an unknown or undocumented id and valid addresses is skipped by its
  *    length.
- *    A packet that ends with an array has the length that its fields state. With another length it is
- *    garbage if it contains a header that would be accepted out of step, otherwise a bad length.
+ *    A packet that ends with an array has the length that its fields state. With another length
+ *    it is garbage if it contains a header that would be accepted out of step, otherwise a bad
+ *    length.
  * 4. Anything else in step is garbage: one byte is dropped, and the parser is out of step.
  * 5. Out of step, bytes are dropped up to a header with an id of ours, in a form that the id has. A
  *    header with a packet needs a known length and tolerated addresses, a header without one needs
@@ -47,8 +48,9 @@ extern "C" {
 #endif
 
 /**
- * Length of the longest packet in bytes, with an array; it determines the size of the parser. Define a
- * smaller one for all files, at least APT_MAXIMUM_LENGTH, to save memory: longer packets are then garbage.
+ * Length of the longest packet in bytes, with an array; it determines the size of the parser. To
+ * save memory, define a smaller one for all files, at least APT_MAXIMUM_LENGTH: longer packets
+ * are then garbage.
  */
 #ifndef APT_LONGEST_PACKET
 #define APT_LONGEST_PACKET 4104U
@@ -110,7 +112,7 @@ typedef struct apt_event {
 /** Form of an entry: the previous entry has the same id and a shorter packet. */
 #define APT_ENTRY_SHORTER 0x20U
 
-/** Form of an entry: the packet ends with an array, and the length of the entry is that without it. */
+/** Form of an entry: the packet ends with an array, which the length of the entry leaves out. */
 #define APT_ENTRY_ARRAY 0x80U
 
 /** Entry of the table: the properties of a message that the parser needs. */

@@ -704,7 +704,8 @@ static inline apt_status apt_to_counts_int32(
  * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z7: 48 x 256 counts per turn of 7.5
  * degrees; evidence: vendor program.
  */
-#define APT_SCALE_CR1_Z7_TDC001_ACCELERATION_VENDOR APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
+#define APT_SCALE_CR1_Z7_TDC001_ACCELERATION_VENDOR \
+    APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
 
 /* CR1_Z7 (CR1-Z7): CR1-Z7 cage rotation mount. KDC101: KDC101. */
 
@@ -742,7 +743,8 @@ static inline apt_status apt_to_counts_int32(
  * ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, CR1-Z7: 48 x 256 counts per turn of 7.5
  * degrees; evidence: vendor program.
  */
-#define APT_SCALE_CR1_Z7_KDC101_ACCELERATION_VENDOR APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
+#define APT_SCALE_CR1_Z7_KDC101_ACCELERATION_VENDOR \
+    APT_BRACED(INT64_C(137438953472), INT64_C(10986328125))
 
 /*
  * DDR05 (DDR05/M): DDR05 rotation stage. BBD10x: BBD101, BBD102, BBD103, BBD201, BBD202, BBD203.
@@ -889,7 +891,8 @@ static inline apt_status apt_to_counts_int32(
  * jerk of DDR100 on BBD10x, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
  * 36028797018963968/858306884765625; source: the formula that Issue 3 has for the MLS203.
  */
-#define APT_SCALE_DDR100_BBD10X_JERK APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
+#define APT_SCALE_DDR100_BBD10X_JERK \
+    APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
 
 /**
  * status_velocity of DDR100 on BBD10x, in deg/s (Issue 37, page 125): counts_per_deg_per_s
@@ -926,7 +929,8 @@ static inline apt_status apt_to_counts_int32(
  * jerk of DDR100 on KBD101, in deg/s^3 (Issue 37, page 39): counts_per_deg_per_s3
  * 36028797018963968/858306884765625; source: the formula that Issue 3 has for the MLS203.
  */
-#define APT_SCALE_DDR100_KBD101_JERK APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
+#define APT_SCALE_DDR100_KBD101_JERK \
+    APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
 
 /**
  * status_velocity of DDR100 on KBD101, in deg/s (Issue 37, page 125): counts_per_deg_per_s
@@ -970,7 +974,8 @@ static inline apt_status apt_to_counts_int32(
  * 36028797018963968/858306884765625; source: Issue 37, page 108, one cycle of 102.4 µs; page 39
  * does not name the BBD30x; the formula that Issue 3 has for the MLS203.
  */
-#define APT_SCALE_DDR100_BBD30X_JERK APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
+#define APT_SCALE_DDR100_BBD30X_JERK \
+    APT_BRACED(INT64_C(36028797018963968), INT64_C(858306884765625))
 
 /**
  * status_velocity of DDR100 on BBD30x, in deg/s (Issue 37, page 39): counts_per_deg_per_s
@@ -1858,7 +1863,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of DDSM50 on BBD10x according to document, which contradicts vendor, in mm/s^2
  * (Issue 37, page 39): counts_per_mm_per_s2 67108864/48828125; printed as “1.374”.
  */
-#define APT_SCALE_DDSM50_BBD10X_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+#define APT_SCALE_DDSM50_BBD10X_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(67108864), INT64_C(48828125))
 
 /**
  * acceleration of DDSM50 on BBD10x according to vendor, which contradicts document, in mm/s^2
@@ -1871,14 +1877,16 @@ static inline apt_status apt_to_counts_int32(
  * jerk of DDSM50 on BBD10x according to document, which contradicts vendor, in mm/s^3 (Issue 37,
  * page 39): counts_per_mm_per_s3 35184372088832/3814697265625.
  */
-#define APT_SCALE_DDSM50_BBD10X_JERK_DOCUMENT APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+#define APT_SCALE_DDSM50_BBD10X_JERK_DOCUMENT \
+    APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
 
 /**
  * jerk of DDSM50 on BBD10x according to vendor, which contradicts document, in mm/s^3 (Issue 37,
  * page 39): counts_per_mm_per_s3 70368744177664/762939453125; source: BBD_Stages.xml of the vendor,
  * DDSM50: 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
  */
-#define APT_SCALE_DDSM50_BBD10X_JERK_VENDOR APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+#define APT_SCALE_DDSM50_BBD10X_JERK_VENDOR \
+    APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
 
 /**
  * status_velocity of DDSM50 on BBD10x according to document, which contradicts vendor, in mm/s
@@ -1938,7 +1946,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of DDSM50 on KBD101 according to document, which contradicts vendor, in mm/s^2
  * (Issue 37, page 39): counts_per_mm_per_s2 67108864/48828125; printed as “1.374”.
  */
-#define APT_SCALE_DDSM50_KBD101_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+#define APT_SCALE_DDSM50_KBD101_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(67108864), INT64_C(48828125))
 
 /**
  * acceleration of DDSM50 on KBD101 according to vendor, which contradicts document, in mm/s^2
@@ -1951,14 +1960,16 @@ static inline apt_status apt_to_counts_int32(
  * jerk of DDSM50 on KBD101 according to document, which contradicts vendor, in mm/s^3 (Issue 37,
  * page 39): counts_per_mm_per_s3 35184372088832/3814697265625.
  */
-#define APT_SCALE_DDSM50_KBD101_JERK_DOCUMENT APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+#define APT_SCALE_DDSM50_KBD101_JERK_DOCUMENT \
+    APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
 
 /**
  * jerk of DDSM50 on KBD101 according to vendor, which contradicts document, in mm/s^3 (Issue 37,
  * page 39): counts_per_mm_per_s3 70368744177664/762939453125; source: BBD_Stages.xml of the vendor,
  * DDSM50: 20000 counts per unit, 1000000 counts of travel; evidence: vendor program.
  */
-#define APT_SCALE_DDSM50_KBD101_JERK_VENDOR APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+#define APT_SCALE_DDSM50_KBD101_JERK_VENDOR \
+    APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
 
 /**
  * status_velocity of DDSM50 on KBD101 according to document, which contradicts vendor, in mm/s
@@ -2023,7 +2034,8 @@ static inline apt_status apt_to_counts_int32(
  * (Issue 37, page 39): counts_per_mm_per_s2 67108864/48828125; source: Issue 37, page 108, one
  * cycle of 102.4 µs; page 39 does not name the BBD30x.
  */
-#define APT_SCALE_DDSM50_BBD30X_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(67108864), INT64_C(48828125))
+#define APT_SCALE_DDSM50_BBD30X_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(67108864), INT64_C(48828125))
 
 /**
  * acceleration of DDSM50 on BBD30x according to vendor, which contradicts document, in mm/s^2
@@ -2038,7 +2050,8 @@ static inline apt_status apt_to_counts_int32(
  * page 39): counts_per_mm_per_s3 35184372088832/3814697265625; source: Issue 37, page 108, one
  * cycle of 102.4 µs; page 39 does not name the BBD30x.
  */
-#define APT_SCALE_DDSM50_BBD30X_JERK_DOCUMENT APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
+#define APT_SCALE_DDSM50_BBD30X_JERK_DOCUMENT \
+    APT_BRACED(INT64_C(35184372088832), INT64_C(3814697265625))
 
 /**
  * jerk of DDSM50 on BBD30x according to vendor, which contradicts document, in mm/s^3 (Issue 37,
@@ -2046,7 +2059,8 @@ static inline apt_status apt_to_counts_int32(
  * DDSM50: 20000 counts per unit, 1000000 counts of travel; Issue 37, page 108, one cycle of 102.4
  * µs; page 39 does not name the BBD30x; evidence: vendor program.
  */
-#define APT_SCALE_DDSM50_BBD30X_JERK_VENDOR APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
+#define APT_SCALE_DDSM50_BBD30X_JERK_VENDOR \
+    APT_BRACED(INT64_C(70368744177664), INT64_C(762939453125))
 
 /**
  * status_velocity of DDSM50 on BBD30x according to document, which contradicts vendor, in mm/s
@@ -2682,7 +2696,8 @@ static inline apt_status apt_to_counts_int32(
  * 287762808832/1669921875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8:
  * 512 x 67 counts per turn of 1.52 degrees; evidence: vendor program.
  */
-#define APT_SCALE_GNL10_Z8_TDC001_ACCELERATION APT_BRACED(INT64_C(287762808832), INT64_C(1669921875))
+#define APT_SCALE_GNL10_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(287762808832), INT64_C(1669921875))
 
 /* GNL10_Z8 (GNL10-Z8, GNL10/M-Z8): GNL10-Z8 goniometer. KDC101: KDC101. */
 
@@ -2719,7 +2734,8 @@ static inline apt_status apt_to_counts_int32(
  * 287762808832/1669921875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL10-Z8:
  * 512 x 67 counts per turn of 1.52 degrees; evidence: vendor program.
  */
-#define APT_SCALE_GNL10_Z8_KDC101_ACCELERATION APT_BRACED(INT64_C(287762808832), INT64_C(1669921875))
+#define APT_SCALE_GNL10_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(287762808832), INT64_C(1669921875))
 
 /* GNL18_Z6 (GNL18-Z6): GNL18-Z6 goniometer. TDC001: TDC001. */
 
@@ -2756,7 +2772,8 @@ static inline apt_status apt_to_counts_int32(
  * 274877906944/1435546875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6:
  * 48 x 256 counts per turn of 0.49 degrees; evidence: vendor program.
  */
-#define APT_SCALE_GNL18_Z6_TDC001_ACCELERATION APT_BRACED(INT64_C(274877906944), INT64_C(1435546875))
+#define APT_SCALE_GNL18_Z6_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(274877906944), INT64_C(1435546875))
 
 /* GNL18_Z6 (GNL18-Z6): GNL18-Z6 goniometer. KDC101: KDC101. */
 
@@ -2793,7 +2810,8 @@ static inline apt_status apt_to_counts_int32(
  * 274877906944/1435546875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z6:
  * 48 x 256 counts per turn of 0.49 degrees; evidence: vendor program.
  */
-#define APT_SCALE_GNL18_Z6_KDC101_ACCELERATION APT_BRACED(INT64_C(274877906944), INT64_C(1435546875))
+#define APT_SCALE_GNL18_Z6_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(274877906944), INT64_C(1435546875))
 
 /* GNL18_Z8 (GNL18-Z8, GNL18/M-Z8): GNL18-Z8 goniometer. TDC001: TDC001. */
 
@@ -2830,7 +2848,8 @@ static inline apt_status apt_to_counts_int32(
  * 1151051235328/4306640625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8:
  * 512 x 67 counts per turn of 0.98 degrees; evidence: vendor program.
  */
-#define APT_SCALE_GNL18_Z8_TDC001_ACCELERATION APT_BRACED(INT64_C(1151051235328), INT64_C(4306640625))
+#define APT_SCALE_GNL18_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(1151051235328), INT64_C(4306640625))
 
 /* GNL18_Z8 (GNL18-Z8, GNL18/M-Z8): GNL18-Z8 goniometer. KDC101: KDC101. */
 
@@ -2867,7 +2886,8 @@ static inline apt_status apt_to_counts_int32(
  * 1151051235328/4306640625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, GNL18-Z8:
  * 512 x 67 counts per turn of 0.98 degrees; evidence: vendor program.
  */
-#define APT_SCALE_GNL18_Z8_KDC101_ACCELERATION APT_BRACED(INT64_C(1151051235328), INT64_C(4306640625))
+#define APT_SCALE_GNL18_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(1151051235328), INT64_C(4306640625))
 
 /* HDR50 (HDR50/M): HDR50 rotation stage, 66:1 gear. BSC10x: BSC101, BSC102, BSC103, MST601. */
 
@@ -3206,7 +3226,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of LTS150 on LTS according to since_hardware_3, which contradicts before_hardware_3,
  * in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 4096000/909; printed as “4506”.
  */
-#define APT_SCALE_LTS150_LTS_ACCELERATION_SINCE_HARDWARE_3 APT_BRACED(INT64_C(4096000), INT64_C(909))
+#define APT_SCALE_LTS150_LTS_ACCELERATION_SINCE_HARDWARE_3 \
+    APT_BRACED(INT64_C(4096000), INT64_C(909))
 
 /*
  * LTS150C (LTS150C/M): LTS150C long travel stage with a built-in stepper driver. LTS: LTS150,
@@ -3277,7 +3298,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of LTS300 on LTS according to since_hardware_3, which contradicts before_hardware_3,
  * in mm/s^2 (Issue 37, page 41): counts_per_mm_per_s2 4096000/909; printed as “4506”.
  */
-#define APT_SCALE_LTS300_LTS_ACCELERATION_SINCE_HARDWARE_3 APT_BRACED(INT64_C(4096000), INT64_C(909))
+#define APT_SCALE_LTS300_LTS_ACCELERATION_SINCE_HARDWARE_3 \
+    APT_BRACED(INT64_C(4096000), INT64_C(909))
 
 /*
  * LTS300C (LTS300C/M): LTS300C long travel stage with a built-in stepper driver. LTS: LTS150,
@@ -3972,7 +3994,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of MT1_Z8 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_MT1_Z8_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_MT1_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* MT1_Z8 (MT1-Z8): MT1-Z8 translation stage with a Z812 actuator. KDC101: KDC101. */
 
@@ -4005,7 +4028,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of MT1_Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_MT1_Z8_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_MT1_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* MTS25: MTS25 translation stage with a Z6 motor. TDC001: TDC001. */
 
@@ -4093,7 +4117,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of MTS25_Z8 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_MTS25_Z8_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_MTS25_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* MTS25_Z8 (MTS25-Z8, MTS25/M-Z8): MTS25-Z8 translation stage. KDC101: KDC101. */
 
@@ -4125,7 +4150,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of MTS25_Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_MTS25_Z8_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_MTS25_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* MTS50: MTS50 translation stage with a Z6 motor. TDC001: TDC001. */
 
@@ -4213,7 +4239,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of MTS50_Z8 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_MTS50_Z8_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_MTS50_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* MTS50_Z8 (MTS50-Z8, MTS50/M-Z8): MTS50-Z8 translation stage. KDC101: KDC101. */
 
@@ -4245,7 +4272,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of MTS50_Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_MTS50_Z8_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_MTS50_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* MVSN1: MVSN1 stage, 0.6096 mm per turn. KST101: KST101, KST201. */
 
@@ -5066,7 +5094,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of PRM1_Z8 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
  * 2302102470656/157060546875; printed as “14.66”.
  */
-#define APT_SCALE_PRM1_Z8_TDC001_ACCELERATION APT_BRACED(INT64_C(2302102470656), INT64_C(157060546875))
+#define APT_SCALE_PRM1_Z8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(2302102470656), INT64_C(157060546875))
 
 /* PRM1_Z8 (PRM1-Z8, PRM1/M-Z8, PRM1Z8, PRM1/MZ8): PRM1-Z8 rotation mount. KDC101: KDC101. */
 
@@ -5099,7 +5128,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of PRM1_Z8 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
  * 2302102470656/157060546875; printed as “14.66”.
  */
-#define APT_SCALE_PRM1_Z8_KDC101_ACCELERATION APT_BRACED(INT64_C(2302102470656), INT64_C(157060546875))
+#define APT_SCALE_PRM1_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(2302102470656), INT64_C(157060546875))
 
 /* PRMTZ8 (PRMTZ8/M): PRMTZ8 rotation stage. TDC001: TDC001. */
 
@@ -5132,7 +5162,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of PRMTZ8 on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
  * 301945864585216/20599365234375; printed as “14.66”.
  */
-#define APT_SCALE_PRMTZ8_TDC001_ACCELERATION APT_BRACED(INT64_C(301945864585216), INT64_C(20599365234375))
+#define APT_SCALE_PRMTZ8_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(301945864585216), INT64_C(20599365234375))
 
 /* PRMTZ8 (PRMTZ8/M): PRMTZ8 rotation stage. KDC101: KDC101. */
 
@@ -5165,7 +5196,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of PRMTZ8 on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
  * 301945864585216/20599365234375; printed as “14.66”.
  */
-#define APT_SCALE_PRMTZ8_KDC101_ACCELERATION APT_BRACED(INT64_C(301945864585216), INT64_C(20599365234375))
+#define APT_SCALE_PRMTZ8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(301945864585216), INT64_C(20599365234375))
 
 /* PY004Z8_Pitch (PY004Z8, PY004Z8/M): pitch axis of the PY004Z8 platform. TDC001: TDC001. */
 
@@ -5195,14 +5227,16 @@ static inline apt_status apt_to_counts_int32(
  * 45454981070848/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8
  * Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z8_PITCH_TDC001_VELOCITY APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
+#define APT_SCALE_PY004Z8_PITCH_TDC001_VELOCITY \
+    APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
 
 /**
  * acceleration of PY004Z8_Pitch on TDC001, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
  * 727279697133568/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
  * PY004Z8 Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z8_PITCH_TDC001_ACCELERATION APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
+#define APT_SCALE_PY004Z8_PITCH_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
 
 /* PY004Z8_Pitch (PY004Z8, PY004Z8/M): pitch axis of the PY004Z8 platform. KDC101: KDC101. */
 
@@ -5232,14 +5266,16 @@ static inline apt_status apt_to_counts_int32(
  * 45454981070848/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z8
  * Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z8_PITCH_KDC101_VELOCITY APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
+#define APT_SCALE_PY004Z8_PITCH_KDC101_VELOCITY \
+    APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
 
 /**
  * acceleration of PY004Z8_Pitch on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
  * 727279697133568/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
  * PY004Z8 Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z8_PITCH_KDC101_ACCELERATION APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
+#define APT_SCALE_PY004Z8_PITCH_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
 
 /* PY004Z8_Yaw (PY004Z8, PY004Z8/M): yaw axis of the PY004Z8 platform. TDC001: TDC001. */
 
@@ -5276,7 +5312,8 @@ static inline apt_status apt_to_counts_int32(
  * 406994322194432/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
  * PY004Z8 Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z8_YAW_TDC001_ACCELERATION APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
+#define APT_SCALE_PY004Z8_YAW_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
 
 /* PY004Z8_Yaw (PY004Z8, PY004Z8/M): yaw axis of the PY004Z8 platform. KDC101: KDC101. */
 
@@ -5313,7 +5350,8 @@ static inline apt_status apt_to_counts_int32(
  * 406994322194432/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
  * PY004Z8 Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z8_YAW_KDC101_ACCELERATION APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
+#define APT_SCALE_PY004Z8_YAW_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
 
 /* PY004Z9_Pitch (PY004Z9, PY004Z9/M): pitch axis of the PY004Z9 platform. KDC101: KDC101. */
 
@@ -5343,14 +5381,16 @@ static inline apt_status apt_to_counts_int32(
  * 45454981070848/29296875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, PY004Z9
  * Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z9_PITCH_KDC101_VELOCITY APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
+#define APT_SCALE_PY004Z9_PITCH_KDC101_VELOCITY \
+    APT_BRACED(INT64_C(45454981070848), INT64_C(29296875))
 
 /**
  * acceleration of PY004Z9_Pitch on KDC101, in deg/s^2 (Issue 37, page 39): counts_per_deg_per_s2
  * 727279697133568/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
  * PY004Z9 Pitch: 512 x 135.4664 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z9_PITCH_KDC101_ACCELERATION APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
+#define APT_SCALE_PY004Z9_PITCH_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(727279697133568), INT64_C(1373291015625))
 
 /* PY004Z9_Yaw (PY004Z9, PY004Z9/M): yaw axis of the PY004Z9 platform. KDC101: KDC101. */
 
@@ -5387,7 +5427,8 @@ static inline apt_status apt_to_counts_int32(
  * 406994322194432/1373291015625; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor,
  * PY004Z9 Yaw: 512 x 75.8086 counts per degree; evidence: vendor program.
  */
-#define APT_SCALE_PY004Z9_YAW_KDC101_ACCELERATION APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
+#define APT_SCALE_PY004Z9_YAW_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(406994322194432), INT64_C(1373291015625))
 
 /* T25X: T25X translation stage with a Z6 motor. TDC001: TDC001. */
 
@@ -5648,7 +5689,8 @@ static inline apt_status apt_to_counts_int32(
  * 34359738368/732421875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1:
  * 48 x 64 counts per turn of 0.5 mm; evidence: vendor program.
  */
-#define APT_SCALE_Z625_B_64_1_TDC001_ACCELERATION APT_BRACED(INT64_C(34359738368), INT64_C(732421875))
+#define APT_SCALE_Z625_B_64_1_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(34359738368), INT64_C(732421875))
 
 /* Z625_B_64_1 (Z625(B)64:1): Z625 actuator with a 64:1 gear head. KDC101: KDC101. */
 
@@ -5685,7 +5727,8 @@ static inline apt_status apt_to_counts_int32(
  * 34359738368/732421875; source: ThorlabsDefaultSettings.xml 1.14.52.1 of the vendor, Z625(B)64:1:
  * 48 x 64 counts per turn of 0.5 mm; evidence: vendor program.
  */
-#define APT_SCALE_Z625_B_64_1_KDC101_ACCELERATION APT_BRACED(INT64_C(34359738368), INT64_C(732421875))
+#define APT_SCALE_Z625_B_64_1_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(34359738368), INT64_C(732421875))
 
 /* Z6xx: Z6 series DC servo actuator, 0.5 mm lead screw with a 256:1 gear head. TDC001: TDC001. */
 
@@ -5802,7 +5845,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z8 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z8_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z8_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z806: Z806 actuator of the Z8 series. TDC001: TDC001. */
 
@@ -5863,7 +5907,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z806 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z806_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z806_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z806V: Z806V actuator of the Z8 series. TDC001: TDC001. */
 
@@ -5895,7 +5940,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z806V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z806V_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z806V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z806V: Z806V actuator of the Z8 series. KDC101: KDC101. */
 
@@ -5927,7 +5973,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z806V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z806V_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z806V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z812: Z812 actuator of the Z8 series. TDC001: TDC001. */
 
@@ -5988,7 +6035,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z812 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z812_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z812_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z812B: Z812B actuator of the Z8 series. TDC001: TDC001. */
 
@@ -6020,7 +6068,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z812B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z812B_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z812B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z812B: Z812B actuator of the Z8 series. KDC101: KDC101. */
 
@@ -6052,7 +6101,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z812B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z812B_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z812B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z812BV: Z812BV actuator of the Z8 series. TDC001: TDC001. */
 
@@ -6085,7 +6135,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z812BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z812BV_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z812BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z812BV: Z812BV actuator of the Z8 series. KDC101: KDC101. */
 
@@ -6118,7 +6169,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z812BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z812BV_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z812BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z812V: Z812V actuator of the Z8 series. TDC001: TDC001. */
 
@@ -6150,7 +6202,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z812V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z812V_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z812V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z812V: Z812V actuator of the Z8 series. KDC101: KDC101. */
 
@@ -6182,7 +6235,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z812V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z812V_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z812V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z825: Z825 actuator of the Z8 series. TDC001: TDC001. */
 
@@ -6243,7 +6297,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z825 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z825_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z825_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z825B: Z825B actuator of the Z8 series. TDC001: TDC001. */
 
@@ -6275,7 +6330,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z825B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z825B_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z825B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z825B: Z825B actuator of the Z8 series. KDC101: KDC101. */
 
@@ -6307,7 +6363,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z825B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z825B_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z825B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z825BV: Z825BV actuator of the Z8 series. TDC001: TDC001. */
 
@@ -6340,7 +6397,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z825BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z825BV_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z825BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z825BV: Z825BV actuator of the Z8 series. KDC101: KDC101. */
 
@@ -6373,7 +6431,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z825BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z825BV_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z825BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z825V: Z825V actuator of the Z8 series. TDC001: TDC001. */
 
@@ -6405,7 +6464,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z825V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z825V_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z825V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z825V: Z825V actuator of the Z8 series. KDC101: KDC101. */
 
@@ -6437,7 +6497,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z825V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z825V_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z825V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z8xx: Z8 series DC servo actuator as Issue 37 describes it. TDC001: TDC001. */
 
@@ -6469,7 +6530,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z8xx on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z8XX_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z8XX_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z8xx: Z8 series DC servo actuator as Issue 37 describes it. KDC101: KDC101. */
 
@@ -6501,7 +6563,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z8xx on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z8XX_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z8XX_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z906: Z906 actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6533,7 +6596,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z906 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z906_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z906_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z906: Z906 actuator of the Z9 series. KDC101: KDC101. */
 
@@ -6565,7 +6629,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z906 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z906_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z906_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z906V: Z906V actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6597,7 +6662,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z906V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z906V_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z906V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z906V: Z906V actuator of the Z9 series. KDC101: KDC101. */
 
@@ -6629,7 +6695,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z906V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z906V_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z906V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912: Z912 actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6661,7 +6728,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912: Z912 actuator of the Z9 series. KDC101: KDC101. */
 
@@ -6693,7 +6761,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912B: Z912B actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6725,7 +6794,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912B_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912B: Z912B actuator of the Z9 series. KDC101: KDC101. */
 
@@ -6757,7 +6827,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912B_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912BV: Z912BV actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6790,7 +6861,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912BV_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912BV: Z912BV actuator of the Z9 series. KDC101: KDC101. */
 
@@ -6823,7 +6895,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912BV_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912V: Z912V actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6855,7 +6928,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912V_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z912V: Z912V actuator of the Z9 series. KDC101: KDC101. */
 
@@ -6887,7 +6961,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z912V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z912V_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z912V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925: Z925 actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6919,7 +6994,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925 on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925: Z925 actuator of the Z9 series. KDC101: KDC101. */
 
@@ -6951,7 +7027,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925 on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925B: Z925B actuator of the Z9 series. TDC001: TDC001. */
 
@@ -6983,7 +7060,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925B on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925B_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925B_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925B: Z925B actuator of the Z9 series. KDC101: KDC101. */
 
@@ -7015,7 +7093,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925B on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925B_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925B_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925BV: Z925BV actuator of the Z9 series. TDC001: TDC001. */
 
@@ -7048,7 +7127,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925BV on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925BV_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925BV_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925BV: Z925BV actuator of the Z9 series. KDC101: KDC101. */
 
@@ -7081,7 +7161,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925BV on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925BV_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925BV_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925V: Z925V actuator of the Z9 series. TDC001: TDC001. */
 
@@ -7113,7 +7194,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925V on TDC001, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925V_TDC001_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925V_TDC001_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /* Z925V: Z925V actuator of the Z9 series. KDC101: KDC101. */
 
@@ -7145,7 +7227,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of Z925V on KDC101, in mm/s^2 (Issue 37, page 39): counts_per_mm_per_s2
  * 603891729170432/2288818359375; printed as “263.8443072”.
  */
-#define APT_SCALE_Z925V_KDC101_ACCELERATION APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
+#define APT_SCALE_Z925V_KDC101_ACCELERATION \
+    APT_BRACED(INT64_C(603891729170432), INT64_C(2288818359375))
 
 /*
  * ZFS: ZFS series stepper actuator, 24 full steps with a 400:9 gear head. STEPPER_128: BSC001,
@@ -7460,7 +7543,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of ZST13 on STEPPER_128 according to document, which contradicts vendor, in mm/s^2
  * (Issue 37, page 40): counts_per_mm_per_s2 15692544/125; printed as “125540.35”.
  */
-#define APT_SCALE_ZST13_STEPPER_128_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+#define APT_SCALE_ZST13_STEPPER_128_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(15692544), INT64_C(125))
 
 /**
  * acceleration of ZST13 on STEPPER_128 according to vendor, which contradicts document, in mm/s^2
@@ -7491,7 +7575,8 @@ static inline apt_status apt_to_counts_int32(
  * velocity of ZST13 on STEPPER_2048 according to document, which contradicts vendor, in mm/s (Issue
  * 37, page 41): counts_per_mm_per_s 336950304768/3125; printed as “107824097.5”.
  */
-#define APT_SCALE_ZST13_STEPPER_2048_VELOCITY_DOCUMENT APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+#define APT_SCALE_ZST13_STEPPER_2048_VELOCITY_DOCUMENT \
+    APT_BRACED(INT64_C(336950304768), INT64_C(3125))
 
 /**
  * velocity of ZST13 on STEPPER_2048 according to vendor, which contradicts document, in mm/s (Issue
@@ -7504,7 +7589,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of ZST13 on STEPPER_2048 according to document, which contradicts vendor, in mm/s^2
  * (Issue 37, page 41): counts_per_mm_per_s2 55795712/2525; printed as “22097.3”.
  */
-#define APT_SCALE_ZST13_STEPPER_2048_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(55795712), INT64_C(2525))
+#define APT_SCALE_ZST13_STEPPER_2048_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(55795712), INT64_C(2525))
 
 /**
  * acceleration of ZST13 on STEPPER_2048 according to vendor, which contradicts document, in mm/s^2
@@ -7741,7 +7827,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of ZST25 on STEPPER_128 according to document, which contradicts vendor, in mm/s^2
  * (Issue 37, page 40): counts_per_mm_per_s2 15692544/125; printed as “125540.35”.
  */
-#define APT_SCALE_ZST25_STEPPER_128_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(15692544), INT64_C(125))
+#define APT_SCALE_ZST25_STEPPER_128_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(15692544), INT64_C(125))
 
 /**
  * acceleration of ZST25 on STEPPER_128 according to vendor, which contradicts document, in mm/s^2
@@ -7772,7 +7859,8 @@ static inline apt_status apt_to_counts_int32(
  * velocity of ZST25 on STEPPER_2048 according to document, which contradicts vendor, in mm/s (Issue
  * 37, page 41): counts_per_mm_per_s 336950304768/3125; printed as “107824097.5”.
  */
-#define APT_SCALE_ZST25_STEPPER_2048_VELOCITY_DOCUMENT APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+#define APT_SCALE_ZST25_STEPPER_2048_VELOCITY_DOCUMENT \
+    APT_BRACED(INT64_C(336950304768), INT64_C(3125))
 
 /**
  * velocity of ZST25 on STEPPER_2048 according to vendor, which contradicts document, in mm/s (Issue
@@ -7785,7 +7873,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of ZST25 on STEPPER_2048 according to document, which contradicts vendor, in mm/s^2
  * (Issue 37, page 41): counts_per_mm_per_s2 55795712/2525; printed as “22097.3”.
  */
-#define APT_SCALE_ZST25_STEPPER_2048_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(55795712), INT64_C(2525))
+#define APT_SCALE_ZST25_STEPPER_2048_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(55795712), INT64_C(2525))
 
 /**
  * acceleration of ZST25 on STEPPER_2048 according to vendor, which contradicts document, in mm/s^2
@@ -7861,7 +7950,8 @@ static inline apt_status apt_to_counts_int32(
  * velocity of ZST6 on STEPPER_2048 according to document, which contradicts vendor, in mm/s (Issue
  * 37, page 41): counts_per_mm_per_s 336950304768/3125; printed as “107824097.5”.
  */
-#define APT_SCALE_ZST6_STEPPER_2048_VELOCITY_DOCUMENT APT_BRACED(INT64_C(336950304768), INT64_C(3125))
+#define APT_SCALE_ZST6_STEPPER_2048_VELOCITY_DOCUMENT \
+    APT_BRACED(INT64_C(336950304768), INT64_C(3125))
 
 /**
  * velocity of ZST6 on STEPPER_2048 according to vendor, which contradicts document, in mm/s (Issue
@@ -7874,7 +7964,8 @@ static inline apt_status apt_to_counts_int32(
  * acceleration of ZST6 on STEPPER_2048 according to document, which contradicts vendor, in mm/s^2
  * (Issue 37, page 41): counts_per_mm_per_s2 55795712/2525; printed as “22097.3”.
  */
-#define APT_SCALE_ZST6_STEPPER_2048_ACCELERATION_DOCUMENT APT_BRACED(INT64_C(55795712), INT64_C(2525))
+#define APT_SCALE_ZST6_STEPPER_2048_ACCELERATION_DOCUMENT \
+    APT_BRACED(INT64_C(55795712), INT64_C(2525))
 
 /**
  * acceleration of ZST6 on STEPPER_2048 according to vendor, which contradicts document, in mm/s^2

@@ -777,7 +777,7 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
         }
     }
     if (verdict >= DOUBTFUL) {
-        /* Search for a header that is SURE: the end of garbage, or inside a packet that is too long. */
+        /* Search for a header that is SURE: the end of garbage, or inside a packet too long. */
         do {
             ++position;
         } while (size - position >= APT_HEADER_SIZE

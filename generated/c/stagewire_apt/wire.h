@@ -265,8 +265,8 @@ static inline size_t apt_bits(uint64_t value)
 }
 
 /**
- * Check that bytes are exactly one frame with a packet that ends with an array. The fields of the packet
- * state its length; this function does not read them.
+ * Check that bytes are exactly one frame with a packet that ends with an array. The fields of the
+ * packet state its length; this function does not read them.
  *
  * @param frame the bytes
  * @param size  their number
@@ -357,6 +357,13 @@ static inline uint8_t *apt_begin_packet(uint32_t head, apt_addresses addresses, 
     out[4] = (uint8_t)(addresses.dest | APT_DATA_FLAG);
 #endif
     return &apt_put_32(out, head)[2];
+}
+
+/** Write the header of a frame of this size, whose packet ends with an array; return its end. */
+static inline uint8_t *apt_begin_array(
+    uint16_t id, size_t size, apt_addresses addresses, uint8_t *out)
+{
+    return apt_begin_packet((uint32_t)(size - APT_HEADER_SIZE) << 16 | id, addresses, out);
 }
 
 /** Write the header of a frame without a packet; return the position of its two parameters. */

@@ -17334,7 +17334,7 @@ typedef struct apt_mot_set_movesyncharray {
 /** Length of the frame in bytes, without the array. */
 #define APT_MOT_SET_MOVESYNCHARRAY_SIZE 14U
 /** Initialiser with constants and defaults, and zero for all other fields. */
-#define APT_MOT_SET_MOVESYNCHARRAY_INIT APT_BRACED(0, 0, 0, 0, {0})
+#define APT_MOT_SET_MOVESYNCHARRAY_INIT APT_BRACED(0, 0, 0, 0, {NULL, 0U})
 
 APT_STATIC_ASSERT(
     sizeof(apt_mot_set_movesyncharray) >= 8U, apt_mot_set_movesyncharray_holds_its_packet);
@@ -17397,7 +17397,7 @@ static inline apt_status apt_mot_set_movesyncharray_encode_unchecked(
     }
     apt_mot_set_movesyncharray_write_fields(
         message,
-        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_size(message) - APT_HEADER_SIZE) << 16 | 0x0980U, addresses, out));
+        apt_begin_array(0x0980U, apt_mot_set_movesyncharray_size(message), addresses, out));
     return APT_OK;
 }
 
@@ -17414,7 +17414,8 @@ static inline apt_status apt_mot_set_movesyncharray_encode(
     const apt_mot_set_movesyncharray *message, apt_addresses addresses, uint8_t *out, size_t cap)
 {
     if (apt_refused(message->time_pos.count != apt_mot_set_movesyncharray_count(message)
-            || apt_mot_set_movesyncharray_size(message) > APT_HEADER_SIZE + APT_MOT_SET_MOVESYNCHARRAY_LONGEST)) {
+            || apt_mot_set_movesyncharray_size(message)
+                > APT_HEADER_SIZE + APT_MOT_SET_MOVESYNCHARRAY_LONGEST)) {
         return APT_OUT_OF_RANGE;
     }
     if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
@@ -17427,7 +17428,7 @@ static inline apt_status apt_mot_set_movesyncharray_encode(
     }
     apt_mot_set_movesyncharray_write_fields(
         message,
-        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_size(message) - APT_HEADER_SIZE) << 16 | 0x0980U, addresses, out));
+        apt_begin_array(0x0980U, apt_mot_set_movesyncharray_size(message), addresses, out));
     return APT_OK;
 }
 
@@ -17445,7 +17446,8 @@ static inline apt_status apt_mot_set_movesyncharray_decode(
     apt_status status = apt_check_array(frame, size, UINT32_C(0x00080980));
     const size_t length = size - APT_HEADER_SIZE;
     if (status == APT_OK
-        && (length > APT_MOT_SET_MOVESYNCHARRAY_LONGEST || apt_mot_set_movesyncharray_stated(frame) != length)) {
+        && (length > APT_MOT_SET_MOVESYNCHARRAY_LONGEST
+            || apt_mot_set_movesyncharray_stated(frame) != length)) {
         status = APT_WRONG_LENGTH;
     }
     if (status == APT_OK) {
@@ -17912,20 +17914,22 @@ typedef struct apt_mot_set_movesyncharray_0a00 {
 /** Length of the frame in bytes, without the array. */
 #define APT_MOT_SET_MOVESYNCHARRAY_0A00_SIZE 14U
 /** Initialiser with constants and defaults, and zero for all other fields. */
-#define APT_MOT_SET_MOVESYNCHARRAY_0A00_INIT APT_BRACED(0, 0, 0, 0, {0})
+#define APT_MOT_SET_MOVESYNCHARRAY_0A00_INIT APT_BRACED(0, 0, 0, 0, {NULL, 0U})
 
 APT_STATIC_ASSERT(
     sizeof(apt_mot_set_movesyncharray_0a00) >= 8U,
     apt_mot_set_movesyncharray_0a00_holds_its_packet);
 
 /** Return the number of integers that the other fields state. */
-static inline size_t apt_mot_set_movesyncharray_0a00_count(const apt_mot_set_movesyncharray_0a00 *message)
+static inline size_t apt_mot_set_movesyncharray_0a00_count(
+    const apt_mot_set_movesyncharray_0a00 *message)
 {
     return (size_t)message->num_points * (1U + apt_bits(message->channels));
 }
 
 /** Return the length of the frame in bytes. */
-static inline size_t apt_mot_set_movesyncharray_0a00_size(const apt_mot_set_movesyncharray_0a00 *message)
+static inline size_t apt_mot_set_movesyncharray_0a00_size(
+    const apt_mot_set_movesyncharray_0a00 *message)
 {
     return APT_MOT_SET_MOVESYNCHARRAY_0A00_SIZE + message->time_pos.count * 4U;
 }
@@ -17979,7 +17983,7 @@ static inline apt_status apt_mot_set_movesyncharray_0a00_encode_unchecked(
     }
     apt_mot_set_movesyncharray_0a00_write_fields(
         message,
-        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_0a00_size(message) - APT_HEADER_SIZE) << 16 | 0x0A00U, addresses, out));
+        apt_begin_array(0x0A00U, apt_mot_set_movesyncharray_0a00_size(message), addresses, out));
     return APT_OK;
 }
 
@@ -17999,7 +18003,8 @@ static inline apt_status apt_mot_set_movesyncharray_0a00_encode(
     size_t cap)
 {
     if (apt_refused(message->time_pos.count != apt_mot_set_movesyncharray_0a00_count(message)
-            || apt_mot_set_movesyncharray_0a00_size(message) > APT_HEADER_SIZE + APT_MOT_SET_MOVESYNCHARRAY_0A00_LONGEST)) {
+            || apt_mot_set_movesyncharray_0a00_size(message)
+                > APT_HEADER_SIZE + APT_MOT_SET_MOVESYNCHARRAY_0A00_LONGEST)) {
         return APT_OUT_OF_RANGE;
     }
     if (apt_refused(addresses.dest > APT_HIGHEST_ADDRESS
@@ -18012,7 +18017,7 @@ static inline apt_status apt_mot_set_movesyncharray_0a00_encode(
     }
     apt_mot_set_movesyncharray_0a00_write_fields(
         message,
-        apt_begin_packet((uint32_t)(apt_mot_set_movesyncharray_0a00_size(message) - APT_HEADER_SIZE) << 16 | 0x0A00U, addresses, out));
+        apt_begin_array(0x0A00U, apt_mot_set_movesyncharray_0a00_size(message), addresses, out));
     return APT_OK;
 }
 
@@ -18030,7 +18035,8 @@ static inline apt_status apt_mot_set_movesyncharray_0a00_decode(
     apt_status status = apt_check_array(frame, size, UINT32_C(0x00080A00));
     const size_t length = size - APT_HEADER_SIZE;
     if (status == APT_OK
-        && (length > APT_MOT_SET_MOVESYNCHARRAY_0A00_LONGEST || apt_mot_set_movesyncharray_0a00_stated(frame) != length)) {
+        && (length > APT_MOT_SET_MOVESYNCHARRAY_0A00_LONGEST
+            || apt_mot_set_movesyncharray_0a00_stated(frame) != length)) {
         status = APT_WRONG_LENGTH;
     }
     if (status == APT_OK) {

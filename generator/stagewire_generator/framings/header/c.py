@@ -78,7 +78,9 @@ class ArrayView:
     :param item: type of an integer.
     :param head: the id, and above it the length of the packet without the array.
     :param longest: length of the longest packet.
+    :param count_head: the head of the function that counts the integers.
     :param count: the expression for the number of integers that the struct states.
+    :param size_head: the head of the function that returns the length of the frame.
     :param stated: the expression for the length of the packet that a frame states.
     :param outside: the condition for an integer out of range; empty if the format has no other values.
     :param get: the expression that reads an integer.
@@ -91,7 +93,9 @@ class ArrayView:
     id: str
     head: str
     longest: int
+    count_head: str
     count: str
+    size_head: str
     stated: str
     outside: str
     get: str
@@ -169,9 +173,10 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
     status, to = f"static inline {prefix}_status", [f"const {type} *message"]
     to += [f"{prefix}_addresses addresses", "uint8_t *out", "size_t cap"]
     size = f"{layout.length} bytes of data" if layout.length else "header only"
+    begun = f"{prefix}_begin_{kind}({head}, addresses, out)"
     if array:
         size = f"{layout.length} to {array.longest} bytes of data"
-        head = f"(uint32_t)({type}_size(message) - {prefix.upper()}_HEADER_SIZE) << 16 | {array.id}"
+        begun = f"{prefix}_begin_array({array.id}, {type}_size(message), addresses, out)"
     checked = f"{prefix}_check_{kind}(frame, size, {head})"
     if value := _sub_message(message):
         checked = call(f"{prefix}_check_sub_message", [checked, "frame", value], "", 8)
@@ -184,12 +189,7 @@ def _layout(names: Names, protocol: Protocol, message: Message, layout: Layout) 
         assertion=size_assertion(names, layout, type) if layout.length else "",
         fields=fields,
         written=written(fields, fields[0].offset),
-        framed=call(
-            f"{type}_write_fields",
-            ["message", f"{prefix}_begin_{kind}({head}, addresses, out)"],
-            ";",
-            4,
-        ),
+        framed=call(f"{type}_write_fields", ["message", begun], ";", 4),
         checked=checked,
         initial=definition(f"{type.upper()}_INIT", initialiser(names, fields)),
         refused=tuple(condition for field in fields for condition in field.refused),
@@ -210,7 +210,8 @@ def _array(names: Names, message: Message, layout: Layout) -> ArrayView | None:
     if array is None:
         return None
     field, item, size = layout.fields[-1], array.item, array.item.size
-    type = integer_type(item)
+    type, struct = integer_type(item), names.layout(message, layout)
+    message_of = [f"const {struct} *message"]
     assert message.id is not None
     outside = []
     if field.minimum > item.minimum:
@@ -225,6 +226,8 @@ def _array(names: Names, message: Message, layout: Layout) -> ArrayView | None:
         id=f"0x{message.id:04X}U",
         head=_head(layout, message.id),
         longest=layout.longest,
+        count_head=call(f"static inline size_t {struct}_count", message_of),
+        size_head=call(f"static inline size_t {struct}_size", message_of),
         count=_count(names, layout, {name: f"message->{name}" for name in array.fields}),
         stated=_stated(names, layout),
         outside=" || ".join(outside),

@@ -88,7 +88,7 @@ def _array_view(names: Names, field: Field, offset: int, read_from: str) -> Fiel
         name=name,
         doc=field_doc(names, field),
         declaration=f"{names.prefix}_array {name};",
-        initial="{0}",
+        initial="{NULL, 0U}",
         refused=(),
         read=f"{value}.bytes = &{read_from}[{offset}];\n        {value}.count = {counted};",
         offset=offset,

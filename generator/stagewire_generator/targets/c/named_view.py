@@ -20,6 +20,7 @@ from stagewire_generator.targets.c.source import (
     Names,
     comment,
     comment_lines,
+    definition,
     integer,
     names_of,
     plain,
@@ -142,11 +143,14 @@ class TypeView:
 
 @dataclass(frozen=True, slots=True)
 class ScaleView:
-    """A constant scale. An unknown scale has no name; its comment gives the reason."""
+    """A constant scale. An unknown scale has no name; its comment gives the reason.
+
+    :param definition: the definition of a macro with its name and value.
+    """
 
     comment: str
     name: str = ""
-    value: str = ""
+    definition: str = ""
     heading: str = ""  # a comment on this scale and the following ones
 
 
@@ -223,10 +227,12 @@ def _constant(
     classes = protocol.evidence.classes_of(factor.source, factor.note)
     facts += [f"evidence: {spelled(classes)}"] if classes else []
     facts += [f"note: {factor.note}"] if factor.note else []
+    name = names.macro(f"scale_{entry.name}")
+    parts = [f"INT64_C({part})" for part in (counts.numerator, counts.denominator)]
     return ScaleView(
         comment([f"{_subject(protocol, entry, factor.page, factor.overlay)}: {'; '.join(facts)}."]),
-        names.macro(f"scale_{entry.name}"),
-        f"{names.macro_prefix}_BRACED(INT64_C({counts.numerator}), INT64_C({counts.denominator}))",
+        name,
+        definition(name, f"{names.macro_prefix}_BRACED({', '.join(parts)})"),
         heading,
     )
 
