@@ -24,7 +24,8 @@ from stagewire_generator.framings.header.vectors_frames import (
     with_high_length,
 )
 from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
-from stagewire_generator.model import Field, Format, Json, Layout, Message, Protocol
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.subject import (
     LEFT_OUT,
