@@ -7,7 +7,8 @@ import keyword
 import re
 import sys
 
-from stagewire_generator.model import Enumeration, FlagTable, Message
+from stagewire_generator.model import Message
+from stagewire_generator.model_fields import Enumeration, FlagTable
 
 # Windows treats these as devices, whatever the file extension.
 _DEVICES = frozenset({

@@ -11,15 +11,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from stagewire_generator.model import (
-    Erratum,
-    Field,
-    Json,
-    Message,
-    ParameterSet,
-    Protocol,
-    errata_of,
-)
+from stagewire_generator.model import Erratum, Json, Message, ParameterSet, Protocol, errata_of
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import Controller, Stage
 
 _ScaleKey: TypeAlias = "tuple[str | None, str | None, str | None]"  # stage, controller, quantity

@@ -13,7 +13,8 @@ from checkout import ROOT
 from stagewire_cli.main import main
 from stagewire_generator import check
 from stagewire_generator.change import compare
-from stagewire_generator.model import FlagTable, Message, Protocol
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.model_fields import FlagTable
 
 SPEC = ROOT / "spec" / "thorlabs_apt"
 NAME = "thorlabs_apt/issue_37"

@@ -9,7 +9,8 @@ from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 _SHOWN = {"message": "a message", "command": "a command", "setup": "a setup command"}

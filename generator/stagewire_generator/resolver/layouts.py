@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import Array, Column, Field, Format, Json, Layout
+from stagewire_generator.model import Json, Layout
+from stagewire_generator.model_fields import Array, Column, Field, Format
 from stagewire_generator.resolver.tables import Tables
 from stagewire_generator.strict_yaml import Document, KeyPath
 

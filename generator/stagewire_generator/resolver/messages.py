@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from stagewire_generator.diagnostics import Place
-from stagewire_generator.model import Erratum, Field, Json, Layout, Message, ParameterSet
+from stagewire_generator.model import Erratum, Json, Layout, Message, ParameterSet
+from stagewire_generator.model_fields import Field
 from stagewire_generator.resolver.layouts import (
     header_layout,
     resolve_fields,

@@ -11,20 +11,8 @@ from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
 from stagewire_generator.diagnostics import Diagnostics, Place, meant
-from stagewire_generator.model import (
-    Chapter,
-    Enumeration,
-    EnumValue,
-    Erratum,
-    Firmware,
-    FlagBit,
-    FlagTable,
-    Format,
-    Json,
-    Message,
-    ParameterSet,
-    Rule,
-)
+from stagewire_generator.model import Chapter, Erratum, Firmware, Json, Message, ParameterSet, Rule
+from stagewire_generator.model_fields import Enumeration, EnumValue, FlagBit, FlagTable, Format
 from stagewire_generator.model_scales import (
     Quantity,
 )

@@ -9,19 +9,9 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import (
-    Array,
-    Chapter,
-    Enumeration,
-    EnumValue,
-    Erratum,
-    Field,
-    FlagTable,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Chapter, Erratum, Layout, Message, Protocol
 from stagewire_generator.model_evidence import spelled
+from stagewire_generator.model_fields import Array, Enumeration, EnumValue, Field, FlagTable
 from stagewire_generator.model_scales import Quantity
 
 DIRECTIONS = {

@@ -12,14 +12,14 @@ from checkout import ROOT
 from stagewire_generator import TARGETS, check, render
 from stagewire_generator.diagnostics import Diagnostics, Place
 from stagewire_generator.lint import c_names
-from stagewire_generator.model import (
+from stagewire_generator.model import Protocol
+from stagewire_generator.model_fields import (
     Enumeration,
     EnumValue,
     Field,
     FlagBit,
     FlagTable,
     Format,
-    Protocol,
 )
 from stagewire_generator.naming import C_OURS, c_layouts, c_prefix, c_table, can_name_package
 from stagewire_generator.targets.c.field_view import field_view

@@ -14,6 +14,7 @@ from stagewire_generator.framings.header.vectors_frames import (
     SIZE,
     addresses,
     data_frame,
+    default_layout,
     header_frame,
     id_of,
     lengths_of,
@@ -24,7 +25,8 @@ from stagewire_generator.framings.header.vectors_frames import (
     with_high_length,
 )
 from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
-from stagewire_generator.model import Field, Format, Json, Layout, Message, Protocol
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.targets.vectors.framing import Framing
 from stagewire_generator.targets.vectors.subject import (
     LEFT_OUT,
@@ -131,6 +133,9 @@ def _case(
     return make_case(id, about, {"op": operation, **more}, expected)
 
 
+HIGH = "a length whose high byte is 1, with a packet that fits without it"
+
+
 def array_cases(of: Subject, raw: bytes) -> Iterator[Case]:
     """Yield packets whose length is not the one that their fields state."""
     id, dest, source = id_of(of.message), of.asked["dest"], of.asked["source"]
@@ -156,6 +161,7 @@ def array_cases(of: Subject, raw: bytes) -> Iterator[Case]:
     ):
         frame = wrong if code else data_frame(id, wrong, dest, source)
         yield of.decode(name, about, frame, code or "bad_length")
+    yield of.decode("length.high", HIGH, with_high_length(raw), "truncated")
     far = data_frame(id, packet, dest, source, declared=0xFFFF)
     yield of.decode("length.most", "the greatest length in a header", far, "truncated")
     yield of.encode("extra", "bytes after an array", "bad_value", extra="00")
@@ -322,8 +328,7 @@ class HeaderFraming(Framing):
                 ends.add(end)
                 yield of.decode(name, about, raw[:end], "truncated")
         yield of.decode("trailing", "", raw + b"\0", "trailing")
-        about = "a length whose high byte is 1, with a packet that fits without it"
-        yield of.decode("length.high", about, with_high_length(raw), "truncated")
+        yield of.decode("length.high", HIGH, with_high_length(raw), "truncated")
         about = "a packet that is too long"
         extra = "00" * (MOST - of.layout.length + 1)
         yield of.encode("extra.above", about, "out_of_range", extra=extra)
@@ -348,13 +353,13 @@ class HeaderFraming(Framing):
         if not message.documented:
             yield from undocumented_cases(self.protocol, message)
             return
-        of = self.subject(message, message.layouts[0])
+        by_default = default_layout(message)
+        of = self.subject(message, by_default or message.layouts[0])
         raw = self.frame(of, of.plain.held)
         about = "an unknown form"
         yield of.encode("form.unknown", about, "bad_length", form="no_such_form")
         about = "no form"
-        expected = raw if len(message.layouts) == 1 else "bad_length"
-        yield of.encode("form.left_out", about, expected, form=LEFT_OUT)
+        yield of.encode("form.left_out", about, raw if by_default else "bad_length", form=LEFT_OUT)
         dest, source = of.asked["dest"], of.asked["source"]
         if not any(layout.form == "header" for layout in message.layouts):
             value = message.sub_message or 0

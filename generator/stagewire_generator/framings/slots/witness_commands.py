@@ -12,15 +12,8 @@ from dataclasses import dataclass
 
 from stagewire_generator.lint.witness.comparison import NOTHING, Comparison
 from stagewire_generator.lint.witness.reading import amount, count, find_field, limit, squash
-from stagewire_generator.model import (
-    Enumeration,
-    EnumValue,
-    Field,
-    FlagBit,
-    Json,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, EnumValue, Field, FlagBit
 from stagewire_generator.strict_yaml import KeyPath
 
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.lint.witness.reading import Vocabulary, pair, same_name, squash
-from stagewire_generator.model import Field, Message, Protocol
+from stagewire_generator.model import Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 NOTHING = "nothing"  # the side that lacks an entry

@@ -28,7 +28,8 @@ from stagewire_generator.lint.witness.reading import (
     squash,
 )
 from stagewire_generator.lint.witness.statements import CHAPTER
-from stagewire_generator.model import Field, Json, Message, Protocol
+from stagewire_generator.model import Json, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 CompareTables: TypeAlias = Callable[[Comparison, Message, list[Json], KeyPath], None]

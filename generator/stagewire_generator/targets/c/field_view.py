@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Format, Layout
+from stagewire_generator.model import Layout
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.targets.c.source import Names, call, comment, field_doc, integer
 
 

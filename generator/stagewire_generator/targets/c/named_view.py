@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stagewire_generator.model import (
-    Enumeration,
-    Field,
-    FlagTable,
-    Json,
-    Protocol,
-)
+from stagewire_generator.model import Json, Protocol
 from stagewire_generator.model_evidence import spelled
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.model_scales import (
     Factor,
 )

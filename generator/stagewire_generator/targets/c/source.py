@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Enumeration, Field, FlagTable, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.naming import c_layouts, c_prefix, c_table
 from stagewire_generator.targets.documentation import (
     DIRECTIONS,

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from importlib import metadata
 
 from stagewire_generator.framing import FRAMINGS, rules_of
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 
 _MARKUP = re.compile(r"([\\`*_\[\]<>&~$])")  # anywhere in a line
 _AT_THE_START = re.compile(r"^(?:[-+#=|:]|[0-9]+(?=[.)]))")  # a list, a heading or a table

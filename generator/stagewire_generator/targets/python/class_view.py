@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.naming import message_classes
 from stagewire_generator.targets.python.brackets import Nested, Source, call, mapping, strings
 from stagewire_generator.targets.python.field_view import (

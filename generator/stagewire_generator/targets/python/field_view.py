@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from stagewire_generator.model import Field, Format
+from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.python.brackets import Preferred, Source, call
 from stagewire_generator.targets.python.source import integer

@@ -6,11 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 
-from stagewire_generator.model import (
-    Enumeration,
-    FlagTable,
-    Protocol,
-)
+from stagewire_generator.model import Protocol
+from stagewire_generator.model_fields import Enumeration, FlagTable
 from stagewire_generator.model_scales import (
     Conflict,
     Factor,

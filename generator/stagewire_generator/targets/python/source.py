@@ -7,15 +7,8 @@ import unicodedata
 from collections.abc import Iterable
 from typing import Final
 
-from stagewire_generator.model import (
-    Enumeration,
-    Erratum,
-    Field,
-    FlagTable,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Erratum, Layout, Message, Protocol
+from stagewire_generator.model_fields import Enumeration, Field, FlagTable
 from stagewire_generator.naming import camel
 from stagewire_generator.targets.documentation import (
     DIRECTIONS,

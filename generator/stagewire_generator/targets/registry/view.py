@@ -8,20 +8,22 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from stagewire_generator.model import (
-    Array,
     Chapter,
-    Enumeration,
-    EnumValue,
     Erratum,
-    Field,
     Firmware,
-    FlagBit,
-    FlagTable,
     Json,
     Layout,
     Message,
     Protocol,
     Rule,
+)
+from stagewire_generator.model_fields import (
+    Array,
+    Enumeration,
+    EnumValue,
+    Field,
+    FlagBit,
+    FlagTable,
 )
 from stagewire_generator.model_scales import (
     Conflict,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
-from stagewire_generator.model import Field, Json, Layout, Message
+from stagewire_generator.model import Json, Layout, Message
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.vectors.values import Content, plain_content
 
 

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stagewire_generator.model import Field, Json
+from stagewire_generator.model import Json
+from stagewire_generator.model_fields import Field
 
 Value = int | str | list[int]
 """An integer; text; bytes in hex; the integers of an array."""

@@ -7,7 +7,8 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Json, Protocol
+from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.c.testing.values import CannotSayError
 from stagewire_generator.targets.c.testing.vector import Content, Vectors, VectorView
 from stagewire_generator.targets.vectors.cases import cases_of

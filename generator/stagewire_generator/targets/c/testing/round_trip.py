@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from stagewire_generator.model import Field, Json, Layout, Message, Protocol
+from stagewire_generator.model import Json, Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.c.framing import framing_of
 from stagewire_generator.targets.c.source import WIDTH, Names, integer, names_of, string
 from stagewire_generator.targets.c.testing.values import can_hold, filled, literal, members

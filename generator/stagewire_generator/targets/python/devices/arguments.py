@@ -7,12 +7,8 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import (
-    Field,
-    Layout,
-    Message,
-    Protocol,
-)
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.model_scales import (
     Quantity,
 )

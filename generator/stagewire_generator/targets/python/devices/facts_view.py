@@ -8,13 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from stagewire_generator.framing import rules_of
-from stagewire_generator.model import (
-    Field,
-    FlagTable,
-    Json,
-    Protocol,
-    firmware_parts,
-)
+from stagewire_generator.model import Json, Protocol, firmware_parts
+from stagewire_generator.model_fields import Field, FlagTable
 from stagewire_generator.model_scales import (
     Factor,
     Quantity,

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from stagewire_generator.model import Field, Json, Protocol
+from stagewire_generator.model import Json, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.targets.python.brackets import Nested, Source
 from stagewire_generator.targets.python.devices.arguments import (
     METHODS,

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from stagewire_generator.model import Field, Layout, Message, Protocol
+from stagewire_generator.model import Layout, Message, Protocol
+from stagewire_generator.model_fields import Field
 from stagewire_generator.naming import camel, message_classes
 from stagewire_generator.targets.documentation import sentence, title_of, where
 from stagewire_generator.targets.python.brackets import Nested, Source, mapping
