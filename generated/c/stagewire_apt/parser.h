@@ -81,7 +81,10 @@ typedef enum apt_event_kind {
     APT_EVENT_UNDOCUMENTED,
     /** A frame with an id that is not in the table. */
     APT_EVENT_UNKNOWN,
-    /** A frame of a known message whose packet is too short for every layout. */
+    /**
+     * A frame of a known message whose packet is too short for every layout, or whose array has
+     * another length than its fields state.
+     */
     APT_EVENT_BAD_LENGTH,
     /** Bytes outside any frame. */
     APT_EVENT_GARBAGE
