@@ -143,13 +143,13 @@ def _read_only(made: Path) -> int:
     return found - sum(ours)
 
 
-def sizes_of_types(package: Package, folder: Path) -> Figures:
+def sizes_of_types(package: Package, folder: Path, *options: str) -> Figures:
     """Return the sizes of the types that users need for the parser, by name."""
     texts = (path.read_text(encoding="utf-8") for path in package.headers())
     types = [name for text in texts for name in _CALLER_OWNED.findall(text)]
     lines = [f"const unsigned char size_of_{name}[sizeof({name})] = {{0}};" for name in types]
     text = "\n".join([package.include(package.umbrella), *lines, ""])
-    made = build(folder, f"{package.prefix}_types", text)
+    made = build(folder, f"{package.prefix}_types", text, *options)
     sizes = {symbol: size for symbol, _, size in symbols("arm-none-eabi-nm", made)}
     return {
         f"sizeof_{name.removeprefix(package.prefix + '_')}": sizes[f"size_of_{name}"]
