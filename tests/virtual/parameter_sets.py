@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from apt_host import BAY, USB
+from registry_oracle import limits
 
 from stagewire_apt import PROTOCOL
 from stagewire_virtual.instrument import units_of
@@ -38,7 +39,7 @@ def channel_of(message: Any, ident: int = 1) -> dict[str, int]:
     return {"chan_ident": ident} if "chan_ident" in message.layout.fields else {}
 
 
-def wanted_values(set_: Any, seed: int) -> dict[str, Any]:
+def wanted_values(unit: str, set_: Any, seed: int) -> dict[str, Any]:
     """Return a value for each field that can be set; different seeds give different values if possible."""
     entry = next(e for e in PROTOCOL.registry()["messages"] if e["name"] == set_.layout.message)
     values: dict[str, Any] = {}
@@ -51,5 +52,6 @@ def wanted_values(set_: Any, seed: int) -> dict[str, Any]:
         elif "enum" in field:
             values[field["name"]] = sorted(field["enum"].values())[-seed]
         else:
-            values[field["name"]] = min(field["maximum"], field["minimum"] + 40 + seed)
+            lowest, highest = limits(field, unit)
+            values[field["name"]] = min(highest, lowest + 40 + seed)
     return values

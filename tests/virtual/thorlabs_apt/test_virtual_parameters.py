@@ -37,7 +37,7 @@ def test_a_set_changes_only_its_own_channel(unit):
                 if other not in (None, ident)
             }
             asked = channel or channel_of(req)
-            values = wanted_values(set_, ident or 1)
+            values = wanted_values(unit, set_, ident or 1)
             far.say(set_(**channel, **values), address_of(unit))
             assert far.ask(req(**asked), address_of(unit)) == [get(**channel, **values)]
             for other, said in before.items():
