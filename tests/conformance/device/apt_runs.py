@@ -25,8 +25,6 @@ from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
 UNITS = {entry["name"]: entry for entry in PROTOCOL.registry()["units"]}
-CASES = [(name, stage) for name, entry in UNITS.items() for stage in (None, *entry["stages"])]
-"""Every unit, without a stage and with each possible stage."""
 
 SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
 OUTPUTS = (
@@ -42,6 +40,8 @@ EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
 _TRAVEL = {"MLS203": 110}
 """Travel on the bench, in the unit of the stage, for a stage without a travel in the registry."""
 _OTHERS = 25
+_TURN = 360
+"""The same in degrees: virtual rotary stages without ends have one turn."""
 
 
 @dataclass
@@ -83,7 +83,10 @@ def bench(
         travel = Range.parse(f"0..{length}counts") if ends else None
         fitted = [ChannelPics(number=n, stage=stage, travel=travel) for n in (1, 2)]
         pics = replace(pics, channels=tuple(fitted))
-        motion = f"0..{min(length, _travel_in_counts(unit, stage, 12))}counts"
+        top = length * 4 // 5  # positions count from the first place, a fifth of the travel
+        motion = f"0..{min(top, _travel_in_counts(unit, stage, 12))}counts"
+        if declare(pics).places[-1].position_scale(1) is None:
+            options.setdefault("travel", length)
     if facts["address"] == "bay":
         pics = replace(pics, bays=(BayPics(number=1, unit=unit),))
     controller = getattr(stagewire_virtual, unit)(seed=seed, **options)
@@ -93,7 +96,8 @@ def bench(
 def _travel_in_counts(unit: str, stage: str, length: int | None = None) -> int:
     """Return the travel of a stage, from the registry if possible, or another length in its unit."""
     limit = getattr(stages, stage).limits["travel"]
-    value = limit.value if isinstance(limit, Limit) else _TRAVEL.get(stage, _OTHERS)
+    others = _TURN if getattr(stages, stage).rotary else _OTHERS
+    value = limit.value if isinstance(limit, Limit) else _TRAVEL.get(stage, others)
     fitted = tuple(ChannelPics(number=n, stage=stage) for n in (1, 2))
     place = declare(replace(Pics(unit=unit), channels=fitted)).places[-1]
     scale = place.position_scale(1)

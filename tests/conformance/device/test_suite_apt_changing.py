@@ -7,8 +7,8 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
+from apt_pairs import BARE, FITTED, PAIRS
 from apt_runs import (
-    CASES,
     EVERY,
     MOVES,
     OUTPUTS,
@@ -49,12 +49,11 @@ FAULTS = (
     "to_host duplicate frame every=9",
     "to_host flip p=0.001",
 )
-STAGED = dict(CASES)
-"""The last stage of each unit that has one."""
 
 
 @pytest.mark.parametrize(
-    ("unit", "stage"), chosen(CASES, lambda case: STAGED[case[0]] == case[1] or case[0] == "TDC001")
+    ("unit", "stage"),
+    chosen(PAIRS, lambda case: case in FITTED or case == ("TDC001", None)),
 )
 def test_a_virtual_controller_passes_and_is_restored(unit: str, stage: str | None) -> None:
     on = bench(unit, stage)
@@ -233,7 +232,7 @@ def test_ids_do_not_depend_on_permissions() -> None:
 
 
 def test_every_check_with_needs_describes_its_actions() -> None:
-    for unit, stage in CASES:
+    for unit, stage in [*BARE, *FITTED]:
         on = bench(unit, stage)
         for check in plan(on.declared, on.allowed()):
             assert bool(check.does) == bool(check.needs), check.id

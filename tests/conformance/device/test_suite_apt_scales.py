@@ -111,6 +111,18 @@ def test_a_documented_unit_keeps_its_scale() -> None:
     assert report.declared is on.declared
 
 
+def test_a_rotary_stage_moves_within_a_range_in_degrees() -> None:
+    on = bench("K10CR1")
+    link = WatchedLink(on.link)
+    report = run_on(on, TARGETED, link=link, allowed=on.allowed("0..6deg"))
+    assert {outcome.result for outcome in report.outcomes} == {Result.PASS}
+    assert targets(link.writes)
+    assert all(0 <= target <= 2 * 409_600 for target in targets(link.writes))
+    in_mm = run_on(on, TARGETED, allowed=on.allowed("0..6mm"))
+    assert in_mm.outcomes == ()
+    assert all("0..6mm cannot be converted to deg" in why for why in not_run(in_mm).values())
+
+
 def test_a_declared_travel_uses_the_scale_of_the_alias() -> None:
     on = on_bench(travel="0..25mm")
     report = run_on(on, TARGETED)
