@@ -40,8 +40,6 @@ EVERY = (*SETTINGS, *OUTPUTS, "home", *MOVES)
 _TRAVEL = {"MLS203": 110}
 """Travel on the bench, in the unit of the stage, for a stage without a travel in the registry."""
 _OTHERS = 25
-_TURN = 360
-"""The same in degrees: virtual rotary stages without ends have one turn."""
 
 
 @dataclass
@@ -74,8 +72,9 @@ def bench(
     """Return a correctly declared unit on a bench; ``ends`` states whether its travel is also declared."""
     facts = UNITS[unit]
     motion = "0..2000000counts" if "MOT_MOVE_HOME" in facts["messages"] else "-10000..20000counts"
-    if "built_in" in facts:  # the travel of its stage may be shorter
+    if "built_in" in facts and stage is None:
         motion = "0..500000counts"
+        options.setdefault("travel", 625_000)  # its own may be shorter, or too long to home in time
     pics = Pics(unit=unit)
     if stage is not None:
         options["stage"] = getattr(stages, stage)
@@ -85,8 +84,7 @@ def bench(
         pics = replace(pics, channels=tuple(fitted))
         top = length * 4 // 5  # positions count from the first place, a fifth of the travel
         motion = f"0..{min(top, _travel_in_counts(unit, stage, 12))}counts"
-        if declare(pics).places[-1].position_scale(1) is None:
-            options.setdefault("travel", length)
+        options.setdefault("travel", length)
     if facts["address"] == "bay":
         pics = replace(pics, bays=(BayPics(number=1, unit=unit),))
     controller = getattr(stagewire_virtual, unit)(seed=seed, **options)
@@ -96,8 +94,7 @@ def bench(
 def _travel_in_counts(unit: str, stage: str, length: int | None = None) -> int:
     """Return the travel of a stage, from the registry if possible, or another length in its unit."""
     limit = getattr(stages, stage).limits["travel"]
-    others = _TURN if getattr(stages, stage).rotary else _OTHERS
-    value = limit.value if isinstance(limit, Limit) else _TRAVEL.get(stage, others)
+    value = limit.value if isinstance(limit, Limit) else _TRAVEL.get(stage, _OTHERS)
     fitted = tuple(ChannelPics(number=n, stage=stage) for n in (1, 2))
     place = declare(replace(Pics(unit=unit), channels=fitted)).places[-1]
     scale = place.position_scale(1)

@@ -38,6 +38,18 @@ PUTTING_BACK = tuple(
 
 UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
 """Kinds that cannot run, because the document does not define the status bits of the unit."""
+SLOW = {
+    "CR1_Z6": {"backlash", "move-absolute", "profile"},
+    "GNL10_Z6": {"backlash", "profile"},
+    "GNL18_Z6": {"backlash"},
+    "PRM1_Z7": {"backlash", "profile"},
+    "PRM1_Z8": {"backlash"},
+    "PRMTZ8": {"backlash"},
+    "PY004Z8_Yaw": {"backlash"},
+    "PY004Z9_Yaw": {"backlash"},
+    "Z625_B_64_1": {"backlash"},
+}
+"""Kinds that cannot run on stages with few counts, because their short moves have too few of them."""
 
 
 QUIRKS = ("header_only_completion", "long_status", "unswapped_addresses", "fault_codes_in_response")
@@ -65,7 +77,7 @@ def test_a_virtual_controller_passes_and_is_restored(unit: str, stage: str | Non
     assert not complaints(later)
     outcomes = [*report.outcomes, *later.outcomes]
     undecided = {outcome.kind.name for outcome in outcomes if outcome.result is Result.INFO}
-    assert undecided == UNDECIDED.get(unit, set())
+    assert undecided == UNDECIDED.get(unit, set()) | SLOW.get(stage or "", set())
     lacking = dict.fromkeys(why for _, why in [*report.not_run, *later.not_run])
     assert not lacking or stage is None
     assert all("declares no travel" in why for why in lacking)
