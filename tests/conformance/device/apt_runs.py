@@ -25,8 +25,6 @@ from stagewire_virtual import VirtualController
 from stagewire_virtual.linking import SteppedLink
 
 UNITS = {entry["name"]: entry for entry in PROTOCOL.registry()["units"]}
-CASES = [(name, stage) for name, entry in UNITS.items() for stage in (None, *entry["stages"])]
-"""Every unit, without a stage and with each possible stage."""
 
 SETTINGS = ("readback", "counters", "channels", "bays-apart", "loops", "eeprom")
 OUTPUTS = (
@@ -74,8 +72,9 @@ def bench(
     """Return a correctly declared unit on a bench; ``ends`` states whether its travel is also declared."""
     facts = UNITS[unit]
     motion = "0..2000000counts" if "MOT_MOVE_HOME" in facts["messages"] else "-10000..20000counts"
-    if "built_in" in facts:  # the travel of its stage may be shorter
+    if "built_in" in facts and stage is None:
         motion = "0..500000counts"
+        options.setdefault("travel", 625_000)  # its own may be shorter, or too long to home in time
     pics = Pics(unit=unit)
     if stage is not None:
         options["stage"] = getattr(stages, stage)
@@ -83,7 +82,9 @@ def bench(
         travel = Range.parse(f"0..{length}counts") if ends else None
         fitted = [ChannelPics(number=n, stage=stage, travel=travel) for n in (1, 2)]
         pics = replace(pics, channels=tuple(fitted))
-        motion = f"0..{min(length, _travel_in_counts(unit, stage, 12))}counts"
+        top = length * 4 // 5  # positions count from the first place, a fifth of the travel
+        motion = f"0..{min(top, _travel_in_counts(unit, stage, 12))}counts"
+        options.setdefault("travel", length)
     if facts["address"] == "bay":
         pics = replace(pics, bays=(BayPics(number=1, unit=unit),))
     controller = getattr(stagewire_virtual, unit)(seed=seed, **options)

@@ -210,7 +210,10 @@ def test_without_a_pics_a_unit_is_declared_as_documented(unit: str) -> None:
         assert not claimed & later
     for place in known.places:
         assert all(place.travel_of(channel) is None for channel in place.channels)
-        assert all(place.stage_of(channel) is None for channel in place.channels)
+        stages = [place.stage_of(channel) for channel in place.channels]
+        assert [stage.name if stage else "" for stage in stages] == [
+            known.unit.built_in or "" for _ in place.channels
+        ]
     assert len({place.address for place in known.places}) == len(known.places)
 
 
