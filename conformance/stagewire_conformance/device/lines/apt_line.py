@@ -110,6 +110,10 @@ class AptLine(GuardedLink):
             self._starts()
         self._say(message, dest, source)
 
+    def suspect(self, place: Target, channel: int) -> None:
+        """Stop a channel too if the check is interrupted: the next message may move it by mistake."""
+        self._moved.suspects(place.address, channel)
+
     def send_bytes(self, raw: bytes, about: str = "") -> None:
         """Send bytes that need not be a message.
 
