@@ -111,7 +111,7 @@ class AptLine(GuardedLink):
         self._say(message, dest, source)
 
     def suspect(self, place: Target, channel: int) -> None:
-        """Stop a channel too if the check is interrupted: the next message may move it by mistake."""
+        """Also stop this channel if the check is interrupted: a faulty controller may move it now."""
         self._moved.suspects(place.address, channel)
 
     def send_bytes(self, raw: bytes, about: str = "") -> None:

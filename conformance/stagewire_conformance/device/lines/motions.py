@@ -92,7 +92,7 @@ class Moved:
             self._going[where] = None
 
     def suspects(self, dest: int, channel: int) -> None:
-        """Note that a message may set a channel in motion by mistake, so that it is stopped if in doubt."""
+        """Note that a faulty controller may move a channel, although the next message should not."""
         self._going.setdefault(_Where(dest, channel), None)
 
     def hears(self, message: FramedMessage, raw: bytes) -> None:

@@ -61,8 +61,8 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 def shift_counter(axis: Axis, shift: int) -> None:
     """Add to the position counter of a motor at rest, and to its range, until the end of the check.
 
-    End the check if the counter does not take the value, or if setting it starts a motion. The counter is
-    restored only if the motor is known to stay at rest then.
+    End the check if the controller does not set the counter, or if it then moves the motor. In the second
+    case, and if the check is interrupted before the status arrives, the counter is not set again.
     """
     placed = placed_set(axis, "MOT_SET_POSCOUNTER")
     _come_to_rest(axis)
@@ -91,7 +91,7 @@ def shift_counter(axis: Axis, shift: int) -> None:
         axis.halt()
     axis.trial.need(
         not came.moving,
-        f"{axis.text}: it moves after {placed.set.set}, but nothing was asked to move",
+        f"{axis.text}: it moves after {placed.set.set}, which should only set the counter",
         rule=rule_of_set(placed.set.set),
         cause=Cause(placed.set.set, EFFECT),
         came=came.heard.raw,
