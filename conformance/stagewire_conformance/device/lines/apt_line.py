@@ -110,6 +110,10 @@ class AptLine(GuardedLink):
             self._starts()
         self._say(message, dest, source)
 
+    def suspect(self, place: Target, channel: int) -> None:
+        """Also stop this channel if the check is interrupted: a faulty controller may move it now."""
+        self._moved.suspects(place.address, channel)
+
     def send_bytes(self, raw: bytes, about: str = "") -> None:
         """Send bytes that need not be a message.
 

@@ -91,6 +91,10 @@ class Moved:
         elif effect == "stop" and self._going.get(where) == frozenset():
             self._going[where] = None
 
+    def suspects(self, dest: int, channel: int) -> None:
+        """Note that a faulty controller may move a channel, although the next message should not."""
+        self._going.setdefault(_Where(dest, channel), None)
+
     def hears(self, message: FramedMessage, raw: bytes) -> None:
         """Note a received message, which may be the end of a motion."""
         if message.layout.message not in self.ends:

@@ -61,25 +61,42 @@ def change(axis: Axis, setting: str, *, at_most: str = "", **values: Any) -> Non
 def shift_counter(axis: Axis, shift: int) -> None:
     """Add to the position counter of a motor at rest, and to its range, until the end of the check.
 
-    End the check if the counter does not take the value.
+    End the check if the controller does not set the counter, or if it then moves the motor. In the second
+    case, and if the check is interrupted before the status arrives, the counter is not set again.
     """
     placed = placed_set(axis, "MOT_SET_POSCOUNTER")
     _come_to_rest(axis)
     before = axis.status().position
-    shifted = False
+    shifted = rests = False
 
     def put_back() -> None:
         due = axis.status().position - shift if shifted else before
-        placed.write(axis.trial, {"position": due})
-        _shift_range(axis, -shift if shifted else 0)
+        if rests:
+            placed.write(axis.trial, {"position": due})
+            _shift_range(axis, -shift if shifted else 0)
         if abs(axis.status().position - due) > HELD:
             raise StagewireError(
                 f"{axis.text}: send MOT_SET_POSCOUNTER with position={due} while it rests, or home it"
             )
 
     axis.trial.undo(f"position counter of {axis.text}", put_back, rule=rule_of_set(placed.set.set))
+    axis.trial.line.suspect(axis.place, axis.channel)
     placed.write(axis.trial, {"position": before + shift})
-    came = axis.status()
+    try:
+        came = axis.status()
+    except EnoughError:
+        rests = True  # nothing shows that it moves
+        raise
+    if came.moving:
+        axis.halt()
+    axis.trial.need(
+        not came.moving,
+        f"{axis.text}: it moves after {placed.set.set}, which should only set the counter",
+        rule=rule_of_set(placed.set.set),
+        cause=Cause(placed.set.set, EFFECT),
+        came=came.heard.raw,
+    )
+    rests = True
     axis.trial.need(
         abs(came.position - before - shift) <= HELD,
         f"{axis.text}: {placed.set.set} wrote position = {before + shift}, but {came.heard.name} then "
