@@ -35,6 +35,7 @@ BUILDS = {
     "sanitized": [*SANITIZED, "-std=c99"],
     "sanitized and indexed": [*SANITIZED, "-std=c99", "-DAPT_HOST_INDEX"],
 }
+WITHOUT_ARRAYS = {"without arrays": [*SANITIZED, "-std=c99", "-DAPT_NO_ARRAYS"]}
 STREAMS = 1200  # per build
 STATUS = "8104 0e00 8150 0100400d0300000000003000 0080"
 HOMED = "4404 0100 0150"
@@ -110,8 +111,9 @@ def indexed(folder: Path) -> Program:
 @cache
 def made(build: str, folder: Path) -> Program:
     """Return the program of a build, which is compiled once."""
-    need(BUILDS[build][0])
-    return Program(C, "stagewire_apt", folder / build.replace(" ", "_"), *BUILDS[build])
+    words = {**BUILDS, **WITHOUT_ARRAYS}[build]
+    need(words[0])
+    return Program(C, "stagewire_apt", folder / build.replace(" ", "_"), *words)
 
 
 def compare(program: Program, table: FramingTable, streams: list[tuple[End, list[Step]]]) -> int:
@@ -140,6 +142,25 @@ def test_every_sentence_of_the_rule(program: Program) -> None:
             for steps in ([stream], [stream[i : i + 1] for i in range(len(stream))]):
                 streams += [(end, [*steps]) for end in End]
     compare(program, TABLE, streams)
+
+
+def test_without_arrays_a_packet_has_any_length_from_its_fixed_fields_on(folder: Path) -> None:
+    """The reference is a table in which a message with an array has these fields alone."""
+    plain = {
+        id: Forms(it.name, it.direction, it.header, frozenset({it.counted.least}))
+        for id, it in TABLE.forms.items()
+        if it.counted
+    }
+    assert plain
+    table = FramingTable({**TABLE.forms, **plain}, TABLE.host, TABLE.devices)
+    program = made(*WITHOUT_ARRAYS, folder)
+    streams: list[tuple[End, list[Step]]] = []
+    for sentence in map(bytes.fromhex, SENTENCES):
+        stream = sentence + bytes.fromhex(STATUS) * 2 + sentence
+        streams += [(end, [stream]) for end in End]
+    rng = Random(5)
+    streams += [(rng.choice(list(End)), steps_of(rng, damaged(rng))) for _ in range(STREAMS)]
+    assert compare(program, table, streams) > 5 * STREAMS
 
 
 def test_damaged_streams_give_the_same_events(program: Program) -> None:
