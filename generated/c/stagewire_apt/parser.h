@@ -50,10 +50,15 @@ extern "C" {
 /**
  * Length of the longest packet in bytes, with an array; it determines the size of the parser. To
  * save memory, define a smaller one for all files, at least APT_MAXIMUM_LENGTH: longer packets
- * are then garbage.
+ * are then garbage. To save code too, define APT_NO_ARRAYS for all files: a parser then accepts
+ * an array of any length up to APT_MAXIMUM_LENGTH, and leaves the check to the decoder.
  */
 #ifndef APT_LONGEST_PACKET
+#ifdef APT_NO_ARRAYS
+#define APT_LONGEST_PACKET APT_MAXIMUM_LENGTH
+#else
 #define APT_LONGEST_PACKET 4104U
+#endif
 #endif
 
 APT_STATIC_ASSERT(APT_LONGEST_PACKET >= APT_MAXIMUM_LENGTH, apt_longest_packet_is_too_small);

@@ -31,8 +31,14 @@
 #define MISCOUNTED (0x10U | (unsigned)APT_EVENT_BAD_LENGTH)
 /** Never accepted. */
 #define GARBAGE (0x20U | (unsigned)APT_EVENT_GARBAGE)
+
+#ifdef APT_NO_ARRAYS
+#define ARRAYS false
+#else
+#define ARRAYS true
+#endif
 /** Added to the verdict on a header that the content of its packet may change. */
-#define BY_HEADER 0x80U
+#define BY_HEADER (ARRAYS ? 0x80U : 0U)
 
 #ifndef APT_NO_TABLE
 
@@ -632,7 +638,7 @@ static unsigned judge(unsigned receives, const uint8_t *header, bool whole)
     }
     entry = apt_entry_of(apt_id_of(header));
     if (has_packet && word > APT_MAXIMUM_LENGTH
-        && (entry == NULL || (entry->forms & APT_ENTRY_ARRAY) == 0U)) {
+        && (!ARRAYS || entry == NULL || (entry->forms & APT_ENTRY_ARRAY) == 0U)) {
         return GARBAGE;
     }
     points &= receives;
@@ -650,7 +656,7 @@ static unsigned judge(unsigned receives, const uint8_t *header, bool whole)
     if ((forms & receives) == 0U) {
         return GARBAGE;
     }
-    if ((forms & APT_ENTRY_ARRAY) != 0U) {
+    if (ARRAYS && (forms & APT_ENTRY_ARRAY) != 0U) {
         unsigned item_size;
         const unsigned longest = longest_of(entry->id, &item_size);
         const bool fits = word >= length && word <= longest && (word - length) % item_size == 0U;
@@ -755,7 +761,7 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
     } else {
         size_t whole = APT_HEADER_SIZE;
         if (event->bytes[4] >= APT_DATA_FLAG) {
-            whole += apt_get_16(&event->bytes[2]);
+            whole += ARRAYS ? apt_get_16(&event->bytes[2]) : event->bytes[2];
         }
         if (size >= whole) {
             if (by_header) {
