@@ -38,12 +38,17 @@ class Layout:
     @property
     def all_fields(self) -> tuple[Field, ...]:
         """Header parameters and payload fields, in wire order."""
+        if self.param1 is None and self.param2 is None:
+            return self.fields
         return (*(p for p in (self.param1, self.param2) if p), *self.fields)
 
     @property
     def array(self) -> Array | None:
         """The array at the end of the packet, if there is one; ``length`` does not include it."""
-        return next((field.array for field in self.fields if field.array), None)
+        for each in self.fields:
+            if each.array is not None:
+                return each.array
+        return None
 
     @property
     def longest(self) -> int:
@@ -254,8 +259,9 @@ class Protocol:
 
     def document_of(self, overlay: str) -> Json:
         """Return the document of an overlay, or that of the protocol for an empty name."""
-        found: Json = {"": self.document, **{o.name: o.document for o in self.overlays}}[overlay]
-        return found
+        if not overlay:
+            return self.document
+        return next(o.document for o in self.overlays if o.name == overlay)
 
     def document_name(self, overlay: str) -> str:
         """Return a short name of a document, such as ``Issue 37``; empty if it is the only document.
@@ -265,9 +271,7 @@ class Protocol:
         if not self.overlays:
             return ""
         document = self.document_of(overlay)
-        issues = [
-            self.document_of(name)["issue"] for name in ("", *(o.name for o in self.overlays))
-        ]
+        issues = [self.document["issue"], *(o.document["issue"] for o in self.overlays)]
         numbered = _NUMBER.match(document["issue"]) and issues.count(document["issue"]) == 1
         return f"Issue {document['issue']}" if numbered else str(document["title"])
 

@@ -761,7 +761,7 @@ static apt_event_kind decide(apt_parser *parser, apt_event *event)
     } else {
         size_t whole = APT_HEADER_SIZE;
         if (event->bytes[4] >= APT_DATA_FLAG) {
-            whole += ARRAYS ? apt_get_16(&event->bytes[2]) : event->bytes[2];
+            whole += ARRAYS ? apt_get_16(&event->bytes[2]) : (unsigned)event->bytes[2];
         }
         if (size >= whole) {
             if (by_header) {

@@ -48,6 +48,7 @@ _KINDS = (
     "rules",
 )
 _ROLES = {"set", "req", "get"}
+_CONTAINERS = (dict, list)
 
 
 def check_pages(
@@ -71,17 +72,18 @@ def check_pages(
 def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
     """Yield every page in a part of a file; ``page`` may also be the name of something else."""
     for key, part in node.items() if isinstance(node, dict) else enumerate(node):
-        at = (*path, key)
         if key == "page" and isinstance(part, int):
-            yield at, part
+            yield (*path, key), part
+        elif not isinstance(part, _CONTAINERS):
+            continue
         elif key in ("pages", "more_pages", "also") and isinstance(part, list):
-            yield from ((at, page) for page in part)
-        elif key == "later_pages":
-            yield from (((*at, overlay), page) for overlay, page in part.items())
+            yield from (((*path, key), page) for page in part)
+        elif key == "later_pages" and isinstance(part, dict):
+            yield from (((*path, key, overlay), page) for overlay, page in part.items())
         elif key == "pages" and isinstance(part, dict) and part.keys() <= _ROLES:
-            yield from ((at, page) for page in part.values())
-        elif isinstance(part, dict | list):
-            yield from _pages(part, at)
+            yield from (((*path, key), page) for page in part.values())
+        else:
+            yield from _pages(part, (*path, key))
 
 
 _SIZES = (1, 2, 3, 4, 8)

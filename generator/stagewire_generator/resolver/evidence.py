@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -79,14 +79,15 @@ def _texts(stage: Stage) -> Iterator[str]:
 def _entries(tables: Tables, path: str) -> Iterator[tuple[str, str]]:
     """Yield section and name of each resolved entry that a path names; those of a set are its messages."""
     section, pattern, *rest = path.split("/")
+    matches = _matcher(pattern)
     if section == "messages":
         for name, message in tables.messages.items():
-            if _matches(pattern, name, *message.aliases) and _has_form(message, rest):
+            if matches(name, *message.aliases) and _has_form(message, rest):
                 yield section, name
         return
     for document in tables.files.get(_FILES[section], ()):
         for name, entry in document.data.get(section, {}).items():
-            if _matches(pattern, name) and _has(entry, rest):
+            if matches(name) and _has(entry, rest):
                 if section != "parameter_sets":
                     yield _RESOLVED.get(section, section), name
                 elif name in tables.sets:
@@ -100,9 +101,15 @@ def _entries(tables: Tables, path: str) -> Iterator[tuple[str, str]]:
 _RESOLVED = {"commands": "messages", "setup_commands": "messages"}
 
 
-def _matches(pattern: str, *names: str) -> bool:
-    """Return whether one of the names matches an alternative of a pattern."""
-    return any(fnmatchcase(name, part) for part in pattern.split("|") for name in names)
+def _matcher(pattern: str) -> Callable[..., bool]:
+    """Return a function that tells whether one of some names matches an alternative of a pattern."""
+    parts = pattern.split("|")
+    wild = [part for part in parts if not part.isidentifier()]
+
+    def matches(*names: str) -> bool:
+        return any(name in parts or any(fnmatchcase(name, part) for part in wild) for name in names)
+
+    return matches
 
 
 def _has_form(message: Message, keys: list[str]) -> bool:

@@ -57,16 +57,19 @@ def with_errata(tables: Tables, message: Message) -> Message:
         return replace(field, errata=found) if found else field
 
     layouts = tuple(_with_fields(layout, marked) for layout in message.layouts)
-    return replace(message, layouts=layouts, errata=of(named))
+    errata = of(named)
+    if not errata and layouts == message.layouts:
+        return message
+    return replace(message, layouts=layouts, errata=errata)
 
 
 def _with_fields(layout: Layout, marked: Callable[[Field], Field]) -> Layout:
-    return replace(
-        layout,
-        param1=layout.param1 and marked(layout.param1),
-        param2=layout.param2 and marked(layout.param2),
-        fields=tuple(marked(field) for field in layout.fields),
-    )
+    param1 = layout.param1 and marked(layout.param1)
+    param2 = layout.param2 and marked(layout.param2)
+    fields = tuple(marked(field) for field in layout.fields)
+    if (param1, param2, fields) == (layout.param1, layout.param2, layout.fields):
+        return layout
+    return replace(layout, param1=param1, param2=param2, fields=fields)
 
 
 def _erratum(id: str, entry: Json, place: Place, overlay: str) -> Erratum:
@@ -98,9 +101,9 @@ def define_messages(tables: Tables, document: Document) -> None:
 
 def add_message(tables: Tables, message: Message) -> None:
     """Add a message with its errata; report a duplicate name."""
-    taken = tables.messages.keys() | tables.aliases
     for name in (message.name, *message.aliases):
-        if name in taken or (name == message.name and name in message.aliases):
+        taken = name in tables.messages or name in tables.aliases
+        if taken or (name == message.name and name in message.aliases):
             tables.diagnostics.add(message.place, "SW020", f"{name} is defined twice")
             return
     tables.messages[message.name] = with_errata(tables, message)

@@ -47,6 +47,7 @@ class Tables:
         self.errata: dict[str, Erratum] = {}
         self.rules: dict[str, Rule] = {}
         self.errata_of: dict[str, set[str]] = {}  # MESSAGE or MESSAGE.field -> slugs
+        self._found: dict[str, Format] = {}
 
     def entries(
         self, kind: str, section: str, table: Mapping[str, object]
@@ -81,6 +82,8 @@ class Tables:
 
     def format(self, text: str, place: Place) -> Format | None:
         """Return the format written as ``word`` or ``char[8]``, or None if it is unknown."""
+        if text in self._found:
+            return self._found[text]
         match = _FORMAT.match(text)
         entry = self.formats.get(match[1]) if match else None
         if match is None or entry is None:
@@ -89,7 +92,8 @@ class Tables:
             return None
         count = int(match[2]) if match[2] else None
         if count is None:
-            return Format(text, entry["size"], entry["signed"], "integer")
+            found = Format(text, entry["size"], entry["signed"], "integer")
+            return self._found.setdefault(text, found)
         if entry["size"] > 1:
             what = (
                 f"the format {text} is not supported here: only formats of one byte can be repeated"
@@ -98,7 +102,7 @@ class Tables:
             self.diagnostics.add(place, "SW033", what, hint)
             return None
         kind = "text" if match[1] == "char" else "bytes"
-        return Format(text, count * entry["size"], False, kind)
+        return self._found.setdefault(text, Format(text, count * entry["size"], False, kind))
 
 
 def split_group(tables: Tables, name: str) -> tuple[str, str]:

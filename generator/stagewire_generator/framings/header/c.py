@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from stagewire_generator.framings.header.vectors_frames import sub_message_of
 from stagewire_generator.model import Json, Layout, Message, Protocol
@@ -36,8 +37,7 @@ from stagewire_generator.targets.vectors.subject import Subject
 HEADER_SIZE = 6
 
 
-@dataclass(frozen=True, slots=True)
-class HeaderLayoutView:
+class HeaderLayoutView(NamedTuple):
     """A layout of a message.
 
     :param type: the struct, and the prefix of its functions.
@@ -102,8 +102,7 @@ class ArrayView:
     put: str
 
 
-@dataclass(frozen=True, slots=True)
-class HeaderMessageView:
+class HeaderMessageView(NamedTuple):
     """A message: its id and its layouts.
 
     :param doc: the comment of a message without layouts.
@@ -283,8 +282,7 @@ def _fields(names: Names, layout: Layout) -> tuple[FieldView, ...]:
 _DIRECTIONS = {"to_host": "TO_HOST", "to_controller": "TO_CONTROLLER", "both": "TO_BOTH"}
 
 
-@dataclass(frozen=True, slots=True)
-class HeaderParserView:
+class HeaderParserView(NamedTuple):
     """The table, and the addresses of devices.
 
     :param entries: rows sorted by id, then by length; an id with several lengths has several rows.

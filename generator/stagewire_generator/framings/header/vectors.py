@@ -24,7 +24,12 @@ from stagewire_generator.framings.header.vectors_frames import (
     unknown_sub_messages,
     with_high_length,
 )
-from stagewire_generator.framings.header.vectors_streams import layout_stream, stream_cases
+from stagewire_generator.framings.header.vectors_streams import (
+    ENDS,
+    HeaderReader,
+    layout_stream,
+    stream_cases,
+)
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.targets.vectors.framing import Framing
@@ -276,6 +281,10 @@ _BYTE = Format("byte", 1, False, "integer")
 class HeaderFraming(Framing):
     """A header of six bytes, optionally with a packet."""
 
+    def __init__(self, protocol: Protocol) -> None:
+        super().__init__(protocol)
+        self._readers = {end: HeaderReader(protocol, end) for end in ENDS}
+
     def subject(self, message: Message, layout: Layout) -> Subject:
         """Return a layout as the subject of cases."""
         dest, source = addresses(self.protocol, message)
@@ -309,7 +318,7 @@ class HeaderFraming(Framing):
         about = "an address with the data flag"
         yield of.encode("dest.above", about, "out_of_range", dest=0x80)
         yield from context_cases(self.protocol, of, raw)
-        yield from layout_stream(self.protocol, of, raw)
+        yield from layout_stream(self._readers, of, raw)
 
     def _lengths(self, of: Subject, raw: bytes) -> Iterator[Case]:
         if of.layout.array:
@@ -384,7 +393,7 @@ class HeaderFraming(Framing):
         documented = [message for message in self.protocol.messages if message.layouts]
         subjects = [self.subject(m, layout) for m in documented for layout in m.layouts]
         yield from protocol_cases(self, subjects)
-        yield from stream_cases(self, subjects)
+        yield from stream_cases(self, self._readers, subjects)
 
 
 def _fields(layout: Layout) -> tuple[Field, ...]:

@@ -6,7 +6,7 @@ import difflib
 import itertools
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.diagnostics import Place
 from stagewire_generator.lint.witness.reading import Vocabulary, pair, same_name, squash
@@ -17,8 +17,7 @@ from stagewire_generator.strict_yaml import Document, KeyPath
 NOTHING = "nothing"  # the side that lacks an entry
 
 
-@dataclass(frozen=True, slots=True)
-class Difference:
+class Difference(NamedTuple):
     """One place where document and registry differ."""
 
     place: str

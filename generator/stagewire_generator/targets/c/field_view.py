@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stagewire_generator.model import Layout
 from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.targets.c.source import Names, call, comment, field_doc, integer
 
 
-@dataclass(frozen=True, slots=True)
-class FieldView:
+class FieldView(NamedTuple):
     """A field.
 
     :param initial: its part of the initialiser.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from importlib import metadata
+from typing import NamedTuple
 
 from stagewire_generator.framing import FRAMINGS, rules_of
 from stagewire_generator.model import Layout, Message, Protocol
@@ -54,8 +54,7 @@ def requirement(version: str) -> str:
     return f"stagewire>={major}.{minor},<{following}"
 
 
-@dataclass(frozen=True, slots=True)
-class ProjectView:
+class ProjectView(NamedTuple):
     """The project of a package."""
 
     name: str  # of the distribution

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from stagewire_generator.model_fields import Field, Format
 from stagewire_generator.naming import camel
@@ -18,8 +17,7 @@ _TYPES = {"integer": "int", "text": "str", "bytes": "bytes", "array": "tuple[int
 _GIVEN = {"array": "Iterable[int]"}  # types that a constructor accepts, if they are others
 
 
-@dataclass(frozen=True, slots=True)
-class FieldView:
+class FieldView(NamedTuple):
     """A field as a slot and as an argument of the constructor."""
 
     name: str

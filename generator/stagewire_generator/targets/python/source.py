@@ -28,9 +28,9 @@ WIDTH = 100
 
 def literal(text: str) -> str:
     """Return a string literal with the quotes that a formatter would choose."""
+    if '"' not in text and "\\" not in text and text.isprintable():
+        return f'"{text}"'  # nearly all of them
     quote = "'" if text.count('"') > text.count("'") else '"'
-    if quote not in text and "\\" not in text and text.isprintable():
-        return f"{quote}{text}{quote}"  # nearly all of them
     escaped = []
     for char in text:
         if char in ("\\", quote):

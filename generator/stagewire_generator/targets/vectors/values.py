@@ -6,8 +6,7 @@ They depend only on the fields. The framings put a content into a frame.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from stagewire_generator.model import Json
 from stagewire_generator.model_fields import Field
@@ -66,8 +65,7 @@ UNNAMED = ("param1", "param2")
 """Unused header parameters."""
 
 
-@dataclass(frozen=True, slots=True)
-class Content:
+class Content(NamedTuple):
     """The values of a message, valid or invalid.
 
     :param name: the last part of the ids of its cases.
@@ -148,9 +146,10 @@ def _one_by_one(fields: Sequence[Field], base: Content) -> Iterator[Content]:
         if field.role == "reserved":
             continue
         for name, value in named_values(field):
-            held = filled(fields, base.held | {field.name: value})
+            held = base.held | {field.name: value}
             if not _fits(fields, held):
                 continue
+            held = filled(fields, held)
             yield Content(
                 name=field.name + name,
                 given={key: held[key] for key in (*base.given, field.name)},

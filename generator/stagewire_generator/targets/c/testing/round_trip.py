@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from stagewire_generator.model import Json, Layout, Message, Protocol
 from stagewire_generator.model_fields import Field
@@ -57,8 +57,7 @@ class LayoutView:
     fields: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class LayoutsView:
+class LayoutsView(NamedTuple):
     """All layouts in the order of the registry.
 
     :param calls: template of the adapters between a layout and its functions.
@@ -175,8 +174,7 @@ def _number(value: int) -> str:
     return integer(value - (1 << 64) if value >= 1 << 63 else value, 8, signed=True)
 
 
-@dataclass(frozen=True, slots=True)
-class TripView:
+class TripView(NamedTuple):
     """The test of a layout.
 
     :param message: the declaration of the decoded message.
@@ -204,8 +202,7 @@ class TripView:
     array: str
 
 
-@dataclass(frozen=True, slots=True)
-class RoundTripView:
+class RoundTripView(NamedTuple):
     """The tests of all layouts.
 
     :param trip: template of the test of a layout.
