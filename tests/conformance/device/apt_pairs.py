@@ -5,7 +5,7 @@ from __future__ import annotations
 from apt_runs import UNITS
 
 from stagewire.errors import UnknownScaleError
-from stagewire.quantities import Limit
+from stagewire.quantities import Limit, Scale
 from stagewire_apt import stages
 
 Pair = tuple[str, str | None]
@@ -42,9 +42,10 @@ def _figures(unit: str, stage: str) -> tuple[object, object]:
     limit = fitted.limits["travel"]
     travel = limit.value if isinstance(limit, Limit) else None
     try:
-        return travel, fitted.scale("position", unit).counts_per_unit
+        scale = fitted.scale("position", unit)
     except UnknownScaleError:
         return travel, None
+    return travel, scale.counts_per_unit if isinstance(scale, Scale) else None
 
 
 FITTED = _fitted()

@@ -41,7 +41,8 @@ LEFT_OUT = {
         "does not concern bytes; see the JSON of the registry": 6,
     },
 }
-LONGEST = 480  # bytes of a message that the runner of the vectors supports; testees answer longer cases
+# Bytes of the longest message that the runner of the vectors supports; testees answer longer cases.
+LONGEST = 480
 # Errors of a decoder in C; the compiler reports those of encoding, except values out of range.
 DECODED = {"truncated", "trailing", "bad_length", "unknown_message"}
 

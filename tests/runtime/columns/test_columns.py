@@ -39,6 +39,7 @@ from stagewire.errors import (
 from stagewire.framing import BadLength, Garbage, Received, Undocumented, Unknown
 from stagewire.protocols import (
     Command,
+    CountedMessage,
     Direction,
     FramedMessage,
     FramedProtocol,
@@ -53,7 +54,13 @@ from stagewire_apt import messages as m
 from undocumented import PROTOCOL as WITH_UNPRINTED
 from undocumented import HwUnprinted
 
-WITH_COLUMNS = [cls for cls in PROTOCOL.messages if not issubclass(cls, UndocumentedMessage)]
+WITH_COLUMNS = [
+    cls
+    for cls in PROTOCOL.messages
+    if not issubclass(
+        cls, (UndocumentedMessage, CountedMessage)
+    )  # for the latter, see test_arrays.py
+]
 STATUS = bytes.fromhex("91040e00 8150 0100 10270000 feff 0000 10000080")
 HOMED = bytes.fromhex("4404 0100 0150")
 BOTH = pytest.mark.parametrize("read_columns", [columns, numpy_columns])

@@ -124,8 +124,20 @@ def method(device: Any, call: Call) -> Callable[..., Any]:
 # Arguments
 
 
-def fields_of(layout: Any) -> list[Any]:
-    return [field for field in (layout["param1"], layout["param2"], *layout["fields"]) if field]
+def fields_of(layout: Any, unit: str = "") -> list[Any]:
+    """Return the fields of a layout, with their ranges on a unit, or with ranges that fit every unit."""
+    fields = (layout["param1"], layout["param2"], *layout["fields"])
+    return [_ranged(field, unit) for field in fields if field]
+
+
+def _ranged(field: Any, unit: str) -> Any:
+    ranges = field.get("ranges_by_unit")
+    if not ranges:
+        return field
+    fitting = [ranges.get(unit, ranges["others"])] if unit else ranges.values()
+    minimum = max(each["minimum"] for each in fitting)
+    maximum = min(each["maximum"] for each in fitting)
+    return {**field, "minimum": minimum, "maximum": maximum}
 
 
 def random_field(field: Any, draw: random.Random) -> Any:
@@ -199,7 +211,8 @@ def in_counts(
 ) -> Iterator[tuple[str, dict[str, Any], tuple[Any, ...]]]:
     """Yield the keywords in counts, with values just outside their range and values that are not integers."""
     ranges = {
-        field["name"]: field for field in fields_of(layouts(protocol)[message_of(call).__name__])
+        field["name"]: field
+        for field in fields_of(layouts(protocol)[message_of(call).__name__], call.unit)
     }
     for given in givens(call):
         field = ranges[given.field]

@@ -36,7 +36,9 @@ class AptGuard:
             for name, entry in entries.items()
             if entry["direction"] != "to_host"
         }
-        self._not_sent = {name: entry.get("not_sent", "") for name, entry in entries.items()}
+        self._not_sent: dict[str, str] = {
+            name: entry.get("not_sent", "") for name, entry in entries.items()
+        }
         self._closed = {
             entry["id"]: name
             for name, entry in entries.items()
