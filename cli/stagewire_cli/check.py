@@ -62,8 +62,8 @@ def check(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Also check these overlays combined with the default ones; may be repeated. Each overlay "
-            "is always checked on its own. Not with --against.",
+            help="Also check these overlays, applied in this order after the default ones; may be "
+            "repeated. Each overlay is always checked on what it builds on. Not with --against.",
         ),
     ] = None,
     base: Annotated[

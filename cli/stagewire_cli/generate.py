@@ -78,7 +78,7 @@ def generate(
         typer.Option(
             "--overlay",
             metavar="PROTOCOL/OVERLAY",
-            help="Also apply this overlay (a later issue) to its protocol; may be repeated.",
+            help="Also apply this overlay (a later issue) to its protocol; may be repeated, in order.",
         ),
     ] = None,
     base: Annotated[

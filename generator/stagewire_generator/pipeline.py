@@ -26,7 +26,9 @@ from stagewire_generator.lint.witness.comparison import Comparison
 from stagewire_generator.model import Protocol
 from stagewire_generator.naming import c_prefix
 from stagewire_generator.output import MANIFEST, digest, manifest
-from stagewire_generator.overlays.composition import compose, entries_of
+from stagewire_generator.overlays.composition import Composition, compose, entries_of
+from stagewire_generator.overlays.order import check_order, foundations, in_order
+from stagewire_generator.overlays.register import Key
 from stagewire_generator.reader import (
     Files,
     SourceFolder,
@@ -70,7 +72,7 @@ def check_overlays(
     *,
     defaults: bool = True,
 ) -> tuple[Protocol | None, dict[str, Checked]]:
-    """Check each overlay of a protocol on its own, then all that apply together.
+    """Check each overlay of a protocol on what it builds on, then all that apply together.
 
     The document of the protocol is not compared again: unchanged entries were compared before, and replaced
     entries belong to another document.
@@ -79,58 +81,121 @@ def check_overlays(
     :param requested: names of overlays, in the order in which they are applied.
     :param defaults: whether the overlays that are on by default apply, before those that are requested.
     Returns the protocol with the overlays that apply, or None if none applies or one has errors; and the
-    protocol with each overlay, by ``PROTOCOL/OVERLAY``.
+    protocol with each overlay and those that it builds on, by ``PROTOCOL/OVERLAY``.
     """
-    right: dict[str, tuple[Files, Protocol]] = {}
-    checked: dict[str, Checked] = {}
-    on: list[str] = []
     readable: dict[str, Files] = {}
     for overlay in source.overlays:
         before = diagnostics.reported
         files = read_overlay(overlay, diagnostics, say)
         if diagnostics.reported == before:
             readable[overlay.path.name] = files
-    others = {key: name for name, files in readable.items() for key, _ in entries_of(files)}
-    for name, files in readable.items():
+    known = [overlay.path.name for overlay in source.overlays]
+    under = foundations(readable, known, diagnostics)
+    layers = _Layers(base, readable, under, diagnostics, say)
+    checked: dict[str, Checked] = {}
+    right: set[str] = set()
+    for name in in_order(list(under), under):
         before = diagnostics.reported
-        if defaults and files["overlay"][0].data.get("default"):
-            on.append(name)
-        composed = compose(base.files, [files], diagnostics, others)
-        if composed is None:
+        if not right.issuperset(under[name]):
+            continue  # it would repeat the errors
+        layer = layers[(*under[name], name)]
+        if layer is None:
             continue
-        protocol = _laid_over(base.protocol, composed, diagnostics, say)
-        view = replace(protocol, document=protocol.document_of(name))
-        check_pages(view, files, diagnostics)
+        protocol = layer.protocol
+        check_pages(
+            replace(protocol, document=protocol.document_of(name)), readable[name], diagnostics
+        )
         title = f"{protocol.name}/{name}"
         say(f"{title}: witness and errata")
-        compared = check_errata(protocol, files, diagnostics, name, composed)
-        checked[title] = Checked(protocol, compared, files)
+        compared = check_errata(protocol, readable[name], diagnostics, name, layer.files)
+        checked[title] = Checked(protocol, compared, readable[name])
         if diagnostics.reported == before:  # otherwise a combination would repeat the errors
-            right[name] = files, protocol
-    chosen = [*on, *(name for name in requested if name not in on)]
-    if not chosen or not right.keys() >= set(chosen):
-        return None, checked
-    if len(chosen) == 1:
-        return right[chosen[0]][1], checked
-    together = compose(base.files, [right[name][0] for name in chosen], diagnostics)
-    if together is None:
-        return None, checked
-    return _laid_over(base.protocol, together, diagnostics, say), checked
-
-
-def _laid_over(base: Protocol, composed: Files, diagnostics: Diagnostics, say: Say) -> Protocol:
-    """Return the model of a protocol with overlays, and the messages that they add to its units."""
+            right.add(name)
+    on = [
+        name for name in readable if defaults and readable[name]["overlay"][0].data.get("default")
+    ]
+    chosen = [*in_order(on, under), *(name for name in requested if name not in on)]
+    found = dict(sorted(checked.items()))
+    if not chosen or not right.issuperset(chosen):
+        return None, found
     before = diagnostics.reported
-    protocol = _resolved(composed, diagnostics, say)
-    if diagnostics.reported > before:
-        return protocol
+    check_order(readable, chosen, source.path.name, diagnostics)
+    together = layers[tuple(chosen)] if diagnostics.reported == before else None
+    return None if together is None else together.protocol, found
+
+
+@dataclass(frozen=True, slots=True)
+class _Layer:
+    """A protocol with overlays, and what the next overlay needs to know.
+
+    :param files: the files, in which each entry of an overlay names it.
+    :param sound: whether the model has no errors.
+    """
+
+    composition: Composition
+    files: Files
+    protocol: Protocol
+    sound: bool
+
+
+class _Layers:
+    """A protocol with different overlays, by their names in the order of their application.
+
+    Each combination is resolved and checked once, on the one that lacks the last overlay.
+    """
+
+    def __init__(
+        self,
+        base: Checked,
+        overlays: Mapping[str, Files],
+        under: Mapping[str, Sequence[str]],
+        diagnostics: Diagnostics,
+        say: Say,
+    ) -> None:
+        self.overlays = overlays
+        self.under = under
+        self.diagnostics = diagnostics
+        self.say = say
+        self.owners: dict[Key, str] = {
+            key: name for name, files in overlays.items() for key, _ in entries_of(files)
+        }
+        self.base = base.protocol
+        self.found: dict[tuple[str, ...], _Layer | None] = {
+            (): _Layer(Composition(base.files), base.files, base.protocol, sound=True)
+        }
+
+    def __getitem__(self, names: tuple[str, ...]) -> _Layer | None:
+        """Return the protocol with overlays, or None if they cannot be applied one after the other."""
+        if names not in self.found:
+            self.found[names] = self._laid(names[-1], self[names[:-1]])
+        return self.found[names]
+
+    def _laid(self, name: str, below: _Layer | None) -> _Layer | None:
+        """Return the protocol with one more overlay."""
+        if below is None or not below.sound:
+            return None
+        composition = compose(
+            below.composition, self.overlays[name], self.diagnostics, self.under[name], self.owners
+        )
+        if composition is None:
+            return None
+        files, before = composition.files, self.diagnostics.reported
+        protocol = _resolved(files, self.diagnostics, self.say)
+        sound = self.diagnostics.reported == before
+        if sound:
+            protocol = replace(protocol, later_messages=_later_messages(protocol, self.base))
+        return _Layer(composition, files, protocol, sound)
+
+
+def _later_messages(protocol: Protocol, base: Protocol) -> dict[str, tuple[str, ...]]:
+    """Return the messages that overlays add to the units of a protocol."""
     units = protocol.units.get("units", {})
     later = {
         name: tuple(sorted(protocol.messages_of(units[name]) - base.messages_of(earlier)))
         for name, earlier in base.units.get("units", {}).items()
         if name in units
     }
-    return replace(protocol, later_messages={name: found for name, found in later.items() if found})
+    return {name: found for name, found in later.items() if found}
 
 
 def _resolved(files: Files, diagnostics: Diagnostics, say: Say) -> Protocol:

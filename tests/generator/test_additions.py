@@ -346,8 +346,8 @@ def pair(spec: Path) -> Pair:
 
 
 ONE_OF_THEM = (
-    "apply only one of the two overlays (--base leaves out the default ones), or write one that combines "
-    "them"
+    "apply only one of the two overlays (--base leaves out the default ones), or let one build on the other "
+    "(`builds_on` in overlay.yaml)"
 )
 
 
@@ -377,7 +377,7 @@ def test_the_hint_says_that_another_overlay_defines_an_entry(pair: Pair) -> None
     (folder / "units.yaml").write_text(yaml.safe_dump({"aliases": {"TP7": note}}))
     pair.write("mine", {"aliases": {"TP7": {"note": "x"}}})
     what = "SW061 the protocol does not define aliases.TP7"
-    hint = "the overlay later defines it, and no overlay can change another: make the change there"
+    hint = "the overlay later defines it: to change it, write `builds_on: [later]`"
     assert pair.found() == [("mine", what, hint)]
 
 

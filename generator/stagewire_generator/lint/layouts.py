@@ -88,7 +88,7 @@ def _pages(node: Any, path: KeyPath) -> Iterator[tuple[KeyPath, int]]:
 
 _SIZES = (1, 2, 3, 4, 8)
 _REPLACE = (
-    "to replace the message of the protocol, give the new one the same name and list it under `overrides` in "
+    "to replace the message of the {}, give the new one the same name and list it under `overrides` in "
     "overlay.yaml; otherwise one of the ids is wrong"
 )
 
@@ -189,6 +189,7 @@ def _array(
 def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
     # Setup commands have their own set of bytes.
     seen: dict[tuple[str, int, int | None], Message] = {}
+    order = ["", *(overlay.name for overlay in protocol.overlays)]
     for message in protocol.messages:
         if message.id is None:
             continue
@@ -200,8 +201,11 @@ def _ids(protocol: Protocol, diagnostics: Diagnostics) -> None:
             )
             if message.sub_message is not None:
                 what += f" and the sub-message {message.sub_message}"
-            one_is_laid_over = bool(message.overlay) is not bool(other.overlay)
-            diagnostics.add(message.place, "SW030", what, _REPLACE if one_is_laid_over else "")
+            hint = ""
+            if message.overlay != other.overlay:
+                below = min(message.overlay, other.overlay, key=order.index)
+                hint = _REPLACE.format(f"overlay {below}" if below else "protocol")
+            diagnostics.add(message.place, "SW030", what, hint)
         seen[key] = message
 
 

@@ -1,9 +1,8 @@
-"""Add to entries of a protocol, rename and withdraw them, as an overlay asks.
+"""Add to entries of a protocol and of overlays below, rename and withdraw them, as an overlay asks.
 
 ``additions.yaml`` of an overlay has the sections of a protocol. Each entry in it holds only the new parts of
-an entry that the protocol already has: mappings are merged key by key, items are appended to lists. An
-addition never changes a value; replacing an entry is an override. ``renames`` and ``withdraws`` in
-overlay.yaml list names.
+an entry that is already there: mappings are merged key by key, items are appended to lists. An addition never
+changes a value; replacing an entry is an override. ``renames`` and ``withdraws`` in overlay.yaml list names.
 """
 
 from __future__ import annotations
@@ -13,39 +12,42 @@ from dataclasses import replace
 from typing import Any
 
 from stagewire_generator.diagnostics import Diagnostics, Place
-from stagewire_generator.overlays.register import Home, Key, Register
+from stagewire_generator.overlays.register import Gone, Key, Register, owner
 from stagewire_generator.reader import Files
 from stagewire_generator.schemas import fits_schema
 from stagewire_generator.strict_yaml import Document, KeyPath
 
 _ROLES = ("SET", "REQ", "GET")
 _RENAMED = ("parameter_sets", "messages")
+_AS_PRINTED = ("protocol", "overlay", "printed", "decisions")  # files that keep old names
 
 
-def revise(base: Files, overlay: Files, register: Register, diagnostics: Diagnostics) -> Files:
-    """Return the files of a protocol after the renames, withdrawals and additions of an overlay.
+def revise(below: Files, overlay: Files, register: Register, diagnostics: Diagnostics) -> Files:
+    """Return the files below an overlay after its renames, withdrawals and additions.
 
-    :param register: the entries of the protocol, from which withdrawn and renamed ones are removed.
+    :param register: the entries below, from which withdrawn and renamed ones are removed.
     """
     head = overlay["overlay"][0]
-    revised = {kind: list(documents) for kind, documents in base.items()}
+    revised = {kind: list(documents) for kind, documents in below.items()}
     for key, place in _withdrawn(head):
-        if register.has(key, place, diagnostics):
-            kind, number = register.homes.pop(key)
-            register.gone[key] = head.overlay
+        if register.has(key, place, diagnostics, what_for="withdraw"):
+            kind, number, _ = register.homes.pop(key)
+            register.gone[key] = Gone(head.overlay)
             revised[kind][number] = _without(revised[kind][number], key)
             revised["units"] = [_unlisted(units, key) for units in revised.get("units", ())]
     for document in overlay.get("additions", ()):
-        changed: dict[Home, dict[KeyPath, Place]] = {}  # file -> where the overlay adds to it
+        changed: dict[tuple[str, int], dict[KeyPath, Place]] = {}  # file -> where it is added to
         for key, place in added(document):
-            if register.has(key, place, diagnostics):
-                kind, number = register.homes[key]
+            if register.has(key, place, diagnostics, what_for="add to"):
+                kind, number, _ = register.homes[key]
                 merger = _Merger(revised[kind][number], document, register.members, diagnostics)
                 revised[kind][number] = merger.merged(key, document.data[key[0]][key[1]])
                 changed.setdefault((kind, number), {})[key] = place
         for (kind, number), places in sorted(changed.items()):
-            fits_schema(revised[kind][number], kind, diagnostics, places=places)
-    names = dict(_renamed(head, base["protocol"][0], register, diagnostics))
+            whole = revised[kind][number]
+            part = bool(whole.overlay)  # so it may lack sections
+            fits_schema(whole, kind, diagnostics, part=part, places=places)
+    names = dict(_renamed(head, below["protocol"][0], register, diagnostics))
     spellings = {
         old: entry["spelling"]
         for entries in head.data.get("renames", {}).values()
@@ -53,7 +55,7 @@ def revise(base: Files, overlay: Files, register: Register, diagnostics: Diagnos
         if "spelling" in entry
     }
     for kind, documents in revised.items() if names else ():
-        if kind not in ("protocol", "printed", "decisions"):
+        if kind not in _AS_PRINTED:
             revised[kind] = [_with_names(document, names, spellings) for document in documents]
     return revised
 
@@ -99,7 +101,7 @@ def _unlisted(units: Document, withdrawn: Key) -> Document:
 
 
 class _Merger:
-    """Merges the additions of an overlay into one file of the protocol."""
+    """Merges the additions of an overlay into one file below it."""
 
     def __init__(
         self,
@@ -129,7 +131,7 @@ class _Merger:
         """Return a value with additions.
 
         :param at: its path in the overlay.
-        :param to: its path in the protocol.
+        :param to: its path in the file below.
         """
         if isinstance(known, dict) and isinstance(added, dict):
             whole = dict(known)
@@ -148,14 +150,20 @@ class _Merger:
             return [*known, *(item for item in added if item not in known)]
         for kind, noun in ((list, "a list"), (dict, "a mapping")):
             if isinstance(known, kind):
-                what = f"{added!r} must be {noun}, as in the protocol"
+                what = f"{added!r} must be {noun}, as in {self._owner(to)}"
                 self._refuse(at, what, f"write {noun} of what is new")
                 return known
         if known == added:
-            self._refuse(at, "the protocol has the same value")
+            self._refuse(at, f"{self._owner(to)} has the same value")
         else:
-            self._refuse(at, f"the protocol has {known!r}, the overlay {added!r}")
+            this = self.source.overlay if self.target.overlay_of(*to) else ""
+            mine = f"the overlay {this}".rstrip()
+            self._refuse(at, f"{self._owner(to)} has {known!r}, {mine} {added!r}")
         return known
+
+    def _owner(self, path: KeyPath) -> str:
+        """Return what the known value is from, in words."""
+        return owner(self.target.overlay_of(*path))
 
     def _has(self, known: list[Any], item: Any) -> bool:
         """Whether a list has an item; the name of a parameter set means all its messages."""
@@ -186,8 +194,8 @@ def _renamed(
             new, place = entry["to"], head.place("renames", section, old)
             if new in taken:
                 diagnostics.add(place, "SW020", f"{new}, the new name of {old}, is defined twice")
-            elif register.has((section, old), place, diagnostics):
-                register.gone[section, old] = head.overlay
+            elif register.has((section, old), place, diagnostics, what_for="rename"):
+                register.gone[section, old] = Gone(head.overlay, new)
                 taken.add(new)
                 yield old, new
                 if section == "parameter_sets":

@@ -42,15 +42,18 @@ def define_errata(tables: Tables) -> None:
 def with_errata(tables: Tables, message: Message) -> Message:
     """Return the message with the errata that name it, its set or its fields.
 
-    Errata of the protocol do not apply to a message of an overlay that replaces theirs.
+    An erratum does not apply to a message of an overlay that replaces the one it is about. It applies if it
+    is from the same overlay as the message, or from one that builds on it.
     """
     named = message.twin_of or message.name
     owners = {named} | ({message.set[0]} if message.set else set())
 
     def of(*names: str) -> tuple[str, ...]:
         found = {id for name in names for id in tables.errata_of.get(name, ())}
-        own = {id for id in found if message.overlay in ("", tables.errata[id].overlay)}
-        return tuple(sorted(own))
+        return tuple(sorted(id for id in found if message.overlay in covered(tables.errata[id])))
+
+    def covered(erratum: Erratum) -> set[str]:
+        return {"", erratum.overlay, *tables.under.get(erratum.overlay, ())}
 
     def marked(field: Field) -> Field:
         found = of(*(f"{owner}.{field.name}" for owner in owners))

@@ -48,6 +48,15 @@ class Tables:
         self.rules: dict[str, Rule] = {}
         self.errata_of: dict[str, set[str]] = {}  # MESSAGE or MESSAGE.field -> slugs
         self._found: dict[str, Format] = {}
+        self.under: dict[str, frozenset[str]] = {}  # overlay -> those that it builds on
+        for head in files.get("overlay", ()):
+            named = head.data.get("builds_on", ())
+            self.under[head.overlay] = frozenset(named).union(*(self.under[name] for name in named))
+
+    @property
+    def top(self) -> str:
+        """The overlay that was applied last; empty if there is none."""
+        return next(reversed(self.under), "")
 
     def entries(
         self, kind: str, section: str, table: Mapping[str, object]
