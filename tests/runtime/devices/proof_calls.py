@@ -16,8 +16,9 @@ from stagewire.protocols import load_protocol
 RAISED: dict[str, dict[str, Any]] = {
     "MLS203": {"max_velocity_mm_per_s": 10**9, "max_acceleration_mm_per_s2": 10**9},
     "Z8": {"max_velocity_mm_per_s": 10**9},
+    "KDC101": {"max_velocity_mm_per_s": 10**9, "max_acceleration_mm_per_s2": 10**9},
 }
-"""Stage -> options that raise its limits, for tests of other things."""
+"""Unit or stage -> options that raise the limits of the stage, for tests of other things."""
 KINDS = {"_get", "_set", "_change", "_ask", "_tell", "_act", "_start", "_halt"}
 
 
@@ -41,11 +42,7 @@ def registry(protocol: str = "thorlabs_apt") -> Any:
 
 
 UNLIKE = {
-    "BBD301": "requests that name a connector, and a message with an array",
-    "BBD302": "as the BBD301",
-    "BBD303": "as the BBD301",
     "K10CR1": "a built-in rotation stage, whose limits refuse most values in degrees",
-    "KDC101": "the acceleration of its first stage is unknown",
     "KVS30": "a built-in stage, whose limits refuse most values",
     "LTS150": "a scale that depends on the hardware version",
     "LTS300": "as the LTS150",
@@ -62,6 +59,11 @@ UNLIKE = {
 
 def units(protocol: str = "thorlabs_apt") -> list[str]:
     return [unit["name"] for unit in registry(protocol)["units"] if unit["name"] not in UNLIKE]
+
+
+def raised(unit: str) -> dict[str, Any]:
+    """Return options that raise the limits of the first stage of a unit."""
+    return RAISED.get(unit, RAISED.get(facts_of(unit)["stages"][0], {}))
 
 
 def facts_of(unit: str, protocol: str = "thorlabs_apt") -> Any:
@@ -91,13 +93,14 @@ def parts(cls: type) -> dict[str, type]:
 
 
 def calls(unit: str, package: str = "stagewire_apt") -> list[Call]:
-    """Return every call of a unit that is generated from the registry."""
+    """Return every call of a unit that is generated from the registry, except those that are never sent."""
     cls = getattr(import_module(f"{package}.devices"), unit)
-    return [
+    found = (
         Call(unit, part, name, kind, table)
         for part, its in parts(cls).items()
         for name, kind, table in _methods(its)
-    ]
+    )
+    return [call for call in found if not getattr(message_of(call).layout, "not_sent", "")]
 
 
 def _methods(cls: type) -> Iterator[tuple[str, str, Any]]:

@@ -165,7 +165,7 @@ async def change(
     check_limits(endpoint, what, table.given, new)
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     async with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
-        read = (await _ask(endpoint, table, deadline.left, {})).message
+        read = (await _ask(endpoint, table, deadline.left, given)).message
         fields = read.layout.fields
         _check_there(what, table, new, fields)
         held = {e.field: getattr(read, e.field) for e in table.given if e.field in fields}

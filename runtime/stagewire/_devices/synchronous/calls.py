@@ -165,7 +165,7 @@ def change(endpoint: Endpoint, table: ParameterSet[V], timeout: float | None, gi
     check_limits(endpoint, what, table.given, new)
     deadline = endpoint.deadline(endpoint.seconds(timeout))
     with endpoint.transport.lock((*endpoint.place, table.name), what, deadline.left):
-        read = (_ask(endpoint, table, deadline.left, {})).message
+        read = (_ask(endpoint, table, deadline.left, given)).message
         fields = read.layout.fields
         _check_there(what, table, new, fields)
         held = {e.field: getattr(read, e.field) for e in table.given if e.field in fields}
