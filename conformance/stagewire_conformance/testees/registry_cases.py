@@ -109,7 +109,7 @@ def _cut(raw: bytes, rest: Json, wanted: Json) -> Iterator[Step]:
 def _splits(raw: bytes) -> Iterator[int]:
     """Yield the positions to split a stream at; not all of a long one, whose middle is one array."""
     for at in range(1, len(raw)):
-        if len(raw) <= _LONG or at <= _END or at > len(raw) - _END or at % _STRIDE == 0:
+        if len(raw) <= _LONG or at <= _END or at >= len(raw) - _END or at % _STRIDE == 0:
             yield at
 
 

@@ -64,11 +64,11 @@
 #define APT_BBD30X_STATUS_BITS_HOMED UINT32_C(0x00000400)
 /** Bit 11: a brushless motor is finding its phase, and no motion command is executed. */
 #define APT_BBD30X_STATUS_BITS_INITIALIZING UINT32_C(0x00000800)
-/** Bit 12: position error is within the track window (bit 13 on page 66). */
+/** Bit 12: position error is within the track window (bit 13 on page 66 of Issue 3). */
 #define APT_BBD30X_STATUS_BITS_TRACKING UINT32_C(0x00001000)
 /** Bit 13: axis has settled at the demanded position (bit 14 on pages 66 and 73). */
 #define APT_BBD30X_STATUS_BITS_SETTLED UINT32_C(0x00002000)
-/** Bit 14: excessive position error (bit 15 on page 62). */
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
 #define APT_BBD30X_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
 /**
  * Bit 16: interlock of controllers with an enable signal; the document does not say which state is
@@ -81,7 +81,7 @@
 #define APT_BBD30X_STATUS_BITS_BUS_VOLTAGE_FAULT UINT32_C(0x00040000)
 /** Bit 19: commutation of a brushless motor has failed; only a power cycle clears it. */
 #define APT_BBD30X_STATUS_BITS_COMMUTATION_ERROR UINT32_C(0x00080000)
-/** Bit 24: motor current limit reached (bit 25 on page 64). */
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
 #define APT_BBD30X_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
 /** Bit 26: motor current is above its continuous limit; normal for a short time. */
 #define APT_BBD30X_STATUS_BITS_OVER_CURRENT UINT32_C(0x04000000)
@@ -207,13 +207,13 @@
 #define APT_DC_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_DC_STATUS_BITS_HOMED UINT32_C(0x00000400)
-/** Bit 12: position error is within the track window (bit 13 on page 66). */
+/** Bit 12: position error is within the track window (bit 13 on page 66 of Issue 3). */
 #define APT_DC_STATUS_BITS_TRACKING UINT32_C(0x00001000)
 /** Bit 13: axis has settled at the demanded position (bit 14 on pages 66 and 73). */
 #define APT_DC_STATUS_BITS_SETTLED UINT32_C(0x00002000)
-/** Bit 14: excessive position error (bit 15 on page 62). */
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
 #define APT_DC_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
-/** Bit 24: motor current limit reached (bit 25 on page 64). */
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
 #define APT_DC_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
 /** Bit 31: the channel is enabled. */
 #define APT_DC_STATUS_BITS_CHANNEL_ENABLED UINT32_C(0x80000000)
@@ -297,13 +297,13 @@
 #define APT_KBD101_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_KBD101_STATUS_BITS_HOMED UINT32_C(0x00000400)
-/** Bit 14: excessive position error (bit 15 on page 62). */
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
 #define APT_KBD101_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
 /** Bit 20: digital input 1 is high. */
 #define APT_KBD101_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
 /** Bit 21: digital input 2 is high. */
 #define APT_KBD101_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
-/** Bit 24: motor current limit reached (bit 25 on page 64). */
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
 #define APT_KBD101_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
 /** Bit 28: all power supplies are normal. */
 #define APT_KBD101_STATUS_BITS_POWER_OK UINT32_C(0x10000000)
@@ -341,7 +341,7 @@
 #define APT_KDC101_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_KDC101_STATUS_BITS_HOMED UINT32_C(0x00000400)
-/** Bit 14: excessive position error (bit 15 on page 62). */
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
 #define APT_KDC101_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
 /** Bit 20: digital input 1 is high. */
 #define APT_KDC101_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
@@ -420,7 +420,7 @@
 #define APT_M30X_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_M30X_STATUS_BITS_HOMED UINT32_C(0x00000400)
-/** Bit 14: excessive position error (bit 15 on page 62). */
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
 #define APT_M30X_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
 /** Bit 17: driver or motor is too hot. */
 #define APT_M30X_STATUS_BITS_OVER_TEMPERATURE UINT32_C(0x00020000)
@@ -430,7 +430,7 @@
 #define APT_M30X_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
 /** Bit 21: digital input 2 is high. */
 #define APT_M30X_STATUS_BITS_DIGITAL_INPUT_2 UINT32_C(0x00200000)
-/** Bit 24: motor current limit reached (bit 25 on page 64). */
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
 #define APT_M30X_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
 /** Bit 25: the encoder is faulty. */
 #define APT_M30X_STATUS_BITS_ENCODER_FAULT UINT32_C(0x02000000)
@@ -562,11 +562,11 @@
 #define APT_TBD001_STATUS_BITS_HOMING UINT32_C(0x00000200)
 /** Bit 10: homing has been completed. */
 #define APT_TBD001_STATUS_BITS_HOMED UINT32_C(0x00000400)
-/** Bit 12: position error is within the track window (bit 13 on page 66). */
+/** Bit 12: position error is within the track window (bit 13 on page 66 of Issue 3). */
 #define APT_TBD001_STATUS_BITS_TRACKING UINT32_C(0x00001000)
 /** Bit 13: axis has settled at the demanded position (bit 14 on pages 66 and 73). */
 #define APT_TBD001_STATUS_BITS_SETTLED UINT32_C(0x00002000)
-/** Bit 14: excessive position error (bit 15 on page 62). */
+/** Bit 14: excessive position error (bit 15 on page 62 of Issue 3). */
 #define APT_TBD001_STATUS_BITS_MOTION_ERROR UINT32_C(0x00004000)
 /** Bit 15: older controllers: a command could not be executed. */
 #define APT_TBD001_STATUS_BITS_INSTRUCTION_ERROR UINT32_C(0x00008000)
@@ -583,7 +583,7 @@
 #define APT_TBD001_STATUS_BITS_COMMUTATION_ERROR UINT32_C(0x00080000)
 /** Bit 20: digital input 1 is high. */
 #define APT_TBD001_STATUS_BITS_DIGITAL_INPUT_1 UINT32_C(0x00100000)
-/** Bit 24: motor current limit reached (bit 25 on page 64). */
+/** Bit 24: motor current limit reached (bit 25 on page 64 of Issue 3). */
 #define APT_TBD001_STATUS_BITS_MOTOR_CURRENT_LIMIT UINT32_C(0x01000000)
 /** Bit 30: one of the other errors, or another abnormal condition. */
 #define APT_TBD001_STATUS_BITS_ERROR UINT32_C(0x40000000)

@@ -77,12 +77,15 @@ class Bbd30xStatusBits(Flags):
         0x00000800,
         "a brushless motor is finding its phase, and no motion command is executed",
     )
-    tracking = Bit(0x00001000, "position error is within the track window (bit 13 on page 66)")
+    tracking = Bit(
+        0x00001000,
+        "position error is within the track window (bit 13 on page 66 of Issue 3)",
+    )
     settled = Bit(
         0x00002000,
         "axis has settled at the demanded position (bit 14 on pages 66 and 73)",
     )
-    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
+    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62 of Issue 3)")
     interlock = Bit(
         0x00010000,
         "interlock of controllers with an enable signal; the document does not say which state is 1",
@@ -93,7 +96,10 @@ class Bbd30xStatusBits(Flags):
         0x00080000,
         "commutation of a brushless motor has failed; only a power cycle clears it",
     )
-    motor_current_limit = Bit(0x01000000, "motor current limit reached (bit 25 on page 64)")
+    motor_current_limit = Bit(
+        0x01000000,
+        "motor current limit reached (bit 25 on page 64 of Issue 3)",
+    )
     over_current = Bit(
         0x04000000,
         "motor current is above its continuous limit; normal for a short time",
@@ -188,13 +194,19 @@ class DcStatusBits(Flags):
     jogging_reverse = Bit(0x00000080, "jogging in reverse")
     homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
-    tracking = Bit(0x00001000, "position error is within the track window (bit 13 on page 66)")
+    tracking = Bit(
+        0x00001000,
+        "position error is within the track window (bit 13 on page 66 of Issue 3)",
+    )
     settled = Bit(
         0x00002000,
         "axis has settled at the demanded position (bit 14 on pages 66 and 73)",
     )
-    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
-    motor_current_limit = Bit(0x01000000, "motor current limit reached (bit 25 on page 64)")
+    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62 of Issue 3)")
+    motor_current_limit = Bit(
+        0x01000000,
+        "motor current limit reached (bit 25 on page 64 of Issue 3)",
+    )
     channel_enabled = Bit(0x80000000, "the channel is enabled")
     forward_software_limit = Bit(0x00000004, "forward (CW) software limit is active")
     reverse_software_limit = Bit(0x00000008, "reverse (CCW) software limit is active")
@@ -259,10 +271,13 @@ class Kbd101StatusBits(Flags):
     motor_connected = Bit(0x00000100, "the controller has recognized the motor")
     homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
-    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
+    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62 of Issue 3)")
     digital_input_1 = Bit(0x00100000, "digital input 1 is high")
     digital_input_2 = Bit(0x00200000, "digital input 2 is high")
-    motor_current_limit = Bit(0x01000000, "motor current limit reached (bit 25 on page 64)")
+    motor_current_limit = Bit(
+        0x01000000,
+        "motor current limit reached (bit 25 on page 64 of Issue 3)",
+    )
     power_ok = Bit(0x10000000, "all power supplies are normal")
     active = Bit(0x20000000, "normally, a motion command is being executed")
     channel_enabled = Bit(0x80000000, "the channel is enabled")
@@ -288,7 +303,7 @@ class Kdc101StatusBits(Flags):
     motor_connected = Bit(0x00000100, "the controller has recognized the motor")
     homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
-    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
+    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62 of Issue 3)")
     digital_input_1 = Bit(0x00100000, "digital input 1 is high")
     digital_input_2 = Bit(0x00200000, "digital input 2 is high")
     error = Bit(0x40000000, "one of the other errors, or another abnormal condition")
@@ -360,12 +375,15 @@ class M30xStatusBits(Flags):
     motor_connected = Bit(0x00000100, "the controller has recognized the motor")
     homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
-    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
+    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62 of Issue 3)")
     over_temperature = Bit(0x00020000, "driver or motor is too hot")
     bus_voltage_fault = Bit(0x00040000, "supply voltage of the motor is too low")
     digital_input_1 = Bit(0x00100000, "digital input 1 is high")
     digital_input_2 = Bit(0x00200000, "digital input 2 is high")
-    motor_current_limit = Bit(0x01000000, "motor current limit reached (bit 25 on page 64)")
+    motor_current_limit = Bit(
+        0x01000000,
+        "motor current limit reached (bit 25 on page 64 of Issue 3)",
+    )
     encoder_fault = Bit(0x02000000, "the encoder is faulty")
     over_current = Bit(
         0x04000000,
@@ -475,12 +493,15 @@ class Tbd001StatusBits(Flags):
     jogging_reverse = Bit(0x00000080, "jogging in reverse")
     homing = Bit(0x00000200, "homing")
     homed = Bit(0x00000400, "homing has been completed")
-    tracking = Bit(0x00001000, "position error is within the track window (bit 13 on page 66)")
+    tracking = Bit(
+        0x00001000,
+        "position error is within the track window (bit 13 on page 66 of Issue 3)",
+    )
     settled = Bit(
         0x00002000,
         "axis has settled at the demanded position (bit 14 on pages 66 and 73)",
     )
-    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62)")
+    motion_error = Bit(0x00004000, "excessive position error (bit 15 on page 62 of Issue 3)")
     instruction_error = Bit(0x00008000, "older controllers: a command could not be executed")
     interlock = Bit(
         0x00010000,
@@ -493,7 +514,10 @@ class Tbd001StatusBits(Flags):
         "commutation of a brushless motor has failed; only a power cycle clears it",
     )
     digital_input_1 = Bit(0x00100000, "digital input 1 is high")
-    motor_current_limit = Bit(0x01000000, "motor current limit reached (bit 25 on page 64)")
+    motor_current_limit = Bit(
+        0x01000000,
+        "motor current limit reached (bit 25 on page 64 of Issue 3)",
+    )
     error = Bit(0x40000000, "one of the other errors, or another abnormal condition")
     channel_enabled = Bit(0x80000000, "the channel is enabled")
 

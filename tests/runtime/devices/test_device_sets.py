@@ -229,7 +229,7 @@ def test_an_error_lists_the_choices(
 ) -> None:
     with pytest.raises((BadValueError, OutOfRangeError)) as refused:
         tdc.jog(direction)
-    assert str(refused.value) == said
+    assert str(refused.value) == f"{said}; see MOT_MOVE_JOG.direction, page 47 of Issue 3"
     assert line.raw == b""
 
 

@@ -89,7 +89,10 @@ def project_view(protocol: Protocol) -> ProjectView:
         title=markdown(_plain(protocol.title)),
         summary=markdown(_plain(protocol.summary)),
         document=markdown(
-            f"{_plain(document['title'])}, issue {document['issue']} of {document['date']}"
+            "; ".join(
+                f"{_plain(each['title'])}, issue {each['issue']} of {each['date']}"
+                for each in (document, *(overlay.document for overlay in protocol.overlays))
+            )
         ),
         show=f"stagewire show {tried[0].name} {ours}" if tried else "",
         encode=encode,

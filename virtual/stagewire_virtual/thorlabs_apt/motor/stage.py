@@ -30,6 +30,7 @@ from stagewire_virtual.thorlabs_apt.motor.status import (
     Counter,
     MotorState,
     intact_bits,
+    reported_bits,
 )
 from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
 
@@ -49,6 +50,7 @@ class StageChannel(Behaviour):
         super().__init__(channel)
         self._kind: str = channel.unit.facts["status"]
         self._intact = intact_bits(channel.unit)
+        self._reported = reported_bits(channel.unit)
         self._scales = Scales(channel.settings.stage, channel.unit.name)
         travel = travel_of(channel, self._scales)
         place = starting_place(channel, travel)
@@ -138,7 +140,8 @@ class StageChannel(Behaviour):
         return LiveState(position, self._state().words)
 
     def _bits(self, table: str) -> dict[str, int]:
-        return {"status_bits": STATUS_BITS[table](self._state())}
+        bits = STATUS_BITS[table](self._state())
+        return {"status_bits": bits & self._reported if table == "dc" else bits}
 
     def _state(self) -> MotorState:
         action, drive = self._drive.action, self._drive
