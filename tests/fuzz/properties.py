@@ -381,8 +381,9 @@ def _check_build(reader: _Reader) -> None:
     layout = message.layout
     decoded = PROTOCOL.decode(raw, layout.when or None)
     assert decoded.encode() == raw, "encoding and decoding gave other bytes"
-    if extra and len(raw) - HEADER_SIZE in _LENGTHS[layout.id] - {layout.length}:
-        return  # with the extra bytes, another layout matches
+    longest = len(raw) - HEADER_SIZE
+    if extra and any(layout.length < other <= longest for other in _LENGTHS[layout.id]):
+        return  # with the extra bytes, a longer layout matches
     assert decoded == frame, f"{frame!r} was decoded as {decoded!r}"
 
 

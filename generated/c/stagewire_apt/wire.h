@@ -257,8 +257,9 @@ static inline bool apt_refused(bool out_of_range)
 static inline size_t apt_bits(uint64_t value)
 {
     size_t count = 0U;
-    while (value != 0U) {
-        value &= value - 1U;
+    uint64_t rest = value;
+    while (rest != 0U) {
+        rest &= rest - 1U;
         ++count;
     }
     return count;
