@@ -40,6 +40,7 @@ UNDECIDED = {"MPZ601": {"piezo-position", "piezo-zero"}}
 """Kinds that cannot run, because the document does not define the status bits of the unit."""
 SLOW = {
     "CR1_Z6": {"backlash", "move-absolute", "profile"},
+    "FW103": {"backlash", "disabled", "limits"},
     "GNL10_Z6": {"backlash", "profile"},
     "GNL18_Z6": {"backlash"},
     "PRM1_Z7": {"backlash", "profile"},
@@ -49,7 +50,7 @@ SLOW = {
     "PY004Z9_Yaw": {"backlash"},
     "Z625_B_64_1": {"backlash"},
 }
-"""Kinds that cannot run on stages with few counts, because their short moves have too few of them."""
+"""Kinds that cannot run on stages with few counts, because their moves have too few or are too quick."""
 
 
 QUIRKS = ("header_only_completion", "long_status", "unswapped_addresses", "fault_codes_in_response")
@@ -79,8 +80,8 @@ def test_a_virtual_controller_passes_and_is_restored(unit: str, stage: str | Non
     undecided = {outcome.kind.name for outcome in outcomes if outcome.result is Result.INFO}
     assert undecided == UNDECIDED.get(unit, set()) | SLOW.get(stage or "", set())
     lacking = dict.fromkeys(why for _, why in [*report.not_run, *later.not_run])
-    assert not lacking or stage is None
-    assert all("declares no travel" in why for why in lacking)
+    assert all("declares no travel" in why or "axis limits" in why for why in lacking)
+    assert stage is None or not any("declares no travel" in why for why in lacking)
 
 
 @pytest.mark.matrix

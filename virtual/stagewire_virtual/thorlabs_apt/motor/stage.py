@@ -30,7 +30,6 @@ from stagewire_virtual.thorlabs_apt.motor.status import (
     Counter,
     MotorState,
     intact_bits,
-    reported_bits,
 )
 from stagewire_virtual.thorlabs_apt.motor.travel import active_limits, index_run, soft_limits
 
@@ -50,7 +49,6 @@ class StageChannel(Behaviour):
         super().__init__(channel)
         self._kind: str = channel.unit.facts["status"]
         self._intact = intact_bits(channel.unit)
-        self._reported = reported_bits(channel.unit)
         self._scales = Scales(channel.settings.stage, channel.unit.name)
         travel = travel_of(channel, self._scales)
         place = starting_place(channel, travel)
@@ -140,8 +138,7 @@ class StageChannel(Behaviour):
         return LiveState(position, self._state().words)
 
     def _bits(self, table: str) -> dict[str, int]:
-        bits = STATUS_BITS[table](self._state())
-        return {"status_bits": bits & self._reported if table == "dc" else bits}
+        return {"status_bits": STATUS_BITS[table](self._state())}
 
     def _state(self) -> MotorState:
         action, drive = self._drive.action, self._drive

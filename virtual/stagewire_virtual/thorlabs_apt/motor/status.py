@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 from stagewire_apt.flags import DcStatusBits, StepperStatusBits
 from stagewire_virtual.axis import SimulatedAxis
@@ -107,30 +106,16 @@ def intact_bits(unit: Unit) -> frozenset[str]:
     Only an overlay has such bits. A unit reports those of its own table. The bits of a stepper are those of
     its own status, which also has :attr:`motor_connected`.
     """
-    own = _own_bits(unit)
-    if own is not None:
-        return frozenset({"motor_connected", "power_ok"} & own.keys())
-    stepper = unit.facts["status"] == "stepper" and "MOT_GET_STATUSBITS" in unit.messages
-    return frozenset({"motor_connected"} & DcStatusBits.bits.keys() if stepper else ())
-
-
-def reported_bits(unit: Unit) -> int:
-    """Return the mask of the bits that a unit sets in the DC status: those of its own table, or else all."""
-    own = _own_bits(unit)
-    return -1 if own is None else sum(bit["mask"] for bit in own.values())
-
-
-def _own_bits(unit: Unit) -> Mapping[str, Any] | None:
-    """Return the table of the DC status that only some units have; None for the other units."""
     if "MOT_GET_STATUSBITS" not in unit.messages:
-        return None
+        return frozenset()
     [layout] = unit.message("MOT_GET_STATUSBITS")["layouts"]
     field = next(field for field in layout["fields"] if field["name"] == "status_bits")
     own = field.get("flags_by_unit", {}).get(unit.name)
-    if own is None:
-        return None
-    bits: Mapping[str, Any] = unit.registry["flags"][own]["bits"]
-    return bits
+    if own is not None:
+        bits = unit.registry["flags"][own]["bits"]
+        return frozenset({"motor_connected", "power_ok"} & bits.keys())
+    stepper = unit.facts["status"] == "stepper"
+    return frozenset({"motor_connected"} & field["flags"].keys() if stepper else ())
 
 
 STATUS_BITS: Mapping[str, Callable[[MotorState], int]] = {"stepper": _stepper, "dc": _dc}
