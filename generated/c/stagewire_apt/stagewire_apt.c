@@ -32,6 +32,7 @@
 /** Never accepted. */
 #define GARBAGE (0x20U | (unsigned)APT_EVENT_GARBAGE)
 
+/** Whether packets with arrays are accepted. */
 #ifdef APT_NO_ARRAYS
 #define ARRAYS false
 #else

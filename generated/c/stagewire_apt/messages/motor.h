@@ -7964,7 +7964,8 @@ static inline apt_status apt_mot_req_dcstatusupdate_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_DCSTATUSUPDATE. */
+/** @{ */
+/** Another name of MOT_REQ_DCSTATUSUPDATE, or of what belongs to it. */
 #define APT_MOT_REQ_USTATUSUPDATE_ID APT_MOT_REQ_DCSTATUSUPDATE_ID
 #define apt_mot_req_ustatusupdate apt_mot_req_dcstatusupdate
 #define apt_mot_req_ustatusupdate_write_fields apt_mot_req_dcstatusupdate_write_fields
@@ -7974,6 +7975,7 @@ static inline apt_status apt_mot_req_dcstatusupdate_decode(
 #define APT_MOT_REQ_USTATUSUPDATE_LENGTH APT_MOT_REQ_DCSTATUSUPDATE_LENGTH
 #define APT_MOT_REQ_USTATUSUPDATE_SIZE APT_MOT_REQ_DCSTATUSUPDATE_SIZE
 #define APT_MOT_REQ_USTATUSUPDATE_INIT APT_MOT_REQ_DCSTATUSUPDATE_INIT
+/** @} */
 
 /** Id of MOT_GET_DCSTATUSUPDATE. */
 #define APT_MOT_GET_DCSTATUSUPDATE_ID 0x0491U
@@ -8123,7 +8125,8 @@ static inline apt_status apt_mot_get_dcstatusupdate_decode(
     return status;
 }
 
-/* Other names of MOT_GET_DCSTATUSUPDATE. */
+/** @{ */
+/** Another name of MOT_GET_DCSTATUSUPDATE, or of what belongs to it. */
 #define APT_MOT_GET_USTATUSUPDATE_ID APT_MOT_GET_DCSTATUSUPDATE_ID
 #define apt_mot_get_ustatusupdate apt_mot_get_dcstatusupdate
 #define apt_mot_get_ustatusupdate_write_fields apt_mot_get_dcstatusupdate_write_fields
@@ -8133,6 +8136,7 @@ static inline apt_status apt_mot_get_dcstatusupdate_decode(
 #define APT_MOT_GET_USTATUSUPDATE_LENGTH APT_MOT_GET_DCSTATUSUPDATE_LENGTH
 #define APT_MOT_GET_USTATUSUPDATE_SIZE APT_MOT_GET_DCSTATUSUPDATE_SIZE
 #define APT_MOT_GET_USTATUSUPDATE_INIT APT_MOT_GET_DCSTATUSUPDATE_INIT
+/** @} */
 
 /** Id of MOT_ACK_DCSTATUSUPDATE. */
 #define APT_MOT_ACK_DCSTATUSUPDATE_ID 0x0492U
@@ -8238,7 +8242,8 @@ static inline apt_status apt_mot_ack_dcstatusupdate_decode(
     return status;
 }
 
-/* Other names of MOT_ACK_DCSTATUSUPDATE. */
+/** @{ */
+/** Another name of MOT_ACK_DCSTATUSUPDATE, or of what belongs to it. */
 #define APT_MOT_ACK_USTATUSUPDATE_ID APT_MOT_ACK_DCSTATUSUPDATE_ID
 #define apt_mot_ack_ustatusupdate apt_mot_ack_dcstatusupdate
 #define apt_mot_ack_ustatusupdate_write_fields apt_mot_ack_dcstatusupdate_write_fields
@@ -8248,6 +8253,7 @@ static inline apt_status apt_mot_ack_dcstatusupdate_decode(
 #define APT_MOT_ACK_USTATUSUPDATE_LENGTH APT_MOT_ACK_DCSTATUSUPDATE_LENGTH
 #define APT_MOT_ACK_USTATUSUPDATE_SIZE APT_MOT_ACK_DCSTATUSUPDATE_SIZE
 #define APT_MOT_ACK_USTATUSUPDATE_INIT APT_MOT_ACK_DCSTATUSUPDATE_INIT
+/** @} */
 
 /** Id of MOT_SET_DCPIDPARAMS. */
 #define APT_MOT_SET_DCPIDPARAMS_ID 0x04A0U
@@ -9869,7 +9875,8 @@ static inline apt_status apt_mot_set_pmdcurrentloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PMDCURRENTLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_SET_PMDCURRENTLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_SET_CURRENTLOOPPARAMS_ID APT_MOT_SET_PMDCURRENTLOOPPARAMS_ID
 #define apt_mot_set_currentloopparams apt_mot_set_pmdcurrentloopparams
 #define apt_mot_set_currentloopparams_write_fields apt_mot_set_pmdcurrentloopparams_write_fields
@@ -9880,6 +9887,7 @@ static inline apt_status apt_mot_set_pmdcurrentloopparams_decode(
 #define APT_MOT_SET_CURRENTLOOPPARAMS_LENGTH APT_MOT_SET_PMDCURRENTLOOPPARAMS_LENGTH
 #define APT_MOT_SET_CURRENTLOOPPARAMS_SIZE APT_MOT_SET_PMDCURRENTLOOPPARAMS_SIZE
 #define APT_MOT_SET_CURRENTLOOPPARAMS_INIT APT_MOT_SET_PMDCURRENTLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_REQ_PMDCURRENTLOOPPARAMS. */
 #define APT_MOT_REQ_PMDCURRENTLOOPPARAMS_ID 0x04D5U
@@ -9984,7 +9992,8 @@ static inline apt_status apt_mot_req_pmdcurrentloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_PMDCURRENTLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_REQ_PMDCURRENTLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_REQ_CURRENTLOOPPARAMS_ID APT_MOT_REQ_PMDCURRENTLOOPPARAMS_ID
 #define apt_mot_req_currentloopparams apt_mot_req_pmdcurrentloopparams
 #define apt_mot_req_currentloopparams_write_fields apt_mot_req_pmdcurrentloopparams_write_fields
@@ -9995,6 +10004,7 @@ static inline apt_status apt_mot_req_pmdcurrentloopparams_decode(
 #define APT_MOT_REQ_CURRENTLOOPPARAMS_LENGTH APT_MOT_REQ_PMDCURRENTLOOPPARAMS_LENGTH
 #define APT_MOT_REQ_CURRENTLOOPPARAMS_SIZE APT_MOT_REQ_PMDCURRENTLOOPPARAMS_SIZE
 #define APT_MOT_REQ_CURRENTLOOPPARAMS_INIT APT_MOT_REQ_PMDCURRENTLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_GET_PMDCURRENTLOOPPARAMS. */
 #define APT_MOT_GET_PMDCURRENTLOOPPARAMS_ID 0x04D6U
@@ -10138,7 +10148,8 @@ static inline apt_status apt_mot_get_pmdcurrentloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_GET_PMDCURRENTLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_GET_PMDCURRENTLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_GET_CURRENTLOOPPARAMS_ID APT_MOT_GET_PMDCURRENTLOOPPARAMS_ID
 #define apt_mot_get_currentloopparams apt_mot_get_pmdcurrentloopparams
 #define apt_mot_get_currentloopparams_write_fields apt_mot_get_pmdcurrentloopparams_write_fields
@@ -10149,6 +10160,7 @@ static inline apt_status apt_mot_get_pmdcurrentloopparams_decode(
 #define APT_MOT_GET_CURRENTLOOPPARAMS_LENGTH APT_MOT_GET_PMDCURRENTLOOPPARAMS_LENGTH
 #define APT_MOT_GET_CURRENTLOOPPARAMS_SIZE APT_MOT_GET_PMDCURRENTLOOPPARAMS_SIZE
 #define APT_MOT_GET_CURRENTLOOPPARAMS_INIT APT_MOT_GET_PMDCURRENTLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_SET_PMDPOSITIONLOOPPARAMS. */
 #define APT_MOT_SET_PMDPOSITIONLOOPPARAMS_ID 0x04D7U
@@ -10321,7 +10333,8 @@ static inline apt_status apt_mot_set_pmdpositionloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PMDPOSITIONLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_SET_PMDPOSITIONLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_SET_POSITIONLOOPPARAMS_ID APT_MOT_SET_PMDPOSITIONLOOPPARAMS_ID
 #define apt_mot_set_positionloopparams apt_mot_set_pmdpositionloopparams
 #define apt_mot_set_positionloopparams_write_fields apt_mot_set_pmdpositionloopparams_write_fields
@@ -10332,6 +10345,7 @@ static inline apt_status apt_mot_set_pmdpositionloopparams_decode(
 #define APT_MOT_SET_POSITIONLOOPPARAMS_LENGTH APT_MOT_SET_PMDPOSITIONLOOPPARAMS_LENGTH
 #define APT_MOT_SET_POSITIONLOOPPARAMS_SIZE APT_MOT_SET_PMDPOSITIONLOOPPARAMS_SIZE
 #define APT_MOT_SET_POSITIONLOOPPARAMS_INIT APT_MOT_SET_PMDPOSITIONLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_REQ_PMDPOSITIONLOOPPARAMS. */
 #define APT_MOT_REQ_PMDPOSITIONLOOPPARAMS_ID 0x04D8U
@@ -10434,7 +10448,8 @@ static inline apt_status apt_mot_req_pmdpositionloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_PMDPOSITIONLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_REQ_PMDPOSITIONLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_REQ_POSITIONLOOPPARAMS_ID APT_MOT_REQ_PMDPOSITIONLOOPPARAMS_ID
 #define apt_mot_req_positionloopparams apt_mot_req_pmdpositionloopparams
 #define apt_mot_req_positionloopparams_write_fields apt_mot_req_pmdpositionloopparams_write_fields
@@ -10445,6 +10460,7 @@ static inline apt_status apt_mot_req_pmdpositionloopparams_decode(
 #define APT_MOT_REQ_POSITIONLOOPPARAMS_LENGTH APT_MOT_REQ_PMDPOSITIONLOOPPARAMS_LENGTH
 #define APT_MOT_REQ_POSITIONLOOPPARAMS_SIZE APT_MOT_REQ_PMDPOSITIONLOOPPARAMS_SIZE
 #define APT_MOT_REQ_POSITIONLOOPPARAMS_INIT APT_MOT_REQ_PMDPOSITIONLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_GET_PMDPOSITIONLOOPPARAMS. */
 #define APT_MOT_GET_PMDPOSITIONLOOPPARAMS_ID 0x04D9U
@@ -10612,7 +10628,8 @@ static inline apt_status apt_mot_get_pmdpositionloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_GET_PMDPOSITIONLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_GET_PMDPOSITIONLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_GET_POSITIONLOOPPARAMS_ID APT_MOT_GET_PMDPOSITIONLOOPPARAMS_ID
 #define apt_mot_get_positionloopparams apt_mot_get_pmdpositionloopparams
 #define apt_mot_get_positionloopparams_write_fields apt_mot_get_pmdpositionloopparams_write_fields
@@ -10623,6 +10640,7 @@ static inline apt_status apt_mot_get_pmdpositionloopparams_decode(
 #define APT_MOT_GET_POSITIONLOOPPARAMS_LENGTH APT_MOT_GET_PMDPOSITIONLOOPPARAMS_LENGTH
 #define APT_MOT_GET_POSITIONLOOPPARAMS_SIZE APT_MOT_GET_PMDPOSITIONLOOPPARAMS_SIZE
 #define APT_MOT_GET_POSITIONLOOPPARAMS_INIT APT_MOT_GET_PMDPOSITIONLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_SET_PMDMOTOROUTPUTPARAMS. */
 #define APT_MOT_SET_PMDMOTOROUTPUTPARAMS_ID 0x04DAU
@@ -10779,7 +10797,8 @@ static inline apt_status apt_mot_set_pmdmotoroutputparams_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PMDMOTOROUTPUTPARAMS. */
+/** @{ */
+/** Another name of MOT_SET_PMDMOTOROUTPUTPARAMS, or of what belongs to it. */
 #define APT_MOT_SET_MOTOROUTPUTPARAMS_ID APT_MOT_SET_PMDMOTOROUTPUTPARAMS_ID
 #define apt_mot_set_motoroutputparams apt_mot_set_pmdmotoroutputparams
 #define apt_mot_set_motoroutputparams_write_fields apt_mot_set_pmdmotoroutputparams_write_fields
@@ -10790,6 +10809,7 @@ static inline apt_status apt_mot_set_pmdmotoroutputparams_decode(
 #define APT_MOT_SET_MOTOROUTPUTPARAMS_LENGTH APT_MOT_SET_PMDMOTOROUTPUTPARAMS_LENGTH
 #define APT_MOT_SET_MOTOROUTPUTPARAMS_SIZE APT_MOT_SET_PMDMOTOROUTPUTPARAMS_SIZE
 #define APT_MOT_SET_MOTOROUTPUTPARAMS_INIT APT_MOT_SET_PMDMOTOROUTPUTPARAMS_INIT
+/** @} */
 
 /** Id of MOT_REQ_PMDMOTOROUTPUTPARAMS. */
 #define APT_MOT_REQ_PMDMOTOROUTPUTPARAMS_ID 0x04DBU
@@ -10894,7 +10914,8 @@ static inline apt_status apt_mot_req_pmdmotoroutputparams_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_PMDMOTOROUTPUTPARAMS. */
+/** @{ */
+/** Another name of MOT_REQ_PMDMOTOROUTPUTPARAMS, or of what belongs to it. */
 #define APT_MOT_REQ_MOTOROUTPUTPARAMS_ID APT_MOT_REQ_PMDMOTOROUTPUTPARAMS_ID
 #define apt_mot_req_motoroutputparams apt_mot_req_pmdmotoroutputparams
 #define apt_mot_req_motoroutputparams_write_fields apt_mot_req_pmdmotoroutputparams_write_fields
@@ -10905,6 +10926,7 @@ static inline apt_status apt_mot_req_pmdmotoroutputparams_decode(
 #define APT_MOT_REQ_MOTOROUTPUTPARAMS_LENGTH APT_MOT_REQ_PMDMOTOROUTPUTPARAMS_LENGTH
 #define APT_MOT_REQ_MOTOROUTPUTPARAMS_SIZE APT_MOT_REQ_PMDMOTOROUTPUTPARAMS_SIZE
 #define APT_MOT_REQ_MOTOROUTPUTPARAMS_INIT APT_MOT_REQ_PMDMOTOROUTPUTPARAMS_INIT
+/** @} */
 
 /** Id of MOT_GET_PMDMOTOROUTPUTPARAMS. */
 #define APT_MOT_GET_PMDMOTOROUTPUTPARAMS_ID 0x04DCU
@@ -11049,7 +11071,8 @@ static inline apt_status apt_mot_get_pmdmotoroutputparams_decode(
     return status;
 }
 
-/* Other names of MOT_GET_PMDMOTOROUTPUTPARAMS. */
+/** @{ */
+/** Another name of MOT_GET_PMDMOTOROUTPUTPARAMS, or of what belongs to it. */
 #define APT_MOT_GET_MOTOROUTPUTPARAMS_ID APT_MOT_GET_PMDMOTOROUTPUTPARAMS_ID
 #define apt_mot_get_motoroutputparams apt_mot_get_pmdmotoroutputparams
 #define apt_mot_get_motoroutputparams_write_fields apt_mot_get_pmdmotoroutputparams_write_fields
@@ -11060,6 +11083,7 @@ static inline apt_status apt_mot_get_pmdmotoroutputparams_decode(
 #define APT_MOT_GET_MOTOROUTPUTPARAMS_LENGTH APT_MOT_GET_PMDMOTOROUTPUTPARAMS_LENGTH
 #define APT_MOT_GET_MOTOROUTPUTPARAMS_SIZE APT_MOT_GET_PMDMOTOROUTPUTPARAMS_SIZE
 #define APT_MOT_GET_MOTOROUTPUTPARAMS_INIT APT_MOT_GET_PMDMOTOROUTPUTPARAMS_INIT
+/** @} */
 
 /** Id of MOT_SET_PMDTRACKSETTLEPARAMS. */
 #define APT_MOT_SET_PMDTRACKSETTLEPARAMS_ID 0x04E0U
@@ -11198,7 +11222,8 @@ static inline apt_status apt_mot_set_pmdtracksettleparams_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PMDTRACKSETTLEPARAMS. */
+/** @{ */
+/** Another name of MOT_SET_PMDTRACKSETTLEPARAMS, or of what belongs to it. */
 #define APT_MOT_SET_TRACKSETTLEPARAMS_ID APT_MOT_SET_PMDTRACKSETTLEPARAMS_ID
 #define apt_mot_set_tracksettleparams apt_mot_set_pmdtracksettleparams
 #define apt_mot_set_tracksettleparams_write_fields apt_mot_set_pmdtracksettleparams_write_fields
@@ -11209,6 +11234,7 @@ static inline apt_status apt_mot_set_pmdtracksettleparams_decode(
 #define APT_MOT_SET_TRACKSETTLEPARAMS_LENGTH APT_MOT_SET_PMDTRACKSETTLEPARAMS_LENGTH
 #define APT_MOT_SET_TRACKSETTLEPARAMS_SIZE APT_MOT_SET_PMDTRACKSETTLEPARAMS_SIZE
 #define APT_MOT_SET_TRACKSETTLEPARAMS_INIT APT_MOT_SET_PMDTRACKSETTLEPARAMS_INIT
+/** @} */
 
 /** Id of MOT_REQ_PMDTRACKSETTLEPARAMS. */
 #define APT_MOT_REQ_PMDTRACKSETTLEPARAMS_ID 0x04E1U
@@ -11313,7 +11339,8 @@ static inline apt_status apt_mot_req_pmdtracksettleparams_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_PMDTRACKSETTLEPARAMS. */
+/** @{ */
+/** Another name of MOT_REQ_PMDTRACKSETTLEPARAMS, or of what belongs to it. */
 #define APT_MOT_REQ_TRACKSETTLEPARAMS_ID APT_MOT_REQ_PMDTRACKSETTLEPARAMS_ID
 #define apt_mot_req_tracksettleparams apt_mot_req_pmdtracksettleparams
 #define apt_mot_req_tracksettleparams_write_fields apt_mot_req_pmdtracksettleparams_write_fields
@@ -11324,6 +11351,7 @@ static inline apt_status apt_mot_req_pmdtracksettleparams_decode(
 #define APT_MOT_REQ_TRACKSETTLEPARAMS_LENGTH APT_MOT_REQ_PMDTRACKSETTLEPARAMS_LENGTH
 #define APT_MOT_REQ_TRACKSETTLEPARAMS_SIZE APT_MOT_REQ_PMDTRACKSETTLEPARAMS_SIZE
 #define APT_MOT_REQ_TRACKSETTLEPARAMS_INIT APT_MOT_REQ_PMDTRACKSETTLEPARAMS_INIT
+/** @} */
 
 /** Id of MOT_GET_PMDTRACKSETTLEPARAMS. */
 #define APT_MOT_GET_PMDTRACKSETTLEPARAMS_ID 0x04E2U
@@ -11458,7 +11486,8 @@ static inline apt_status apt_mot_get_pmdtracksettleparams_decode(
     return status;
 }
 
-/* Other names of MOT_GET_PMDTRACKSETTLEPARAMS. */
+/** @{ */
+/** Another name of MOT_GET_PMDTRACKSETTLEPARAMS, or of what belongs to it. */
 #define APT_MOT_GET_TRACKSETTLEPARAMS_ID APT_MOT_GET_PMDTRACKSETTLEPARAMS_ID
 #define apt_mot_get_tracksettleparams apt_mot_get_pmdtracksettleparams
 #define apt_mot_get_tracksettleparams_write_fields apt_mot_get_pmdtracksettleparams_write_fields
@@ -11469,6 +11498,7 @@ static inline apt_status apt_mot_get_pmdtracksettleparams_decode(
 #define APT_MOT_GET_TRACKSETTLEPARAMS_LENGTH APT_MOT_GET_PMDTRACKSETTLEPARAMS_LENGTH
 #define APT_MOT_GET_TRACKSETTLEPARAMS_SIZE APT_MOT_GET_PMDTRACKSETTLEPARAMS_SIZE
 #define APT_MOT_GET_TRACKSETTLEPARAMS_INIT APT_MOT_GET_PMDTRACKSETTLEPARAMS_INIT
+/** @} */
 
 /** Id of MOT_SET_PMDPROFILEMODEPARAMS. */
 #define APT_MOT_SET_PMDPROFILEMODEPARAMS_ID 0x04E3U
@@ -11595,7 +11625,8 @@ static inline apt_status apt_mot_set_pmdprofilemodeparams_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PMDPROFILEMODEPARAMS. */
+/** @{ */
+/** Another name of MOT_SET_PMDPROFILEMODEPARAMS, or of what belongs to it. */
 #define APT_MOT_SET_PROFILEMODEPARAMS_ID APT_MOT_SET_PMDPROFILEMODEPARAMS_ID
 #define apt_mot_set_profilemodeparams apt_mot_set_pmdprofilemodeparams
 #define apt_mot_set_profilemodeparams_write_fields apt_mot_set_pmdprofilemodeparams_write_fields
@@ -11606,6 +11637,7 @@ static inline apt_status apt_mot_set_pmdprofilemodeparams_decode(
 #define APT_MOT_SET_PROFILEMODEPARAMS_LENGTH APT_MOT_SET_PMDPROFILEMODEPARAMS_LENGTH
 #define APT_MOT_SET_PROFILEMODEPARAMS_SIZE APT_MOT_SET_PMDPROFILEMODEPARAMS_SIZE
 #define APT_MOT_SET_PROFILEMODEPARAMS_INIT APT_MOT_SET_PMDPROFILEMODEPARAMS_INIT
+/** @} */
 
 /** Id of MOT_REQ_PMDPROFILEMODEPARAMS. */
 #define APT_MOT_REQ_PMDPROFILEMODEPARAMS_ID 0x04E4U
@@ -11710,7 +11742,8 @@ static inline apt_status apt_mot_req_pmdprofilemodeparams_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_PMDPROFILEMODEPARAMS. */
+/** @{ */
+/** Another name of MOT_REQ_PMDPROFILEMODEPARAMS, or of what belongs to it. */
 #define APT_MOT_REQ_PROFILEMODEPARAMS_ID APT_MOT_REQ_PMDPROFILEMODEPARAMS_ID
 #define apt_mot_req_profilemodeparams apt_mot_req_pmdprofilemodeparams
 #define apt_mot_req_profilemodeparams_write_fields apt_mot_req_pmdprofilemodeparams_write_fields
@@ -11721,6 +11754,7 @@ static inline apt_status apt_mot_req_pmdprofilemodeparams_decode(
 #define APT_MOT_REQ_PROFILEMODEPARAMS_LENGTH APT_MOT_REQ_PMDPROFILEMODEPARAMS_LENGTH
 #define APT_MOT_REQ_PROFILEMODEPARAMS_SIZE APT_MOT_REQ_PMDPROFILEMODEPARAMS_SIZE
 #define APT_MOT_REQ_PROFILEMODEPARAMS_INIT APT_MOT_REQ_PMDPROFILEMODEPARAMS_INIT
+/** @} */
 
 /** Id of MOT_GET_PMDPROFILEMODEPARAMS. */
 #define APT_MOT_GET_PMDPROFILEMODEPARAMS_ID 0x04E5U
@@ -11843,7 +11877,8 @@ static inline apt_status apt_mot_get_pmdprofilemodeparams_decode(
     return status;
 }
 
-/* Other names of MOT_GET_PMDPROFILEMODEPARAMS. */
+/** @{ */
+/** Another name of MOT_GET_PMDPROFILEMODEPARAMS, or of what belongs to it. */
 #define APT_MOT_GET_PROFILEMODEPARAMS_ID APT_MOT_GET_PMDPROFILEMODEPARAMS_ID
 #define apt_mot_get_profilemodeparams apt_mot_get_pmdprofilemodeparams
 #define apt_mot_get_profilemodeparams_write_fields apt_mot_get_pmdprofilemodeparams_write_fields
@@ -11854,6 +11889,7 @@ static inline apt_status apt_mot_get_pmdprofilemodeparams_decode(
 #define APT_MOT_GET_PROFILEMODEPARAMS_LENGTH APT_MOT_GET_PMDPROFILEMODEPARAMS_LENGTH
 #define APT_MOT_GET_PROFILEMODEPARAMS_SIZE APT_MOT_GET_PMDPROFILEMODEPARAMS_SIZE
 #define APT_MOT_GET_PROFILEMODEPARAMS_INIT APT_MOT_GET_PMDPROFILEMODEPARAMS_INIT
+/** @} */
 
 /** Id of MOT_SET_JOYSTICKPARAMS. */
 #define APT_MOT_SET_JOYSTICKPARAMS_ID 0x04E6U
@@ -12343,7 +12379,8 @@ static inline apt_status apt_mot_set_pmdsettledcurrentloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_SET_SETTLEDCURRENTLOOPPARAMS_ID APT_MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS_ID
 #define apt_mot_set_settledcurrentloopparams apt_mot_set_pmdsettledcurrentloopparams
 #define apt_mot_set_settledcurrentloopparams_write_fields \
@@ -12355,6 +12392,7 @@ static inline apt_status apt_mot_set_pmdsettledcurrentloopparams_decode(
 #define APT_MOT_SET_SETTLEDCURRENTLOOPPARAMS_LENGTH APT_MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS_LENGTH
 #define APT_MOT_SET_SETTLEDCURRENTLOOPPARAMS_SIZE APT_MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS_SIZE
 #define APT_MOT_SET_SETTLEDCURRENTLOOPPARAMS_INIT APT_MOT_SET_PMDSETTLEDCURRENTLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS. */
 #define APT_MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS_ID 0x04EAU
@@ -12463,7 +12501,8 @@ static inline apt_status apt_mot_req_pmdsettledcurrentloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_REQ_SETTLEDCURRENTLOOPPARAMS_ID APT_MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS_ID
 #define apt_mot_req_settledcurrentloopparams apt_mot_req_pmdsettledcurrentloopparams
 #define apt_mot_req_settledcurrentloopparams_write_fields \
@@ -12475,6 +12514,7 @@ static inline apt_status apt_mot_req_pmdsettledcurrentloopparams_decode(
 #define APT_MOT_REQ_SETTLEDCURRENTLOOPPARAMS_LENGTH APT_MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS_LENGTH
 #define APT_MOT_REQ_SETTLEDCURRENTLOOPPARAMS_SIZE APT_MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS_SIZE
 #define APT_MOT_REQ_SETTLEDCURRENTLOOPPARAMS_INIT APT_MOT_REQ_PMDSETTLEDCURRENTLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS. */
 #define APT_MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS_ID 0x04EBU
@@ -12617,7 +12657,8 @@ static inline apt_status apt_mot_get_pmdsettledcurrentloopparams_decode(
     return status;
 }
 
-/* Other names of MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS. */
+/** @{ */
+/** Another name of MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS, or of what belongs to it. */
 #define APT_MOT_GET_SETTLEDCURRENTLOOPPARAMS_ID APT_MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS_ID
 #define apt_mot_get_settledcurrentloopparams apt_mot_get_pmdsettledcurrentloopparams
 #define apt_mot_get_settledcurrentloopparams_write_fields \
@@ -12629,6 +12670,7 @@ static inline apt_status apt_mot_get_pmdsettledcurrentloopparams_decode(
 #define APT_MOT_GET_SETTLEDCURRENTLOOPPARAMS_LENGTH APT_MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS_LENGTH
 #define APT_MOT_GET_SETTLEDCURRENTLOOPPARAMS_SIZE APT_MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS_SIZE
 #define APT_MOT_GET_SETTLEDCURRENTLOOPPARAMS_INIT APT_MOT_GET_PMDSETTLEDCURRENTLOOPPARAMS_INIT
+/** @} */
 
 /** Id of MOT_SET_PMDSTAGEAXISPARAMS. */
 #define APT_MOT_SET_PMDSTAGEAXISPARAMS_ID 0x04F0U
@@ -12821,7 +12863,8 @@ static inline apt_status apt_mot_set_pmdstageaxisparams_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PMDSTAGEAXISPARAMS. */
+/** @{ */
+/** Another name of MOT_SET_PMDSTAGEAXISPARAMS, or of what belongs to it. */
 #define APT_MOT_SET_STAGEAXISPARAMS_ID APT_MOT_SET_PMDSTAGEAXISPARAMS_ID
 #define apt_mot_set_stageaxisparams apt_mot_set_pmdstageaxisparams
 #define apt_mot_set_stageaxisparams_write_fields apt_mot_set_pmdstageaxisparams_write_fields
@@ -12831,6 +12874,7 @@ static inline apt_status apt_mot_set_pmdstageaxisparams_decode(
 #define APT_MOT_SET_STAGEAXISPARAMS_LENGTH APT_MOT_SET_PMDSTAGEAXISPARAMS_LENGTH
 #define APT_MOT_SET_STAGEAXISPARAMS_SIZE APT_MOT_SET_PMDSTAGEAXISPARAMS_SIZE
 #define APT_MOT_SET_STAGEAXISPARAMS_INIT APT_MOT_SET_PMDSTAGEAXISPARAMS_INIT
+/** @} */
 
 /** Id of MOT_REQ_PMDSTAGEAXISPARAMS. */
 #define APT_MOT_REQ_PMDSTAGEAXISPARAMS_ID 0x04F1U
@@ -12933,7 +12977,8 @@ static inline apt_status apt_mot_req_pmdstageaxisparams_decode(
     return status;
 }
 
-/* Other names of MOT_REQ_PMDSTAGEAXISPARAMS. */
+/** @{ */
+/** Another name of MOT_REQ_PMDSTAGEAXISPARAMS, or of what belongs to it. */
 #define APT_MOT_REQ_STAGEAXISPARAMS_ID APT_MOT_REQ_PMDSTAGEAXISPARAMS_ID
 #define apt_mot_req_stageaxisparams apt_mot_req_pmdstageaxisparams
 #define apt_mot_req_stageaxisparams_write_fields apt_mot_req_pmdstageaxisparams_write_fields
@@ -12943,6 +12988,7 @@ static inline apt_status apt_mot_req_pmdstageaxisparams_decode(
 #define APT_MOT_REQ_STAGEAXISPARAMS_LENGTH APT_MOT_REQ_PMDSTAGEAXISPARAMS_LENGTH
 #define APT_MOT_REQ_STAGEAXISPARAMS_SIZE APT_MOT_REQ_PMDSTAGEAXISPARAMS_SIZE
 #define APT_MOT_REQ_STAGEAXISPARAMS_INIT APT_MOT_REQ_PMDSTAGEAXISPARAMS_INIT
+/** @} */
 
 /** Id of MOT_GET_PMDSTAGEAXISPARAMS. */
 #define APT_MOT_GET_PMDSTAGEAXISPARAMS_ID 0x04F2U
@@ -13158,7 +13204,8 @@ static inline apt_status apt_mot_get_pmdstageaxisparams_decode(
     return status;
 }
 
-/* Other names of MOT_GET_PMDSTAGEAXISPARAMS. */
+/** @{ */
+/** Another name of MOT_GET_PMDSTAGEAXISPARAMS, or of what belongs to it. */
 #define APT_MOT_GET_STAGEAXISPARAMS_ID APT_MOT_GET_PMDSTAGEAXISPARAMS_ID
 #define apt_mot_get_stageaxisparams apt_mot_get_pmdstageaxisparams
 #define apt_mot_get_stageaxisparams_write_fields apt_mot_get_pmdstageaxisparams_write_fields
@@ -13168,6 +13215,7 @@ static inline apt_status apt_mot_get_pmdstageaxisparams_decode(
 #define APT_MOT_GET_STAGEAXISPARAMS_LENGTH APT_MOT_GET_PMDSTAGEAXISPARAMS_LENGTH
 #define APT_MOT_GET_STAGEAXISPARAMS_SIZE APT_MOT_GET_PMDSTAGEAXISPARAMS_SIZE
 #define APT_MOT_GET_STAGEAXISPARAMS_INIT APT_MOT_GET_PMDSTAGEAXISPARAMS_INIT
+/** @} */
 
 /** Id of MOT_SET_BOWINDEX. */
 #define APT_MOT_SET_BOWINDEX_ID 0x04F4U

@@ -3236,7 +3236,8 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
     return status;
 }
 
-/* Other names of MOT_SET_PZSTAGEPARAMDEFAULTS. */
+/** @{ */
+/** Another name of MOT_SET_PZSTAGEPARAMDEFAULTS, or of what belongs to it. */
 #define APT_RESTOREFACTORYSETTINGS_ID APT_MOT_SET_PZSTAGEPARAMDEFAULTS_ID
 #define apt_restorefactorysettings apt_mot_set_pzstageparamdefaults
 #define apt_restorefactorysettings_write_fields apt_mot_set_pzstageparamdefaults_write_fields
@@ -3247,6 +3248,7 @@ static inline apt_status apt_mot_set_pzstageparamdefaults_decode(
 #define APT_RESTOREFACTORYSETTINGS_LENGTH APT_MOT_SET_PZSTAGEPARAMDEFAULTS_LENGTH
 #define APT_RESTOREFACTORYSETTINGS_SIZE APT_MOT_SET_PZSTAGEPARAMDEFAULTS_SIZE
 #define APT_RESTOREFACTORYSETTINGS_INIT APT_MOT_SET_PZSTAGEPARAMDEFAULTS_INIT
+/** @} */
 
 /** Id of PZ_SET_OUTPUTLUT. */
 #define APT_PZ_SET_OUTPUTLUT_ID 0x0700U
